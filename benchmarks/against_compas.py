@@ -22,8 +22,8 @@ from rich.table import Table
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import four_stack, stepped_columns, wall
+from stability.problem import Motion, Placed, Tolerances, Verdict
 from stability.statics.assembly import LEVEL_GROUND, Assembly
-from stability.statics.facts import Motion, Placed, Tolerances, Verdict
 from stability.statics.proof import check_forces, check_motion
 from stackdsl.bench.assessors.assessment import Scene
 from stackdsl.bench.assessors.compas import Compas, Programme

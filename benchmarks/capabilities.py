@@ -12,9 +12,9 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
-from stackdsl.observations import observations
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
+from stackdsl.results import observations
 from stackdsl.trace import STAND, BrickState, EventKind, Trace
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"

@@ -22,13 +22,12 @@ from benchmarks.equilibrium_programs import UP, Touch, UprightBox, answer_of
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.human_error import FRICTION, HANDS, SCENES, case_of
+from stability.geometry.box import Box
 from stability.model import Quaternion
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
-from stackdsl.sampling.design import Design, design_of
-from stackdsl.sampling.draws import Draws
+from stability.problem import Placed
 from stackdsl.sampling.fates import fates_of
-from stackdsl.sampling.setting_down import Hands
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import Design, Draws, design_of
 
 Array = NDArray[np.float64]
 NEAR = 1e-6  # [m]

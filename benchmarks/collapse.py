@@ -16,23 +16,22 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.figures.recording import parser, record
-from stability.engines.opening import stepped_world
+from stability.dynamics.onset import as_it_begins
+from stability.dynamics.toppling import Turn, turn_of
+from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
-from stability.geometry.rotations import turn_between
-from stability.geometry.vectors import cross, dot, norm, subtract
+from stability.geometry.box import as_box
+from stability.geometry.vectors import cross, dot, norm, subtract, turn_between
 from stability.model import BodyId, BodyState
-from stability.motion.falling_part import Turn, turn_of
-from stability.motion.known_motion import FallingParts
-from stability.motion.onset import as_it_begins
-from stability.shapes.box import as_box
+from stability.problem import Motion, Placed, Problem
+from stability.stabilizers.known_motion import FallingParts
+from stability.stabilizers.protocol import Extension
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Motion, Placed, Problem
-from stability.watching.extension import Extension
-from stackdsl.checking.gathering import gather
+from stackdsl.checking.cases import gather
 from stackdsl.language.claims.onset_motion import largest_difference, seen_displacements, widest_angle
-from stackdsl.playing.energy import kinetic_energy
-from stackdsl.systems.systems import HELD, MOVING, SYSTEMS, System
-from stackdsl.systems.worlds import extension_for
+from stackdsl.simulation.measurements import kinetic_energy
+from stackdsl.simulation.systems import HELD, MOVING, SYSTEMS, System
+from stackdsl.simulation.worlds import extension_for
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Onset
 

@@ -4,15 +4,14 @@ from collections.abc import Collection
 from math import cos, inf, sin
 from pathlib import Path
 
-from stability.geometry.rotations import rotate
-from stability.geometry.vectors import add
+from stability.geometry.box import Box
+from stability.geometry.solid_making import solid_of_corners
+from stability.geometry.vectors import add, rotate
 from stability.model import Brick, Pose, Vec3
-from stability.shapes.box import Box
-from stability.shapes.solid_making import solid_of_corners
+from stability.problem import Placed
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed
-from stackdsl.importing.load import Exact3, ImportedBox
-from stackdsl.importing.load_formats import read_load
+from stackdsl.importers.formats import read_load
+from stackdsl.importers.load import Exact3, ImportedBox
 from stackdsl.language.imports import Import
 
 

@@ -24,19 +24,18 @@ from benchmarks.against_compas import INSTALL, processor_time
 from benchmarks.compas_reading import own_assembly
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.analysis.margins import guarantee
+from stability.geometry.box import Box
 from stability.model import EARTH, Brick, Pose, Vec3
-from stability.shapes.box import Box
-from stability.statics.facts import Contact, Placed, Problem, Stability, Tolerances, Wrench
-from stability.statics.margins.guarantee import guarantee
-from stability.statics.outcomes.first_start import lets_go
+from stability.problem import Contact, Placed, Problem, Stability, Tolerances, Wrench, rounded
+from stability.statics.equilibrium import balance
+from stability.statics.fall_description import described
+from stability.statics.initial_motion import lets_go
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.rounding import rounded
-from stability.statics.solvers.equilibrium import balance
-from stability.statics.solvers.fall_words import described
-from stability.statics.solvers.self_stress import honest_forces
+from stability.statics.self_stress import honest_forces
 from stackdsl.bench.assessors.compas import Compas, Programme
 from stackdsl.diagnostics import MOST_TOLD
-from stackdsl.importing.load import UnreadableLoadError
+from stackdsl.importers.load import UnreadableLoadError
 
 Y: Final[Vec3] = (0.0, 1.0, 0.0)
 TOO_LARGE: Final = 100  # blocks: more, the peer takes tens of minutes for (40 are published of the armadillo vault)

@@ -18,10 +18,10 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion
-from stability.shapes.box import Box
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Arrival, Placement, Timeline, World
 
 FRICTION = 0.5

@@ -18,14 +18,14 @@ from rich.table import Table
 
 from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.brick_bodies import BrickBodies
-from stability.engines.pybullet.joined_groups import JoinedGroups
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.pybullet.reshaping import EdgeReshaper
-from stability.geometry.rotations import about, multiply, rotate
+from stability.engines.pybullet.bodies import BrickBodies
+from stability.engines.pybullet.contacts import EdgeReshaper
+from stability.engines.pybullet.groups import JoinedGroups
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
+from stability.geometry.vectors import about, multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING
+from stackdsl.simulation.systems import MOVING
 
 GRAVITY, DENSITY, USUAL = 9.81, 557.0, 0.1176  # [m/s2], [kg/m3], length that settings are made for [m]
 KAPLA: Vec3 = (USUAL, 0.0234, 0.0078)

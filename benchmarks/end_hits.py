@@ -23,12 +23,11 @@ from benchmarks.hits import GRAVITY, THROWN_AT, WATCHED, shifts
 from benchmarks.impacts import LEVELS, SHOT
 from benchmarks.moreau.motion import Boxes
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
-from stability.geometry.rotations import about
+from stability.geometry.vectors import about
 from stability.model import GROUND, Plane, Pose, Vec3
-from stability.statics.facts import Placed
-from stackdsl.playing.runner import play
-from stackdsl.systems.peers import SAPIEN
-from stackdsl.systems.systems import SYSTEMS, System
+from stability.problem import Placed
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SAPIEN, SYSTEMS, System
 from stackdsl.timeline import Arrival, Placement, Timeline, World
 
 LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5

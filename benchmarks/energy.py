@@ -22,12 +22,12 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.dynamics.contact_points import Crowd
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.motion.crowd import Crowd
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stability.problem import Placed
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Action, Placement, Push, Timeline, World
 from stackdsl.trace import NOTABLE_GAIN
 

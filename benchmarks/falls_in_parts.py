@@ -18,8 +18,8 @@ from benchmarks.figures.recording import parser, record
 from benchmarks.leaning_slips import boxes, needed_friction, placed, seen
 from benchmarks.leaning_structures import GROUND, Array, Bar, Rng, Structure, askew_v, plank, structure, unlike_v
 from benchmarks.rigid_steps import course
-from stability.geometry.rotations import turn_between
-from stackdsl.systems.systems import SYSTEMS, System
+from stability.geometry.vectors import turn_between
+from stackdsl.simulation.systems import SYSTEMS, System
 
 BEGUN = radians(5.0)
 STEPS = (5e-5, 2.5e-5)  # [s] of the reference: where something lands on the way, longer ones have not converged

@@ -11,8 +11,8 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.finding.find_limit import Want, Wish, find_in
-from tests.stackdsl.finding.known_limits import KNOWN, Known
+from stackdsl.studies.find_limit import Want, Wish, find_in
+from tests.stackdsl.studies.known_limits import KNOWN, Known
 
 
 def found(known: Known) -> Row:

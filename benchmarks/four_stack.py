@@ -15,8 +15,8 @@ from rich.table import Table
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from stackdsl.bench.timing import usual_updates
-from stackdsl.checking.gathering import gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.trace import Trace
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "four-stack.yaml"

@@ -19,12 +19,12 @@ from scipy.special import ndtr
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.drawn_fragility import Plan, draw
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.memory import Memory
-from stackdsl.judging.fragility import Fragility, spaced
-from stackdsl.reading.source import parse
-from stackdsl.sampling.intensities import intensity_of
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.studies.fragility import Plan, draw
+from stackdsl.studies.fragility_curve import Fragility, spaced
+from stackdsl.studies.fragility_intensity import intensity_of
 
 CONFIDENCE: Final = 0.999  # of each point: of a hundred points one in ten curves misses one by chance
 POINTS: Final = 11

@@ -17,7 +17,7 @@ from scipy.sparse import coo_matrix
 from scipy.stats import norm
 
 from benchmarks.equilibrium_programs import UP, Touch, UprightBox, answer_of, balanced
-from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.samples import Draws
 
 SAME = 1e-9  # [m] heights that are one
 Point = tuple[float, float]

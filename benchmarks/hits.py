@@ -16,8 +16,8 @@ from benchmarks.figures.recording import parser, record
 from benchmarks.impacts import FROM_SIDE, LEVELS, NOTABLE, SHOT, TURNED, Throw
 from benchmarks.plank_structures import LENGTH, THICKNESS, four_stack
 from stability.model import GROUND, Brick, Plane, Pose
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import MOVING, SYSTEMS, System
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import MOVING, SYSTEMS, System
 from stackdsl.timeline import Arrival, Placement, Timeline, World
 from stackdsl.trace import Trace
 

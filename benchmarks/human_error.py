@@ -22,14 +22,13 @@ from scipy.stats import binomtest
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.hands_apart import Plank, falls_at, set_down, turn_of
-from stability.shapes.box import Box
+from stability.geometry.box import Box
+from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.ensembles import drawn_alone
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.reading.source import parse
-from stackdsl.sampling.design import design_of
-from stackdsl.sampling.draws import Draws
+from stackdsl.language.yaml.source import parse
 from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.setting_down import Hands
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import Draws, design_of
 
 SAMPLES, APART, LIMIT = 1_000, 100, 3600.0
 FRICTION = 0.5

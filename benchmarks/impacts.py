@@ -16,11 +16,11 @@ from rich.table import Table
 
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.settings import PyBulletSettings
 from stability.geometry.vectors import norm
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
-from stability.statics.facts import Placed
-from stackdsl.systems.systems import MOVING
+from stability.problem import Placed
+from stackdsl.simulation.systems import MOVING
 
 LEVELS = 13
 WATCHED = 1.0  # [s] after the throw

@@ -25,15 +25,15 @@ from benchmarks.leaning_structures import LEANING, Array, Structure, quaternion,
 from benchmarks.rigid_steps import Boxes, Course, course
 from benchmarks.slips import _step
 from stability.engines.protocol import World
+from stability.geometry.box import Box
+from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import norm, subtract
 from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
-from stability.motion.known_motion import FallingParts
-from stability.shapes.box import Box
-from stability.shapes.in_pose import corners_W
+from stability.problem import Placed, Stability
+from stability.stabilizers.known_motion import FallingParts
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stackdsl.systems.systems import SYSTEMS, System
-from stackdsl.systems.worlds import extension_for, opened_world
+from stackdsl.simulation.systems import SYSTEMS, System
+from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.timeline import World as Scene
 

@@ -19,8 +19,8 @@ from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.slips import KAPLA, Case, timeline
 from stability.model import Vec3
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import MOVING, SYSTEMS, System
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import MOVING, SYSTEMS, System
 
 ANGLES = (50.0, 60.0, 70.0, 75.0, 80.0, 82.0)  # to the floor [deg]
 LENGTHS = (0.01, 0.03, KAPLA[0], 0.2, 1.2)  # of planks [m]

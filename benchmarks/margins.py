@@ -10,10 +10,10 @@ from time import perf_counter
 from rich.console import Console
 from rich.table import Table
 
-from stability.statics.margins.acceleration import acceleration
-from stability.statics.margins.friction import least_friction
-from stability.statics.margins.placement import placement
-from tests.stability.statics.margins.margin_scenes import four_stack, upright_boxes
+from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.margins import least_friction
+from stability.analysis.placement_margin import placement
+from tests.stability.analysis.margin_scenes import four_stack, upright_boxes
 
 LEVELS = 50
 RUNS = 5

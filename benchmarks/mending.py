@@ -19,12 +19,12 @@ from benchmarks.equilibrium_programs import answer
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.random_piles import MENDING, Checked, Mended, mended, piles, upright
+from stability.analysis.removal_order import carrying, longest_order, single_pulls, soonest_fall
+from stability.analysis.subset_search import Parts
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stability.statics.orders.parts import Parts
-from stability.statics.orders.pulls import carrying, longest_order, single_pulls, soonest_fall
 
 BLOCK = (0.075, 0.025, 0.015)  # [m]
 FRICTION = 0.5

@@ -17,11 +17,10 @@ from benchmarks.capabilities import levels_standing
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from stability.model import BodyId
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
-from stackdsl.playing.runner import play
-from stackdsl.systems.modification import AS_WRITTEN, Modification
-from stackdsl.systems.systems import MODIFIED, SYSTEMS
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import AS_WRITTEN, MODIFIED, SYSTEMS, Modification
 from stackdsl.timeline import Timeline
 from stackdsl.trace import STAND, Trace
 

@@ -13,8 +13,8 @@ from rich.console import Console
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.modified import SCENARIOS, printed, struck, thrown
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.timeline import Action, Placement
 from stackdsl.trace import BrickState
 

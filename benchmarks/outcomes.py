@@ -14,11 +14,11 @@ from rich.console import Console
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.analysis.uniqueness import outcome
 from stability.statics.assembly import Assembly
-from stability.statics.outcomes.outcome import outcome
-from tests.stability.statics.outcomes.leaning_scenes import pile_on_a_slope
-from tests.stability.statics.outcomes.planar_modes import starts
-from tests.stability.statics.outcomes.random_leaning import on_each_other, on_planes, that_need_friction
+from tests.stability.analysis.leaning_scenes import pile_on_a_slope
+from tests.stability.analysis.planar_modes import starts
+from tests.stability.analysis.random_leaning import on_each_other, on_planes, that_need_friction
 
 SEED: Final = 16
 GROUPS: Final[Mapping[str, Callable[[], Iterable[Assembly]]]] = {

@@ -1,6 +1,6 @@
 """The 522 pallets that come with the package `pallet-sim`: what statics says of each, and how long it takes to say so.
 
-Each pallet is read by `stackdsl.importing`, compared with what the package's own reader gives, and set down at once,
+Each pallet is read by `stackdsl.importers`, compared with what the package's own reader gives, and set down at once,
 cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps up to 5 mm are contact. Then
 the same box by box: how long one placement takes. Times are of the processor. It needs
 `pip install --no-deps pallet-sim`.
@@ -23,14 +23,14 @@ from rich.table import Table
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.pallet_orders import DECK, Order, orders, read_by_package
+from stability.analysis.margins import guarantee
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stability.statics.margins.guarantee import guarantee
-from stackdsl.importing.load import ImportedLoad
-from stackdsl.importing.load_formats import read_load
-from stackdsl.importing.settling import settled
+from stackdsl.importers.formats import read_load
+from stackdsl.importers.load import ImportedLoad
+from stackdsl.importers.settling import settled
 from stackdsl.language.imports import Import
 
 FRICTION: Final = 0.4

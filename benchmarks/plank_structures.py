@@ -2,11 +2,11 @@
 
 from math import pi
 
-from stability.geometry.plan import Point2
-from stability.geometry.rotations import about
+from stability.geometry.box import Box
+from stability.geometry.polygons import Point2
+from stability.geometry.vectors import about
 from stability.model import Brick, Pose, Quaternion
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
+from stability.problem import Placed
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # a KAPLA plank [m]
 DENSITY = 557.0  # [kg/m3]

@@ -22,15 +22,13 @@ from rich.table import Table
 from benchmarks.collapse import FOLLOWED, motion_of, seen_falling, up_to
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stability.engines.settings import EngineSettings
+from stability.dynamics.toppling import turn_of
+from stability.engines.protocol import EngineSettings
 from stability.model import BodyId, BodyState, Brick
-from stability.motion.falling_part import turn_of
-from stackdsl.checking.gathering import gather
-from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import system_named
-from stackdsl.systems.modification import AS_WRITTEN, Modification, as_played
-from stackdsl.systems.peers import SAPIEN
-from stackdsl.systems.systems import MODIFIED, Method, System
+from stackdsl.checking.cases import gather
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import AS_WRITTEN, MODIFIED, SAPIEN, Method, Modification, System, as_played
 from stackdsl.timeline import Timeline
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"

@@ -11,19 +11,15 @@ from dataclasses import dataclass, replace
 from time import process_time
 
 from benchmarks.equilibrium_programs import UprightBox, answer, prop_contacts
+from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShifts, Shift
+from stability.geometry.box import Box
 from stability.model import BodyId, Brick, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import LEVEL_GROUND
-from stability.statics.facts import Placed, Stability
-from stability.statics.mending.piling import Piling, Shift
-from stability.statics.mending.propping import Propping
-from stability.statics.mending.shifts import BrickShift, SeveralShifts
-from stackdsl.checking.gathering import cases_of
-from stackdsl.judging.designs import piling_of
-from stackdsl.judging.proofs import proofs_of
-from stackdsl.judging.remedies import HeavierBrick, MoreFriction
-from stackdsl.judging.suggesting import Asked, Suggestion, suggestions
-from stackdsl.reading.source import parse
+from stackdsl.checking.cases import cases_of
+from stackdsl.judging.proofs import piling_of, proofs_of
+from stackdsl.judging.remedies import Asked, HeavierBrick, MoreFriction, Suggestion, suggestions
+from stackdsl.language.yaml.source import parse
 
 FRICTION = 0.5
 LESS_SHIFT = 0.001

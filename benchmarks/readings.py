@@ -1,7 +1,7 @@
 """What each reading of the published equations makes of the publication's structures, beside statics.
 
-The text leaves open how some equations are meant (`stability/published/readings.py`). Each is changed by itself, and so
-is the rule by which two supports share a load, for one that keeps load and moment. Run it with
+The text leaves open how some equations are meant (`stability/stabilizers/published/support.py`). Each is changed by
+itself, and so is the rule by which two supports share a load, for one that keeps load and moment. Run it with
 `python -m benchmarks.readings`; four minutes.
 """
 
@@ -17,10 +17,10 @@ from rich.table import Table
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stability.model import BodyId
-from stability.published.readings import AS_READ, ActsAt, Closest, Merge, Readings, Square
-from stackdsl.checking.gathering import gather
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS, System
+from stability.stabilizers.published.support import AS_READ, ActsAt, Closest, Merge, Readings, Square
+from stackdsl.checking.cases import gather
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS, System
 from stackdsl.timeline import Timeline
 from stackdsl.trace import EventKind, Trace
 

@@ -1,8 +1,8 @@
 """Counts how often two readings of the published equations give different verdicts, on piers and under hits.
 
 The text leaves open where each part of a load acts that more than two supports share, how high what is handed on acts,
-and which moving bricks are "second impact objects" (`stability/published/readings.py`). Random planks on three to five
-piers are judged by the model and by statics, and a plank is thrown at the tower of 13 levels. Run it with
+and which moving bricks are "second impact objects" (`stability/stabilizers/published/support.py`). Random planks on
+three to five piers are judged by the model and by statics, and a plank is thrown at the tower of 13 levels. Run it with
 `python -m benchmarks.readings_counted`; two minutes.
 """
 
@@ -20,14 +20,14 @@ from rich.table import Table
 from benchmarks.capabilities import levels_standing
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.published.readings import AS_READ, ActsAt, Readings, SecondObjects
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
+from stability.stabilizers.published.support import AS_READ, ActsAt, Readings, SecondObjects
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.checking.cases import Case, gather
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.trace import EventKind, Trace
 from tests.stability.statics.published_model import published_model_says_stable
 from tests.stability.statics.random_piles import DENSITY, FRICTION, KAPLA

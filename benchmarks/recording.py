@@ -20,10 +20,9 @@ from rich.table import Table
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stability.model import BodyId, BodyState, Brick
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
-from stackdsl.recording.recorder import Recorder
-from stackdsl.recording.recording import Recording
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
+from stackdsl.simulation.recording import Recorder, Recording
 
 SCENARIOS: Final = Path(__file__).parent.parent / "scenarios"
 RUNS: Final = (

@@ -23,13 +23,12 @@ from selenium import webdriver
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import cases_of
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.reading.source import parse
-from stackdsl.recording.recorder import Recorder
-from stackdsl.recording.thinning import COLUMNS, ORIENTATION, POSITION, TIME
-from stackdsl.viewing.replay.replay_page import replay_page
+from stackdsl.language.yaml.source import parse
+from stackdsl.simulation.recording import COLUMNS, ORIENTATION, POSITION, TIME, Recorder
+from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView, view_of
 
 STACK: Final = """

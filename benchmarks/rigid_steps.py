@@ -5,7 +5,7 @@ point (no restitution; the gap may close within the step), solved by projected G
 the new velocities. The error is of first order in the step, so that half the step shows how large it is. Points are
 corners on faces and edges that cross, each with its own gap. Source: Stewart and Trinkle (1996), Moreau (1999).
 
-This judges `stability.motion`, so it was written apart from it and stays so: nothing is imported from `stability`.
+This judges `stability.dynamics`, so it was written apart from it and stays so: nothing is imported from `stability`.
 """
 
 from dataclasses import dataclass

@@ -15,15 +15,13 @@ from rich.console import Console
 
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.chunks import Chunk, judged_chunk
-from stackdsl.checking.ensembles import Drawing, drawn_alone
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.reading.source import parse
-from stackdsl.sampling.design import design_of
-from stackdsl.sampling.draws import Draws
+from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.ensembles import Chunk, Drawing, drawn_alone, judged_chunk
+from stackdsl.language.yaml.source import parse
 from stackdsl.sampling.fates import Fate, asked_anew
-from stackdsl.sampling.setting_down import Hands
-from stackdsl.systems.known_systems import unplayable
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import Draws, design_of
+from stackdsl.simulation.known_systems import unplayable
 
 SAMPLES, COLD, LIMIT = 10_000, 500, 3600.0
 TOWERS: Final = {

@@ -26,16 +26,14 @@ from rich.console import Console
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.samples import case_of
-from stackdsl.judging.shares import error_of_a_look, interval, looks
+from stackdsl.judging.statistics import error_of_a_look, interval, looks
+from stackdsl.studies import sweep
+from stackdsl.studies.sweep import Sweep
+from stackdsl.studies.sweep_plan import Judged, judged_piece, packed, plan_of, program_of
+from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder
+from stackdsl.studies.sweep_workers import dask_cluster
 from stackdsl.supervising.executors import SupervisedExecutor, asked_of
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
-from stackdsl.sweeping import sweep_run
-from stackdsl.sweeping.dask_cluster import dask_cluster
-from stackdsl.sweeping.json_lines import JsonLines
-from stackdsl.sweeping.parquet_folder import ParquetFolder
-from stackdsl.sweeping.pieces import Judged, judged_piece, packed, program_of
-from stackdsl.sweeping.sweep_plan import plan_of
-from stackdsl.sweeping.sweep_run import Sweep
 
 ON_CLUSTER, CHEAP, ROWS, MESSAGES = 100_000, 1_000_000, 100_000, 2_000
 MANY, CORES = 10**9, 1000
@@ -201,8 +199,8 @@ def costs(folder: Path) -> Row:
     size = 1000
     pieces = [judged_piece(packed(case), at, size, program_of(("exact",))) for at in range(0, ROWS, size)]
     kept = [piece for piece in pieces if isinstance(piece, Judged)]
-    first, most = sweep_run.FIRST, sweep_run.MOST
-    sweep_run.FIRST = sweep_run.MOST = size  # type: ignore[misc]
+    first, most = sweep.FIRST, sweep.MOST
+    sweep.FIRST = sweep.MOST = size  # type: ignore[misc]
     try:
         lines = folder / "rows.jsonl"
         with JsonLines(lines, plan) as file:
@@ -211,7 +209,7 @@ def costs(folder: Path) -> Row:
         with ParquetFolder(folder / "rows.parquet", plan) as parquet:
             sealing = _taken(Sweep(plan, parquet, Ready(kept), lambda: 8).run)
     finally:
-        sweep_run.FIRST, sweep_run.MOST = first, most  # type: ignore[misc]
+        sweep.FIRST, sweep.MOST = first, most  # type: ignore[misc]
     whole = sum(file.stat().st_size for file in (folder / "rows.parquet").glob("*.parquet"))
     return {
         "rows": ROWS,
@@ -281,8 +279,8 @@ def paper(each: Rows, cost: Row, message: Rows) -> Rows:
 
 def _paper(sample: float, cost: Row, message: Rows) -> Row:
     judging = MANY * sample / CORES
-    wanted = max(sweep_run.WANTED, CORES / sweep_run.MESSAGES)
-    piece = max(1, int(min(sweep_run.MOST, wanted / sample)))
+    wanted = max(sweep.WANTED, CORES / sweep.MESSAGES)
+    piece = max(1, int(min(sweep.MOST, wanted / sample)))
     a_second = CORES / (piece * sample)
     writing = MANY * 1e-6 * _of(cost, "us_a_row_written") + MANY / piece * 1e-3 * _of(
         message["Dask"], "ms_of_the_sweep"
@@ -303,7 +301,7 @@ def _paper(sample: float, cost: Row, message: Rows) -> Row:
         "json_lines_gb": 1e-9 * MANY * _of(cost, "bytes_a_row"),
         "parquet_gb": 1e-9 * MANY * _of(cost, "bytes_a_row_of_parquet"),
         "going_on_h": MANY * 1e-6 * _of(cost, "us_a_row_counted") / 3600.0,
-        "lost_by_a_kill_core_h": 2 * sweep_run.AHEAD * CORES * piece * sample / 3600.0,
+        "lost_by_a_kill_core_h": 2 * sweep.AHEAD * CORES * piece * sample / 3600.0,
     }
 
 

@@ -13,8 +13,8 @@ from rich.console import Console
 
 from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import plank_at
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
 from tests.stability.statics.published_model import published_model_says_stable
 
 FRICTION = 0.5

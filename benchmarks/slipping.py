@@ -5,8 +5,8 @@ lower face is on the floor, the upper edge of that face on the wall. Coulomb fri
 kinetic. Two planks that lean on each other are each a plank on a smooth wall: by symmetry they press level.
 Source: Newton and Euler, with both ends kept where they touch. Masses are 1 kg; nothing depends on them.
 
-This judges `stability.motion.slipping`, so it was written apart from it and stays so: forces come from a linear system,
-time from scipy's integrator, and nothing is imported from `stability`.
+This judges `stability.dynamics.slipping`, so it was written apart from it and stays so: forces come from a linear
+system, time from scipy's integrator, and nothing is imported from `stability`.
 """
 
 from collections.abc import Sequence

@@ -21,14 +21,13 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.slipping import Leaning, needed_friction, slides, slip, time_to_slide
 from stability.engines.protocol import World
-from stability.geometry.rotations import about, multiply, rotate
-from stability.geometry.vectors import add, cross, dot, scale, subtract
+from stability.geometry.box import Box
+from stability.geometry.vectors import about, add, cross, dot, multiply, rotate, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
-from stability.motion.known_motion import FallingParts
-from stability.shapes.box import Box
-from stability.watching.extension import Extension
-from stackdsl.systems.systems import MOVING, SYSTEMS, System
-from stackdsl.systems.worlds import extension_for, opened_world
+from stability.stabilizers.known_motion import FallingParts
+from stability.stabilizers.protocol import Extension
+from stackdsl.simulation.systems import MOVING, SYSTEMS, System
+from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.timeline import World as Scene
 

@@ -13,10 +13,10 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.finding.sensitivities import Of, Sensitivities, Source, sensitivities_of
-from stackdsl.reading.source import parse
-from tests.stackdsl.finding.known_limits import HOUSE, LEANING, SEESAW, V
+from stackdsl.checking.cases import Case, cases_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.studies.sensitivities import Of, Sensitivities, Source, sensitivities_of
+from tests.stackdsl.studies.known_limits import HOUSE, LEANING, SEESAW, V
 
 ALL: Final = 10**9
 COLUMN: Final = "friction: 3\nlet: {step: 7 mm}\nbuild:\n  - column: {levels: 8, step: '${step}'}\n    every: 1 s\n"

@@ -19,11 +19,11 @@ from rich.table import Table
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stability.model import GROUND, Plane
+from stability.problem import Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Problem, Stability, Wrench
-from stability.statics.solvers.equilibrium import balance
-from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import system_named
+from stability.statics.equilibrium import balance
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.runner import play
 from stackdsl.timeline import Placement, Timeline, World
 from tests.stability.statics.random_solids import random_assembly
 

@@ -21,9 +21,9 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.pages import ROOT
 from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack, plank_at, stepped_columns, wall
+from stability.analysis.acceleration_margin import acceleration
+from stability.problem import Placed, Stability, Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances
-from stability.statics.margins.acceleration import acceleration
 from stability.statics.proof import check_forces
 from tests.stability.statics.independent import independent_verdict
 from tests.stability.statics.random_piles import FRICTION, pile_of

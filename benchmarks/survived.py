@@ -19,13 +19,12 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.analysis.acceleration_cut import groups_apart
+from stability.analysis.bearings import RoughHeadings, by_bearing
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
+from stability.problem import Placed
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed
-from stability.statics.margins.bearings import by_bearing
-from stability.statics.margins.groups import groups_apart
-from stability.statics.margins.rough_headings import RoughHeadings
 
 FRICTION: Final = 0.4
 BEARINGS: Final = 72

@@ -14,10 +14,10 @@ from rich.table import Table
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from benchmarks.published_falls import game
-from stackdsl.checking.gathering import gather
-from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import system_named
-from stackdsl.systems.systems import System
+from stackdsl.checking.cases import gather
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import System
 from stackdsl.timeline import Placement, Timeline
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "sway.yaml"

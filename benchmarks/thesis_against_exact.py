@@ -11,8 +11,8 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.problem import Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Stability
 from tests.stability.statics.independent import independent_verdict
 from tests.stability.statics.published_model import published_model_says_stable
 from tests.stability.statics.random_piles import FRICTION, random_piles

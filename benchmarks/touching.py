@@ -34,12 +34,11 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from stability.geometry.box import Box, OffCentreBox
+from stability.geometry.solid_making import prism
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stability.shapes.off_centre_box import OffCentreBox
-from stability.shapes.solid_making import prism
+from stability.problem import Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Verdict
 
 Array = NDArray[np.float64]
 

@@ -19,11 +19,11 @@ from benchmarks.hits import DISTANCE, GRAVITY, THROWN_AT, WATCHED
 from benchmarks.impacts import SHOT
 from benchmarks.moreau.motion import Boxes
 from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
-from stability.geometry.rotations import about, multiply, rotate
+from stability.geometry.vectors import about, multiply, rotate
 from stability.model import GROUND, Plane, Pose, Vec3
-from stability.statics.facts import Placed
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stability.problem import Placed
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Arrival, Placement, Timeline, World
 
 FRICTION, CLEAR = 0.5, 5e-4  # [m] above level

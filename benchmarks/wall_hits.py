@@ -14,14 +14,14 @@ from rich.table import Table
 
 from benchmarks.figures.recording import parser, record
 from benchmarks.impacts import SHOT, TURNED
-from stability.engines.opening import stepped_world
+from stability.engines.lazy_world import stepped_world
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
 from stackdsl.language.layouts.wall import WallParams, wall
-from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import KNOWN
-from stackdsl.systems.systems import SYSTEMS
-from stackdsl.systems.worlds import settings_for
+from stackdsl.simulation.known_systems import KNOWN
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
+from stackdsl.simulation.worlds import settings_for
 from stackdsl.timeline import Arrival, Placement, Push, Timeline, World
 from stackdsl.trace import Trace
 

@@ -16,20 +16,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the same
+    from stability.analysis.margins import margins
+    from stability.analysis.uniqueness import outcome
+    from stability.contact_law import Friction, Rule
     from stability.engines.pybullet import PyBulletBodies
-    from stability.engines.pybullet.client_shapes import UnknownShapeWarning
-    from stability.exact.proven_stability import ProvenStability
-    from stability.friction_law import Friction, Rule
+    from stability.engines.pybullet.client import UnknownShapeWarning
+    from stability.geometry.box import Box, OffCentreBox
+    from stability.geometry.solid_making import prism, solid_of_corners, solid_of_mesh
     from stability.model import Brick, Plane, Pose
-    from stability.published.stack_stability import StackStability
-    from stability.shapes.box import Box
-    from stability.shapes.off_centre_box import OffCentreBox
-    from stability.shapes.solid_making import prism, solid_of_corners, solid_of_mesh
+    from stability.problem import Placed, Stability, Verdict
+    from stability.stabilizers.exact.stabilizer import ProvenStability
+    from stability.stabilizers.published.stabilizer import StackStability
     from stability.statics.arrays import bricks_in_poses, bricks_of, forces_of, pose_of
     from stability.statics.assembly import Assembly
-    from stability.statics.facts import Placed, Stability, Verdict
-    from stability.statics.margins.summary import margins
-    from stability.statics.outcomes.outcome import outcome
 
 __all__ = [
     "Assembly",
@@ -63,26 +62,26 @@ _HOMES = {
     "forces_of": "stability.statics.arrays",
     "bricks_of": "stability.statics.arrays",
     "bricks_in_poses": "stability.statics.arrays",
-    "Rule": "stability.friction_law",
-    "Friction": "stability.friction_law",
+    "Rule": "stability.contact_law",
+    "Friction": "stability.contact_law",
     "Assembly": "stability.statics.assembly",
-    "Box": "stability.shapes.box",
+    "Box": "stability.geometry.box",
     "Brick": "stability.model",
-    "OffCentreBox": "stability.shapes.off_centre_box",
-    "Placed": "stability.statics.facts",
+    "OffCentreBox": "stability.geometry.box",
+    "Placed": "stability.problem",
     "Plane": "stability.model",
     "Pose": "stability.model",
-    "ProvenStability": "stability.exact.proven_stability",
+    "ProvenStability": "stability.stabilizers.exact.stabilizer",
     "PyBulletBodies": "stability.engines.pybullet",
-    "StackStability": "stability.published.stack_stability",
-    "UnknownShapeWarning": "stability.engines.pybullet.client_shapes",
-    "Stability": "stability.statics.facts",
-    "Verdict": "stability.statics.facts",
-    "margins": "stability.statics.margins.summary",
-    "outcome": "stability.statics.outcomes.outcome",
-    "prism": "stability.shapes.solid_making",
-    "solid_of_corners": "stability.shapes.solid_making",
-    "solid_of_mesh": "stability.shapes.solid_making",
+    "StackStability": "stability.stabilizers.published.stabilizer",
+    "UnknownShapeWarning": "stability.engines.pybullet.client",
+    "Stability": "stability.problem",
+    "Verdict": "stability.problem",
+    "margins": "stability.analysis.margins",
+    "outcome": "stability.analysis.uniqueness",
+    "prism": "stability.geometry.solid_making",
+    "solid_of_corners": "stability.geometry.solid_making",
+    "solid_of_mesh": "stability.geometry.solid_making",
 }
 
 

@@ -34,7 +34,7 @@ class ConvexShape(Protocol):
     """What a shape promises: all that statics, engines and compiler ask of a convex solid.
 
     All of it is in body axes, whose origin is the centre of mass: that need not be the middle of the box around the
-    shape, and the axes need not be principal axes of inertia. `stability.shapes` says where a shape is in a pose. A
+    shape, and the axes need not be principal axes of inertia. `stability.geometry` says where a shape is in a pose. A
     shape is a value: frozen, comparable, hashable.
     """
 

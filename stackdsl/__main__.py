@@ -36,7 +36,7 @@ def main() -> None:
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
     try:
-        from stackdsl.commands.main import main as run  # noqa: PLC0415 -- see above
+        from stackdsl.cli.main import main as run  # noqa: PLC0415 -- see above
 
         run()
     except KeyboardInterrupt:

@@ -10,12 +10,11 @@ from itertools import groupby
 from math import inf
 from typing import Literal, TypeAlias
 
-from stability.friction_law import GivenFriction, law_of
-from stability.mechanics.ground_motion import GroundMotion
-from stability.mechanics.hand_course import HandCourse
+from stability.contact_law import GivenFriction, law_of
+from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
+from stability.problem import Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Tolerances
 
 
 @dataclass(frozen=True, slots=True)

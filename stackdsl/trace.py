@@ -1,16 +1,40 @@
-"""What happened when a timeline was played: plain data that the judge, the snapshot and the report read."""
+"""What happened in a run, as plain data: events, measurements, proof margins, counts of samples."""
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import atan2, hypot, inf
+from typing import TypeAlias
 
-from stability.engines.friction_told import WrongFriction
+from stability.analysis.weakest import Weakest
+from stability.engines.protocol import WrongFriction
 from stability.model import BodyId, Brick, Pose
-from stability.statics.facts import Motion
-from stability.statics.facts import Verdict as StaticsVerdict
-from stackdsl.proof_margins import Margins
+from stability.problem import Motion
+from stability.problem import Verdict as StaticsVerdict
 from stackdsl.timeline import Action, Removal, World
+
+# What a proof survives, as far as somebody asked.
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
+
+    acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
+    bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
+    tilt: float | None = None  # the least tilt of the whole that brings it down [rad]
+    friction: float | None = None  # the least Coulomb coefficient of the roughest contact, all in proportion
+    roughest: float | None = None  # what that contact has
+    placement: float | None = None  # how far every brick may be placed beside where it is [m]
+    joint: tuple[BodyId, BodyId] | None = None  # the contact that limits `placement`, lower body first
+    guaranteed: bool | None = None  # whether rest is the only thing that can happen, rather than one that can
+    certainty: str = ""  # why, in words; empty where normal forces alone balance everything
+    squeezed: bool | None = None  # whether the others count on contacts that may be pressed together, or may not
+    weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration
+
+
+# What happened when a timeline was played: plain data that the judge, the snapshot and the report read.
+
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
 # nothing has hit the structure, shifted by more than this share of its smallest side (docs/decisions/0010).
@@ -252,7 +276,7 @@ class Trace:
     world: World | None = None  # what did not move
     last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
     statics: StaticsVerdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
-    margins: Margins = Margins()  # noqa: RUF009 -- frozen; of what stands at the end, as far as somebody asked
+    margins: Margins = Margins()
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
@@ -323,3 +347,51 @@ class Trace:
         """Largest shift of any brick of the structure after it came to rest, those that fell included [m]."""
         remaining = (track for track in self.tracks.values() if track.state not in NO_PART)
         return max((track.shift for track in remaining), default=0.0)
+
+
+# A number that was measured, beside what was expected of it, for programs to go on with.
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """One number, in its unit, and between which it was to be; None where there is no such limit."""
+
+    value: float
+    least: float | None
+    most: float | None
+    unit: str  # as people are told: mm, deg, %, s; `levels` and `bricks` of counts
+
+
+# What became of many samples of one case: plain counts, which the judge, the snapshot and the report read.
+
+
+OnDrawn: TypeAlias = Callable[[str, int, int], None]  # told of a case: its name, samples drawn, and how many may be
+
+
+def untold(name: str, drawn: int, planned: int) -> None:
+    """Nobody is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ensemble:
+    """The samples that were judged, from the first on, and what became of them."""
+
+    drawn: int
+    planned: int  # how many may be drawn at most
+    seed: int
+    stood: int
+    fell: Mapping[int, int]  # by the level under construction
+    undecided: int = 0  # of which statics proves neither
+    unfit: int = 0  # of which hands found no place for a brick beside others
+    ways: Mapping[str, int] = field(default_factory=dict)  # how many samples each way decided
+    cpu_time: float = field(default=0.0, compare=False)  # [s], of all processes together
+
+    @property
+    def unknown(self) -> int:
+        """The samples that may have gone either way."""
+        return self.undecided + self.unfit
+
+    @property
+    def summary(self) -> str:
+        """What became of most of them, in words."""
+        return f"{self.stood} of {self.drawn} stand"

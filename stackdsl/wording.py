@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from math import ceil, floor, log10
 from typing import Final, TypeVar
 
-from stability.mechanics.ground_motion import GroundMotion
-from stability.mechanics.hand_course import HandCourse
+from stability.dynamics.ground_motion import GroundMotion, HandCourse
 
 MILLIMETRES: Final = 1000.0  # in a metre
 MOST_NAMES: Final = 6  # that are written out; more fill the line and tell nothing

@@ -97,9 +97,9 @@ FORKING = """
 import atexit, gc, importlib, json, os, pkgutil, sys, threading
 import stability, stackdsl
 from stackdsl.__main__ import main
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.one_case import play_case
-from stackdsl.reading.source import parse
+from stackdsl.checking.cases import cases_of
+from stackdsl.checking.play_case import play_case
+from stackdsl.language.yaml.source import parse
 
 ELSEWHERE = ("__main__", "pytest_plugin", "assessors", "mujoco", "sapien")  # what ends Python, or may not be installed
 for package in (stability, stackdsl):

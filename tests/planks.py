@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 
+from stability.geometry.box import Box
 from stability.model import GROUND, BodyId, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)  # [m]
 MASS = 0.012  # [kg]

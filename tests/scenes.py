@@ -2,9 +2,9 @@
 
 from textwrap import dedent
 
-from stackdsl.checking.gathering import Case, cases_of
+from stackdsl.checking.cases import Case, cases_of
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.reading.source import parse
+from stackdsl.language.yaml.source import parse
 from stackdsl.timeline import Timeline
 
 

@@ -8,8 +8,8 @@ from resource import getpagesize
 
 import pytest
 
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 from tests.scenes import timeline_of

@@ -8,17 +8,16 @@ from random import Random
 import pytest
 from _pytest.mark import ParameterSet
 
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.ensembles import drawn_result
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import Goldens, snapshot_of
-from stackdsl.checking.sampled_results import drawn_result
-from stackdsl.judging.judge import judge
-from stackdsl.judging.known import known_of
-from stackdsl.outcome import GoldenStatus
+from stackdsl.goldens.file_format import golden_name
+from stackdsl.judging.judge import judge, known_of
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
 from stackdsl.pytest_plugin.shared_snapshots import Golden
-from stackdsl.snapshots.file_names import golden_name
-from stackdsl.systems.known_systems import unplayable
+from stackdsl.results import GoldenStatus
+from stackdsl.simulation.known_systems import unplayable
 from stackdsl.timeline import Placement, Timeline
 from tests.engines_at_hand import HAS_PYBULLET
 from tests.paths import ROOT

@@ -12,9 +12,9 @@ from typing import Any, Final
 from pydantic import TypeAdapter
 
 from stackdsl.language.claims.claim_kind import CLAIMS
-from stackdsl.language.impacts.impact_kind import IMPACTS
-from stackdsl.language.kinds import Kinds
+from stackdsl.language.impacts import IMPACTS
 from stackdsl.language.layouts.registry import LAYOUTS
+from stackdsl.language.model_base import Kinds
 from stackdsl.language.schema import models
 
 Schema = Mapping[str, Any]

@@ -9,11 +9,11 @@ from collections.abc import Iterator, Mapping
 from math import atan2
 
 from benchmarks.figures.pages import ROOT
-from stability.geometry.rotations import rotate
+from stability.geometry.vectors import rotate
 from stability.model import BodyId, Brick, Pose
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.checking.one_case import play_case
-from stackdsl.reading.source import parse
+from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.play_case import play_case
+from stackdsl.language.yaml.source import parse
 from stackdsl.trace import Trace
 
 PATH = ROOT / "docs" / "leaning-column.svg"

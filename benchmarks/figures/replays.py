@@ -13,11 +13,11 @@ from selenium import webdriver
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from benchmarks.replay import OPTIONS
-from stackdsl.checking.gathering import gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.recording.recorder import Recorder
-from stackdsl.viewing.replay.replay_page import replay_page
+from stackdsl.simulation.recording import Recorder
+from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView, view_of
 
 DOCS: Final = Path(__file__).parents[2] / "docs"

@@ -11,12 +11,12 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.figures.pages import ROOT
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.recording.recorder import Recorder
-from stackdsl.viewing.pictures.picture import building, picture, strip
-from stackdsl.viewing.pictures.views import VIEWS
+from stackdsl.simulation.recording import Recorder
+from stackdsl.viewing.drawing import VIEWS
+from stackdsl.viewing.pictures import building, picture, strip
 from stackdsl.viewing.run_view import view_of
 
 FOLDER: Final = ROOT / "docs" / "pictures"

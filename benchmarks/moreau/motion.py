@@ -12,9 +12,9 @@ from numba import njit
 
 from benchmarks.moreau.box_contacts import MOST, Array, dot, touching
 from benchmarks.moreau.impact_law import solve
+from stability.geometry.box import Box
 from stability.model import Pose, Vec3
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
+from stability.problem import Placed
 
 # What is rigid leaves open how a plank on two others shares its load among them, and with it their friction: shares of
 # a shock then stay for good. Wood gives way a little, and that settles it: the stiffness of a point [N/m], and the

@@ -11,12 +11,10 @@ from math import acos, ceil, cos, radians
 from typing import TypeAlias
 
 from stability.engines.protocol import World
-from stability.geometry.nearest_points import nearest_points
-from stability.geometry.rotations import body_axes
-from stability.geometry.separation import Block, block, blocks_apart
-from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
+from stability.geometry.box import Box
+from stability.geometry.box_distance import Block, block, blocks_apart, nearest_points
+from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
-from stability.shapes.box import Box
 
 EDGE_RADIUS = 1e-4  # [m] how much edges are taken to be rounded
 MOST_ROUNDED = 0.02  # share of a brick's smallest side; less than EDGE_RADIUS on bricks thinner than 5 mm

@@ -1,17 +1,17 @@
-"""What presses on bricks that an engine moves, and is no body with weight there: it is told to every engine step.
-
-An engine takes it as forces, or as the change of motion that they come to, before it solves its contacts.
-"""
+"""Applies the dead load of frozen bricks to bricks that an engine moves."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import sqrt
 from typing import Protocol
 
-from stability.geometry.rotations import inverse, rotate
-from stability.geometry.vectors import add, add_scaled, cross, subtract
-from stability.mechanics.impulse import FreeBody
-from stability.mechanics.rubbing import Pressed, friction_impulses
-from stability.model import AT_REST, BodyId, BodyState, Brick, Vec3
+from stability.dynamics.rigid_body import FreeBody, Pressed, friction_impulses
+from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, rotate, subtract
+from stability.model import AT_REST, BodyId, BodyState, Brick, Quaternion, Vec3
+
+# What presses on bricks that an engine moves, and is no body with weight there: it is told to every engine step.
+#
+# An engine takes it as forces, or as the change of motion that they come to, before it solves its contacts.
 
 
 class Moving(Protocol):
@@ -91,3 +91,25 @@ class Acting:
             arm = subtract(at_W, self.state.pose.position_W)
             torque = add_scaled(torque, 1.0 / duration, cross(arm, impulse_W))
         return force, torque
+
+
+# The shortest turn from one direction to another, by which a plane is turned to its normal.
+
+
+OPPOSITE = -1.0 + 1e-12  # cosine below which any turn by 180 deg is the shortest
+
+
+def shortest_turn(before: Vec3, after: Vec3) -> Quaternion:
+    """The shortest turn that takes one unit vector to another."""
+    cosine = dot(before, after)
+    if cosine < OPPOSITE:
+        x, y, z = before
+        return _half_turn_about((0.0, -z, y) if abs(x) < abs(z) else (-y, x, 0.0))
+    half = sqrt(2.0 * (1.0 + cosine))
+    x, y, z = cross(before, after)
+    return (x / half, y / half, z / half, half / 2.0)
+
+
+def _half_turn_about(axis: Vec3) -> Quaternion:
+    length = sqrt(dot(axis, axis))
+    return (axis[0] / length, axis[1] / length, axis[2] / length, 0.0)

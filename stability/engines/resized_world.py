@@ -7,14 +7,11 @@ factor^3, forces and impulses factor^4 times as large, and gravity is weaker by 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
-from stability.engines.friction_told import FrictionRecord, TellsFriction
-from stability.engines.prescribed import PrescribedMotion
-from stability.engines.protocol import World
-from stability.engines.settings import EngineSettings
+from stability.dynamics.rigid_body import Pressed
+from stability.engines.protocol import EngineSettings, FrictionRecord, PrescribedMotion, TellsFriction, World
+from stability.geometry.convex_solid import scaled
 from stability.geometry.vectors import scale
-from stability.mechanics.rubbing import Pressed
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
-from stability.shapes.scaled import scaled
 
 
 @dataclass

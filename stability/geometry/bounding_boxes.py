@@ -5,12 +5,10 @@ from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stability.geometry.neighbours import Neighbours
+from stability.geometry.rows import Array
+from stability.geometry.spatial_grid import Neighbours
 from stability.model import BodyId, Plane
-
-Array = NDArray[np.float64]
 
 
 @dataclass(slots=True, eq=False)

@@ -1,14 +1,150 @@
-"""Convex polygons in plan, fast and unrounded: no corner is dropped because it sticks out little.
+"""Convex polygons in plan: areas, clipping, hulls."""
 
-Corners run counter-clockwise seen from above. What has no area is no polygon and comes back empty.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
 from itertools import pairwise
-from math import hypot, inf
+from math import dist, hypot, inf
+from typing import TypeAlias, TypeVar, cast
 
-from stability.geometry.clipping import cut
-from stability.geometry.plan import ROUNDING, Point2, Polygon, extent
+# Cutting convex polygons, lines and cones by half-planes: the one clipper (Sutherland and Hodgman, 1974).
+
+
+P = TypeVar("P", bound=tuple[float, ...])  # a point or a direction, of any dimension
+
+
+def between(one: P, other: P, part: float) -> P:
+    """The point on the line from one to the other, at this part of it."""
+    return cast(P, tuple([a + part * (b - a) for a, b in zip(one, other, strict=True)]))
+
+
+def cut(
+    corners: Sequence[P],
+    depths: Sequence[float],
+    slack: float = 0.0,
+    crossing: Callable[[P, P, float], P] = between,
+) -> list[P]:
+    """The part of a convex polygon on the inner side of a line; two corners, or one, count as a polygon.
+
+    `depths` says how far inside each corner is. What is no further outside than `slack` lies on the line, and stays.
+    Where the border crosses the line, `crossing` makes the corner, always from the inner one to the outer one, so that
+    two polygons that share a side get the same.
+    """
+    kept: list[P] = []
+    least = -slack
+    before, depth_before = corners[-1], depths[-1]
+    for corner, depth in zip(corners, depths, strict=True):
+        if depth >= least:
+            if depth > slack and depth_before < least:
+                kept.append(crossing(corner, before, depth / (depth - depth_before)))
+            kept.append(corner)
+        elif depth_before > slack:
+            kept.append(crossing(before, corner, depth_before / (depth_before - depth)))
+        before, depth_before = corner, depth
+    return kept
+
+
+def within_rectangle(corners: Sequence[P], half_x: float, half_y: float) -> Sequence[P]:
+    """The part whose first two coordinates are within these limits: of a polygon, of a line, or of a point."""
+    for axis, limit in ((0, half_x), (1, half_y)):
+        along = [corner[axis] for corner in corners]
+        if along and min(along) < -limit:
+            corners = cut(corners, [limit + each for each in along], crossing=_on_border(axis, -limit))
+            along = [corner[axis] for corner in corners]
+        if along and max(along) > limit:
+            corners = cut(corners, [limit - each for each in along], crossing=_on_border(axis, limit))
+    return corners
+
+
+def _on_border(axis: int, value: float) -> Callable[[P, P, float], P]:
+    """The crossing with a side of the rectangle: exactly on it, whatever rounding says."""
+    across = 1 - axis
+
+    def crossing(inner: P, outer: P, part: float) -> P:
+        beside = inner[across] + part * (outer[across] - inner[across])
+        place = (beside, value) if axis else (value, beside)
+        return cast(P, place if len(inner) == len(place) else (*place, *between(inner[2:], outer[2:], part)))
+
+    return crossing
+
+
+# Convex polygons in plan (the x-y plane of W), as the published models use them: corners within noise are dropped.
+
+
+Point2: TypeAlias = tuple[float, float]
+Polygon: TypeAlias = tuple[Point2, ...]  # convex, counter-clockwise seen from above, no corner twice
+
+# [m] A corner that sticks out less than this from the line of its neighbours is rounding or noise, not shape.
+STRAIGHT = 2e-5
+# Share of the extent below which two corners are one, or a corner lies on a line: what rounding does to coordinates.
+ROUNDING = 1e-12
+
+
+def extent(points: Sequence[Point2]) -> float:
+    """The larger side of the upright rectangle around points [m]."""
+    xs, ys = zip(*points, strict=True)
+    width, height = max(xs) - min(xs), max(ys) - min(ys)
+    return float(width if width > height else height)
+
+
+def _doubled_area(a: Point2, b: Point2, c: Point2) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def straightened(polygon: Polygon) -> Polygon:
+    """A convex polygon without the corners that are only rounding; empty if it is nowhere wider than that."""
+    corners = list(polygon)
+    index = 0
+    while index < len(corners) > 2:  # noqa: PLR2004 -- a polygon has three
+        before, after = corners[index - 1], corners[(index + 1) % len(corners)]
+        if _sticks_out(corners[index], before, after) < STRAIGHT:
+            del corners[index]
+            index = 0
+        else:
+            index += 1
+    return tuple(corners) if len(corners) > 2 else ()  # noqa: PLR2004
+
+
+def _sticks_out(corner: Point2, a: Point2, b: Point2) -> float:
+    """How far a corner is from the line through its neighbours, or from one of them if that is closer [m]."""
+    nearest = min(dist(corner, a), dist(corner, b))
+    length = dist(a, b)
+    return min(nearest, abs(_doubled_area(a, b, corner)) / length) if length > STRAIGHT else nearest
+
+
+def signed_distance(point: Point2, polygon: Polygon) -> float:
+    """Distance from `point` to the border of `polygon` [m]: positive inside, negative outside."""
+    if len(polygon) == 1:
+        return -dist(point, polygon[0])
+    edges = [*pairwise(polygon), (polygon[-1], polygon[0])]
+    inside = len(polygon) > 2 and all(_doubled_area(a, b, point) >= 0.0 for a, b in edges)  # noqa: PLR2004 -- has area
+    nearest = min((_distance_to_segment(point, a, b) for a, b in edges), default=inf)
+    return nearest if inside else -nearest
+
+
+def _distance_to_segment(point: Point2, a: Point2, b: Point2) -> float:
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    along = ((point[0] - a[0]) * dx + (point[1] - a[1]) * dy) / (dx * dx + dy * dy)
+    along = min(1.0, max(0.0, along))
+    return hypot(point[0] - a[0] - along * dx, point[1] - a[1] - along * dy)
+
+
+def centroid(polygon: Polygon) -> Point2:
+    """The centre of the area of a polygon; of its corners if it has no area."""
+    ax, ay = polygon[0]
+    total = x = y = 0.0
+    for b, c in pairwise(polygon[1:]):
+        area = _doubled_area(polygon[0], b, c)
+        total += area
+        x += area * (ax + b[0] + c[0]) / 3.0
+        y += area * (ay + b[1] + c[1]) / 3.0
+    if total <= 0.0:
+        return (sum(p[0] for p in polygon) / len(polygon), sum(p[1] for p in polygon) / len(polygon))
+    return (x / total, y / total)
+
+
+# Convex polygons in plan, fast and unrounded: no corner is dropped because it sticks out little.
+#
+# Corners run counter-clockwise seen from above. What has no area is no polygon and comes back empty.
 
 
 def with_area(polygon: Polygon) -> Polygon:
@@ -145,3 +281,51 @@ def barycentric(point: Point2, polygon: Polygon) -> list[float]:
     total = sum(parts)
     weights[0], weights[index], weights[index + 1] = (part / total for part in parts)
     return weights
+
+
+# The convex hull of points in plan: the one algorithm, exact or to rounding. Monotone chain (Andrew, 1979).
+
+
+def convex_hull(points: Iterable[Point2]) -> Polygon:
+    """The corners of the convex hull, exactly; two points if all lie on a line, one if all coincide."""
+    return _corners(points, exact=True)
+
+
+def hull(points: Iterable[Point2]) -> Polygon:
+    """The convex hull without corners that stick out by rounding only; empty if all lie on a line to rounding."""
+    corners = _corners(points, exact=False)
+    return corners if len(corners) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
+
+
+def _corners(points: Iterable[Point2], exact: bool) -> Polygon:
+    """Counter-clockwise. Exact, none is missing, however little it sticks out: a tolerance would drop extreme ones."""
+    ordered = sorted(set(points))
+    if len(ordered) <= 2:  # noqa: PLR2004 -- a point or a line has no inside
+        return tuple(ordered)
+    slack = ROUNDING * extent(ordered)
+    lower = _chain(ordered, slack, exact)
+    ordered.reverse()
+    upper = _chain(ordered, slack, exact)
+    return (*lower[:-1], *upper[:-1])
+
+
+def _chain(ordered: Sequence[Point2], slack: float, exact: bool) -> list[Point2]:
+    chain = [ordered[0], ordered[1]]
+    for point in ordered[2:]:
+        x, y = point
+        while len(chain) > 1:
+            (ox, oy), (ax, ay) = chain[-2], chain[-1]
+            dx, dy = x - ox, y - oy
+            turn, unclear = (ax - ox) * dy - (ay - oy) * dx, slack * (abs(dx) + abs(dy))
+            # So close to the line, rounding may decide on which side of it a corner lies.
+            if turn > unclear or (exact and turn >= -unclear and _turns_left(chain[-2], chain[-1], point)):
+                break
+            chain.pop()
+        chain.append(point)
+    return chain
+
+
+def _turns_left(a: Point2, b: Point2, c: Point2) -> bool:
+    """Whether a, b, c run counter-clockwise, in exact arithmetic."""
+    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
+    return (bx - ax) * (cy - ay) > (by - ay) * (cx - ax)

@@ -12,10 +12,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.geometry.separating_axes import Axes
+from stability.geometry.box_distance import Axes
+from stability.geometry.rows import Array
 from stability.model import ConvexShape, Vec3
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int_]
 KEPT: Final = 512  # shapes whose meshes are kept
 PARALLEL: Final = 1e-9  # sine below which two edges give no direction of their own

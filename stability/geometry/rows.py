@@ -1,9 +1,12 @@
 """Arithmetic of vectors in space, row by row in arrays."""
 
+from typing import TypeAlias
+
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.int64]
 
 
 def cross_rows(a: Array, b: Array) -> Array:

@@ -6,19 +6,17 @@ not as MuJoCo, SAPIEN and Drake have.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stability.geometry.given_numbers import admit_numbers, listed, told
+from stability.geometry.box import Box
+from stability.geometry.placed_shape import bounds_W
+from stability.geometry.rows import Array
+from stability.geometry.vectors import admit_numbers, listed, told
 from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stability.shapes.in_pose import bounds_W
-from stability.statics.assembly_answers import AssemblyAnswers
-from stability.statics.facts import Placed
-
-Array: TypeAlias = NDArray[np.float64]
+from stability.problem import Placed
+from stability.statics.assembly import AssemblyAnswers
 
 
 @dataclass(frozen=True, slots=True, eq=False)

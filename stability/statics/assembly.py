@@ -1,34 +1,422 @@
-"""Bricks in their places, and what is proven of them: the statics API.
+"""An assembly of bricks and what is proven of it: the public API of statics."""
 
-    >>> assembly = Assembly()
-    >>> plank = Brick("a", Box((0.12, 0.024, 0.008)), 0.0115)
-    >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
-    <Stability.STABLE: 'stable'>
-
-No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
-Each change takes effect at once or not at all: what an interrupt breaks off leaves nothing behind.
-"""
-
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from math import ceil, floor, inf, log10
 from time import perf_counter
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Final
 
 from stability.blas_threads import one_thread
-from stability.friction_law import GivenFriction
+from stability.contact_law import GivenFriction, admit_friction
 from stability.garbage import rarely_collected
-from stability.geometry.given_numbers import listed, told
-from stability.geometry.touching import BESIDE
-from stability.model import EARTH, GROUND, BodyId, Brick, Plane, Pose
-from stability.statics.admission import admit_brick, admit_names, admit_overlap, admit_site
-from stability.statics.assembly_answers import LAST, AssemblyAnswers
-from stability.statics.facts import Contact, Placed, Stability, Tolerances, Verdict, by_place
-from stability.statics.intrusion import OVERLAP, refuse_overlaps
+from stability.geometry.box import Box, OffCentreBox
+from stability.geometry.box_distance import BESIDE, LIMIT_ITSELF, reach_between
+from stability.geometry.placed_shape import apart, apart_from_plane, bounds_W
+from stability.geometry.polygons import Point2, depth
+from stability.geometry.spatial_grid import Neighbours
+from stability.geometry.vectors import (
+    LONGEST,
+    SHORTEST,
+    add,
+    admit_in_range,
+    admit_number,
+    admit_numbers,
+    listed,
+    subtract,
+    told,
+)
+from stability.graph import reached
+from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Pose, Vec3
+from stability.problem import (
+    Contact,
+    Forces,
+    Placed,
+    Problem,
+    Stability,
+    Stage,
+    Tolerances,
+    Verdict,
+    Wrench,
+    by_place,
+    rounded,
+)
+from stability.statics.certificate import Tally, brick_graph, rests_on, tallied, total_forces
 from stability.statics.journal import Kept
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
+
+# What statics takes in: bodies whose numbers mean something. Anything else is an error with its remedy.
+
+
+UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
+PLAIN = {float, int}  # types of numbers that need no closer look
+LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
+WEAKEST, STRONGEST = 1e-60, 1e60  # [m/s2] of gravity
+
+
+def admit_brick(placed: Placed) -> None:
+    """Raise ValueError for a brick whose size, mass or place means nothing, TypeError for what is none."""
+    try:
+        if _is_usual(placed):
+            return
+    except (AttributeError, TypeError):
+        pass  # which is told below
+    _admit_kinds(placed)
+    brick, name = placed.brick, placed.brick.id
+    _admit_shape("brick", name, brick.shape)
+    remedy = f"write kilograms, as a number; it is from {LIGHTEST:g} to {HEAVIEST:g} kg"
+    admit_in_range(f"brick '{name}' has the mass", brick.mass, LIGHTEST, HEAVIEST, remedy)
+    admit_place(placed)
+
+
+def _is_usual(placed: Placed) -> bool:
+    """Whether a brick is admitted, by the quickest test there is, since every brick that is set down passes it."""
+    brick, pose = placed.brick, placed.pose
+    if not isinstance(brick.shape, Box):
+        return False  # it takes the longer way
+    size = brick.shape.size
+    if not isinstance(brick, Brick) or not isinstance(pose, Pose) or not isinstance(brick.id, str):
+        return False
+    if not (len(size) == len(pose.position_W) == 3 and len(pose.orientation) == 4):  # noqa: PLR2004 -- as they are
+        return False
+    (a, b, c), (x, y, z), (i, j, k, w) = size, pose.position_W, pose.orientation
+    return (
+        PLAIN.issuperset(map(type, (a, b, c, x, y, z, i, j, k, w, brick.mass)))
+        and type(size) is tuple
+        and SHORTEST <= a <= LONGEST
+        and SHORTEST <= b <= LONGEST
+        and SHORTEST <= c <= LONGEST
+        and LIGHTEST <= brick.mass <= HEAVIEST
+        and -LONGEST <= x <= LONGEST
+        and -LONGEST <= y <= LONGEST
+        and -LONGEST <= z <= LONGEST
+        and -UNIT <= i * i + j * j + k * k + w * w - 1.0 <= UNIT
+    )
+
+
+def _admit_kinds(placed: object) -> None:
+    """Raise TypeError for what is no brick in a pose."""
+    if not isinstance(placed, Placed):
+        raise TypeError(f"expected Placed(brick, pose), not {told(placed)}")
+    if not isinstance(placed.brick, Brick):
+        raise TypeError(f"expected Brick(name, shape, mass), not {told(placed.brick)}")
+    admit_name("a brick", placed.brick.id)
+    if not isinstance(placed.pose, Pose):
+        raise TypeError(f"brick '{placed.brick.id}' has the pose {told(placed.pose)}; write Pose((x, y, z)) in metres")
+
+
+def admit_name(what: str, name: object) -> None:
+    """Raise TypeError for what is no name."""
+    if not isinstance(name, str):
+        raise TypeError(f"{what} is called {told(name)}; write its name as a text")
+
+
+def admit_place(placed: Placed) -> None:
+    """Raise ValueError for a pose that means nothing, TypeError for what is none."""
+    name, pose = placed.brick.id, placed.pose
+    _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
+    if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
+        raise ValueError(f"brick '{name}' is at {told(pose.position_W)}; put it within {LONGEST:g} m of the origin")
+    _admit(name, "orientation", pose.orientation, 4, "write a quaternion x, y, z, w")
+    if abs(sum(part * part for part in pose.orientation) - 1.0) > UNIT:
+        raise ValueError(f"brick '{name}' has the orientation {told(pose.orientation)}; divide it by its length")
+
+
+def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
+    """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing, TypeError for what is none."""
+    admit_friction(friction)
+    remedy = f"write m/s2, as a number that is more than 0, from {WEAKEST:g} to {STRONGEST:g}; it points down"
+    admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, remedy)
+    for plane in planes:
+        _admit_plane(plane)
+    for table in tables:
+        _admit_kinds(table)
+        _admit_shape("table", table.brick.id, table.brick.shape)
+        admit_place(table)
+    names = [plane.id for plane in planes] + [table.brick.id for table in tables]
+    admit_names(names, ())
+
+
+def admit_problem(problem: object) -> None:
+    """Raise TypeError for what is no problem of statics."""
+    if not isinstance(problem, Problem):
+        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {told(problem)}")
+
+
+def admit_forces(forces: object) -> None:
+    """Raise TypeError for what are no forces of a proof; None is none that are known."""
+    if forces is not None and not isinstance(forces, Forces):
+        raise TypeError(f"expected the forces of an assembly, assembly.forces(), not {told(forces)}")
+
+
+def admit_overlap(overlap: float) -> None:
+    """Raise ValueError for a depth that means nothing, TypeError for what is none."""
+    admit_number("the overlap is", overlap, "write metres, as a number")
+    if not overlap >= 0.0:
+        raise ValueError(f"the overlap is {overlap} m; it is 0 or more")
+
+
+def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
+    limits = f"from {SHORTEST:g} to {LONGEST:g} m"
+    match shape:
+        case Box(size):
+            _admit_size(what, name, size)
+        case tuple():
+            raise ValueError(f"{what} '{name}' has the shape {told(shape)}; write Box({told(shape)})")
+        case OffCentreBox(size, centre):
+            _admit_size(what, name, size)
+            _admit(name, "centre of mass", centre, 3, "write x, y and z from the middle of the box in metres")
+            if any(abs(part) >= 0.5 * side for part, side in zip(centre, size, strict=True)) and what == "brick":
+                raise ValueError(f"{what} '{name}' has its centre of mass at {centre}, which is not inside of {size}")
+        case _ if not (hasattr(shape, "faces") and hasattr(shape, "least_thickness")):
+            raise TypeError(
+                f"{what} '{name}' has the shape {told(shape)}; write Box((length, width, thickness)) in metres"
+            )
+        case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
+            across = f"{shape.least_thickness} to {shape.length} m"
+            raise ValueError(f"{what} '{name}' measures {across}; each measure is {limits}")
+
+
+def _admit_size(what: str, name: BodyId, size: Sequence[float]) -> None:
+    _admit(name, "size", size, 3, "write length, width and thickness in metres")
+    if not isinstance(size, tuple):
+        raise TypeError(f"{what} '{name}' has the size {told(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
+    if not all(SHORTEST <= side <= LONGEST for side in size):
+        limits = f"from {SHORTEST:g} to {LONGEST:g} m"
+        raise ValueError(f"{what} '{name}' has the size {told(size)}; each side is {limits}")
+
+
+def _admit_plane(plane: Plane) -> None:
+    if not isinstance(plane, Plane):
+        raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
+    admit_name("a plane", plane.id)
+    admit_number(f"plane '{plane.id}' has the friction", plane.friction, "write a coefficient of 0 or more")
+    _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
+    if not all(-LONGEST <= part <= LONGEST for part in plane.point_W):
+        raise ValueError(f"plane '{plane.id}' is at {told(plane.point_W)}; put it within {LONGEST:g} m of the origin")
+    _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the way out of the solid")
+    if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
+        raise ValueError(f"plane '{plane.id}' has the normal {plane.normal_W}; divide it by its length")
+    if not 0.0 <= plane.friction < float("inf"):
+        raise ValueError(f"plane '{plane.id}' has the friction {plane.friction}; it is 0 or more")
+
+
+def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
+    """Raise ValueError for a name that something has already."""
+    among: set[BodyId] = set()
+    for name in coming:
+        if name in known or name in among:
+            raise ValueError(f"there are two bodies called '{name}'; give each a name of its own")
+        among.add(name)
+
+
+def _admit(name: BodyId, what: str, numbers: Sequence[float], count: int, remedy: str) -> None:
+    admit_numbers(f"'{name}' has the {what}", numbers, count, remedy)
+
+
+# What can be asked of bricks in their places, and of what is proven of them; nothing here changes anything.
+
+
+LAST: Final = "last"
+
+
+class AssemblyAnswers:
+    """Bricks, what they stand on, and the proof of each brick."""
+
+    _working: Prover
+    _said: Kept[str, Verdict]
+
+    @property
+    def _prover(self) -> Prover:
+        """All that is proven, by changes that took effect."""
+        self._working.structure.journal.undo()
+        return self._working
+
+    @property
+    def _structure(self) -> Structure:
+        return self._prover.structure
+
+    @property
+    def _verdict(self) -> Verdict:
+        self._working.structure.journal.undo()
+        return self._said[LAST]
+
+    @property
+    def bricks(self) -> Mapping[BodyId, Placed]:
+        """In the order in which they came."""
+        return MappingProxyType(self._structure.bricks)
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """The fixed planes."""
+        return self._structure.planes
+
+    @property
+    def tables(self) -> tuple[Placed, ...]:
+        """The boxes that never move."""
+        return self._structure.tables
+
+    @property
+    def friction(self) -> GivenFriction:
+        """Coulomb coefficient of brick on brick, as it was given."""
+        return self._structure.friction
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of free fall [m/s2]."""
+        return self._structure.gravity
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exact it is."""
+        return self._structure.tolerances
+
+    def _reject_unknown(self, names: Sequence[BodyId]) -> None:
+        for name in names:
+            admit_name("a brick", name)
+            if name not in self._structure.bricks:
+                raise LookupError(f"there is no brick '{name}'")
+
+    def verdict(self) -> Verdict:
+        """The last verdict, which is that of the whole assembly."""
+        return self._verdict
+
+    def stage(self, brick: BodyId) -> Stage | None:
+        """Which stage proved a brick; None while none has."""
+        self._reject_unknown([brick])
+        return self._prover.ledger.stage(brick)
+
+    def contacts(self, brick: BodyId) -> Sequence[Contact]:
+        """The contacts of a brick, with bricks and planes."""
+        self._reject_unknown([brick])
+        return tuple(self._structure.touching[brick].values())
+
+    def all_contacts(self) -> Sequence[Contact]:
+        """All contacts, each once."""
+        return self._structure.contacts_of(self._structure.bricks)
+
+    def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
+        """These bricks, and all that they can carry, directly or through others."""
+        self._reject_unknown(sorted(bricks))
+        return self._structure.with_all_above(bricks)
+
+    def with_all_below(self, bricks: Collection[BodyId]) -> set[BodyId]:
+        """These bricks, and all that can carry them, directly or through others."""
+        self._reject_unknown(sorted(bricks))
+        return reached(bricks, lambda brick: self._structure.below([brick]))
+
+    def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
+        self._reject_unknown([brick])
+        return self._structure.around(brick, within)
+
+    def core_depth(self, brick: BodyId, point: Point2) -> float:
+        """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
+        self._reject_unknown([brick])
+        return depth(point, self._structure.cores[brick].polygon)
+
+    def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """The bodies that a brick rests on or leans on, by name."""
+        self._reject_unknown([brick])
+        return tuple(rests_on(self._structure, self._prover.ledger, brick))
+
+    def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
+        """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
+        group = list(self._structure.bricks) if bricks is None else sorted(bricks)
+        self._reject_unknown(group)
+        return self._structure.problem(group, self._structure.contacts_of(group))
+
+    def forces(self) -> Forces | None:
+        """Contact forces that balance all there is, one entry for each of `all_contacts()`, checked by arithmetic.
+
+        None unless the verdict is STABLE. Such forces are not unique.
+        """
+        if not self._prover.all_proven():
+            return None
+        from stability.statics.proof import check_forces  # noqa: PLC0415 -- it brings numpy, and verdicts do without
+
+        problem = self.problem()
+        forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
+        check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
+        if not check.holds:
+            raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
+        return forces
+
+    def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
+        """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
+
+        Such forces are not unique, and these are not checked. `among`: of what load cores carry, the weights of these
+        bricks only.
+        """
+        weighed = self.with_all_above(bricks) if among is None else among
+        return tallied(self._structure, self._prover.ledger, weighed)
+
+    def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
+        """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""
+        self._reject_unknown([brick])
+        return self.all_shares(self._structure.with_all_above([brick]))[brick]
+
+    def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
+        """The shares of all bricks, or of some as if nothing else were there."""
+        return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
+
+
+# Refuses bricks that are put inside of others, or of what is fixed: statics would take them as apart.
+
+
+# [m] What is forgiven: rounding in files, far below what bricks are made to. Less is of bodies so thin that they would
+# no longer touch.
+OVERLAP = 1e-4
+MILLIMETRES = 1000.0
+
+
+def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: float, leaving: BodyId = "") -> None:
+    """Raise ValueError for the first brick that is deeper than this [m] in another body, be it there or coming too.
+
+    `leaving` is a brick that is there now, and will not be.
+    """
+    among: Neighbours[BodyId] = Neighbours()
+    new: dict[BodyId, Placed] = {}
+    for placed in coming:
+        low_W, high_W = bounds_W(placed.brick.shape, placed.pose)
+        for plane in structure.planes:
+            gap = apart_from_plane(placed.brick.shape, placed.pose, plane).gap
+            _refuse(placed, plane.id, gap, min(overlap, reach_between(placed.brick.shape.least_thickness)))
+        inside = _shrunk(low_W, high_W, min(overlap, reach_between(placed.brick.shape.least_thickness)))
+        others = structure.within(*inside)
+        for other in (*others, *(new[name] for name in among.around(*inside, 0.0))):
+            if other.brick.id != leaving:
+                forgiven = reach_between(placed.brick.shape.least_thickness, other.brick.shape.least_thickness)
+                gap = apart(placed.brick.shape, placed.pose, other.brick.shape, other.pose).gap
+                _refuse(placed, other.brick.id, gap, min(overlap, forgiven))
+        among.add(placed.brick.id, low_W, high_W)
+        new[placed.brick.id] = placed
+
+
+def _shrunk(low_W: Vec3, high_W: Vec3, by: float) -> tuple[Vec3, Vec3]:
+    """A box within another: what does not meet it is not deeper than this in the other, along some axis."""
+    a, b, c = (min(by, 0.25 * side) for side in subtract(high_W, low_W))
+    return add(low_W, (a, b, c)), subtract(high_W, (a, b, c))
+
+
+def _refuse(placed: Placed, other: BodyId, gap: float, forgiven: float) -> None:
+    if -gap > LIMIT_ITSELF * forgiven:
+        depth = f"{MILLIMETRES * -gap:.3g} mm deep in '{other}'"
+        raise ValueError(f"brick '{placed.brick.id}' is {depth}; move it, or give Assembly a larger `overlap`")
+
+
+# Bricks in their places, and what is proven of them: the statics API.
+#
+#     >>> assembly = Assembly()
+#     >>> plank = Brick("a", Box((0.12, 0.024, 0.008)), 0.0115)
+#     >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
+#     <Stability.STABLE: 'stable'>
+#
+# No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
+# Each change takes effect at once or not at all: what an interrupt breaks off leaves nothing behind.
+
 
 DIGITS = 3  # of the least width of gaps that a verdict counts on, rounded up
 NOISE = 1e-9  # share of a width that is rounding: it does not make 1 mm 1.01 mm
@@ -272,3 +660,42 @@ def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState,
     made = kind(*others, overlap=overlap)
     made.restore(AssemblyState(made, known, verdict))
     return made
+
+
+# Would what stands still stand under loads besides its weight?
+
+
+MOST = 60  # bricks in one program: a few milliseconds
+
+
+def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
+    """Whether forces are proven to balance all that is connected with the loaded bricks; False if that is not known.
+
+    Loads are at the centres of the bricks, in W. Far from them, bricks are held fixed where there are too many.
+    """
+    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
+
+    group = _connected(assembly, sorted(loads))
+    problem = assembly.problem(group)
+    together = {
+        brick: Wrench(add(own.force_W, loads[brick].force_W), add(own.torque_W, loads[brick].torque_W))
+        if brick in loads
+        else own
+        for brick, own in problem.loads.items()
+    }
+    return balance(replace(problem, loads=together)).forces is not None
+
+
+def _connected(assembly: Assembly, bricks: list[BodyId]) -> set[BodyId]:
+    """All that touches these bricks, directly or through others, or the nearest of them."""
+
+    def onwards(brick: BodyId) -> list[BodyId]:
+        bodies = {body for contact in assembly.contacts(brick) for body in (contact.lower, contact.upper)}
+        return sorted(body for body in bodies if body in assembly.bricks)
+
+    group = set(bricks)
+    front = group
+    while front and len(group) < MOST:
+        front = {other for brick in front for other in onwards(brick)} - group
+        group |= front
+    return group

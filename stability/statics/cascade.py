@@ -1,33 +1,91 @@
-"""The cascade: the cheapest test that can prove its answer ends the question.
+"""The cascade of stability tests, cheapest first: the first proof decides."""
 
-A brick whose weight is not covered yet is judged together with a group: itself, what it can carry, then step by step
-the bricks below, with what these can carry. Loads may leave the group into load cores of the bricks below, so a group
-that balances is proven whatever it stands on. A group that cannot balance even with all the rest held fixed is proven
-to fall. What neither shows is asked again of a larger group, up to everything that is connected.
-
-What checks a proof or solves a program is imported where it is first asked: it brings numpy, which takes longer to load
-than most scenes take to judge, and what stands on load cores needs neither.
-"""
-
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence, Set
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stability.graph import from_the_top
 from stability.model import BodyId
-from stability.statics.facts import Contact, Motion, Problem, Stability, Stage, Verdict
+from stability.problem import Contact, Motion, Problem, Stability, Stage, Verdict
+from stability.statics.fall_description import described
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright
-from stability.statics.overlaps import overlap_in_words
 from stability.statics.propagation import Failure, propagate
-from stability.statics.solvers.fall_words import described
-from stability.statics.structure import Structure
-from stability.statics.tipping import Fall
-from stability.statics.upper_falls import LITTLE, fall_of, fall_on_top, little_fall
+from stability.statics.structure import Structure, overlap_in_words
+from stability.statics.tipping import Fall, lies_over, tipping
 from stability.statics.upright_forces import landings_of, upright_group, vertical_forces
 
 if TYPE_CHECKING:
-    from stability.statics.solvers.equilibrium import Balance
+    from stability.statics.equilibrium import Balance
+
+
+# Falls of the upper part of an assembly: of some bricks and all that they carry, while the rest is held fixed.
+
+
+CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
+LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
+
+
+def little_fall(
+    structure: Structure, doubted: Collection[BodyId], first: BodyId, most: int
+) -> tuple[Problem, Motion] | None:
+    """A fall of few bricks: of one of the doubted and all that it carries; its problem, and a motion that proves it.
+
+    In a load that falls, most often little falls at first. To find that costs less than to judge the whole. Of the
+    `first`, what it carries may be up to so many bricks.
+    """
+    from stability.statics.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
+
+    parts = {frozenset(structure.with_all_above([name])) for name in doubted}
+    own = frozenset(structure.with_all_above([first]))
+    asked = [part for part in parts if len(part) <= (most if part == own else LITTLE)]
+    for part in sorted(asked, key=lambda part: (len(part), sorted(part))):
+        problem = structure.problem(sorted(part), structure.contacts_of(sorted(part)))
+        if len(part) == 1 and lies_over(problem.bricks, problem.contacts):
+            continue
+        motion = falling_motion(problem, structure.tolerances)
+        if motion is not None:
+            return problem, motion
+    return None
+
+
+def fall_of(structure: Structure, brick: BodyId) -> Fall | None:
+    """The fall of a brick and all that it can carry as one body, if plain arithmetic agrees."""
+    return fall_as_one(structure, structure.with_all_above([brick]))
+
+
+def fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
+    """The smallest upper part of falling bricks that falls as one body: all, or those above one, with it or without."""
+    if len(bricks) > CUT:
+        return None
+    above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
+    above |= {frozenset(structure.with_all_above(structure.carried[name])) for name in bricks}
+    parts = sorted((part for part in above if part and part <= set(bricks)), key=lambda part: (len(part), min(part)))
+    return next((fall for part in parts if (fall := fall_as_one(structure, part)) is not None), None)
+
+
+def fall_as_one(structure: Structure, moving: Set[BodyId]) -> Fall | None:
+    bricks = {name: structure.bricks[name] for name in moving}
+    contacts = structure.contacts_of(sorted(moving))
+    fall = tipping(bricks, [c for c in contacts if (c.lower in moving) != (c.upper in moving)])
+    if fall is None:
+        return None
+    from stability.statics.proof import check_motion  # noqa: PLC0415 -- it brings numpy
+
+    checked = check_motion(structure.problem(fall.bricks, contacts), fall.motion, structure.tolerances)
+    return fall if checked.holds else None
+
+
+# The cascade: the cheapest test that can prove its answer ends the question.
+#
+# A brick whose weight is not covered yet is judged together with a group: itself, what it can carry, then step by step
+# the bricks below, with what these can carry. Loads may leave the group into load cores of the bricks below, so a group
+# that balances is proven whatever it stands on. A group that cannot balance even with all the rest held fixed is proven
+# to fall. What neither shows is asked again of a larger group, up to everything that is connected.
+#
+# What checks a proof or solves a program is imported where it is first asked: it brings numpy, which takes longer to
+# load than most scenes take to judge, and what stands on load cores needs neither.
+
 
 SPREAD = 4  # times more levels, or bricks, each time that a group grows
 SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
@@ -192,7 +250,7 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure |
 
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
-    from stability.statics.solvers.equilibrium import balance, falling_motion  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.equilibrium import balance, falling_motion  # noqa: PLC0415 -- it brings numpy
 
     members, contacts = frozenset(group), structure.contacts_of(group)
     fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
@@ -219,8 +277,8 @@ class _Careful:
 
 def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "Balance | None" = None) -> _Careful:
     """Prove that a group stands on load cores; `if_fixed` is how it balances with all the rest held fixed, if known."""
-    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
-    from stability.statics.solvers.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
 
     members, contacts = frozenset(group), structure.contacts_of(group)
     inner = [c for c in contacts if _is_within(c, members, structure)]
@@ -243,7 +301,7 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
 
 
 def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Answer:
-    from stability.statics.solvers.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
 
     problem, least = falling.problem, falling.motion
     if names_smallest:
@@ -254,7 +312,7 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
 
 
 def _in_doubt(structure: Structure, careful: _Careful) -> Answer:
-    from stability.statics.outcomes.first_start import lets_go  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.initial_motion import lets_go  # noqa: PLC0415 -- it brings numpy
 
     problem, found = careful.problem, careful.balance
     if found.forces is not None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from stability.geometry.neighbours import Neighbours
+from stability.geometry.spatial_grid import Neighbours
 from stability.model import BodyId, Vec3
 
 K = TypeVar("K")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from stability.model import BodyId
-from stability.statics.facts import ConeForces, Contact, Stage
+from stability.problem import ConeForces, Contact, Stage
 from stability.statics.journal import Journal, Kept
 from stability.statics.propagation import VerticalForce
 

@@ -11,11 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 
-from stability.geometry.hulls import hull
-from stability.geometry.plan import Point2, Polygon, extent
-from stability.geometry.polygons import clip, clip_line, depth, doubled_area, holds
+from stability.geometry.polygons import Point2, Polygon, clip, clip_line, depth, doubled_area, extent, holds, hull
 from stability.model import BodyId
-from stability.statics.facts import Contact
+from stability.problem import Contact
 
 UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
 USUAL = 2  # supports of a brick

@@ -12,18 +12,13 @@ by that, were it to carry all that the moving bricks carry, is taken from the po
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, inf, isfinite
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stability.geometry.rows import cross_rows
+from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
-from stability.statics.facts import ZERO, Forces, Motion, Problem, Tolerances, Wrench
-
-Array: TypeAlias = NDArray[np.float64]
-Indices: TypeAlias = NDArray[np.int64]
+from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench
 
 # Of a force, or of what the lighter of its two bricks carries: a cone violated by less is violated by rounding only.
 ROUNDING = 1e-12

@@ -1,22 +1,23 @@
-"""Weight passed down brick by brick: the second stage of the cascade.
-
-Each brick hands its weight, and the loads handed to it, to the bodies below by upright forces at the corners of its
-contact patches. Among all forces that balance it, those of least norm are taken: a pressure that is linear over the
-corners, and zero where it would pull, f = max(0, a + b x + c y). Loads that leave the group must land in the load cores
-of the bodies below. If every brick succeeds, the forces balance the whole group. If one fails, another way of sharing
-might have done it: a failure proves nothing.
-"""
+"""Propagates weights downwards brick by brick: a proof of rest by upright forces."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from stability.geometry.hulls import hull
-from stability.geometry.plan import Point2, extent
-from stability.geometry.polygons import depth
+from stability.geometry.polygons import Point2, depth, extent, hull
+from stability.graph import from_the_top
 from stability.model import BodyId
-from stability.statics.facts import Contact
-from stability.statics.load_core import ON_THE_BORDER, LoadCore, piece, plan
+from stability.problem import ZERO, Contact, Problem, Wrench
+from stability.statics.load_core import ON_THE_BORDER, LoadCore, carries_upright, piece, plan
+
+# Weight passed down brick by brick: the second stage of the cascade.
+#
+# Each brick hands its weight, and the loads handed to it, to the bodies below by upright forces at the corners of its
+# contact patches. Among all forces that balance it, those of least norm are taken: a pressure that is linear over the
+# corners, and zero where it would pull, f = max(0, a + b x + c y). Loads that leave the group must land in the load
+# cores of the bodies below. If every brick succeeds, the forces balance the whole group. If one fails, another way of
+# sharing might have done it: a failure proves nothing.
+
 
 MOST_TURNS = 30  # of the search for the corners that press; four or five are usual, and later stages take the rest
 ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
@@ -195,3 +196,37 @@ def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     forces: list[float] = (np.linalg.pinv(matrix) @ np.array([1.0, 0.0, 0.0])).tolist()
     points = [(float(x), float(y)) for x, y in matrix[1:].T]
     return [max(0.0, f) for f in forces] if min(forces) > -ROUNDING and _balances(forces, points) else None
+
+
+# Do upright forces, passed down brick by brick, balance a problem? If so no motion lowers it, and none is looked for.
+#
+# Weight propagation, with all that is no brick of the problem held fixed. A failure proves nothing.
+
+
+def is_held_upright(problem: Problem) -> bool:
+    """Whether weight propagation balances all loads of a problem, which must be weights."""
+    weights = _weights(problem)
+    if weights is None:
+        return False
+    supports: dict[BodyId, list[Contact]] = {name: [] for name in problem.bricks}
+    for contact in problem.contacts:
+        if contact.upper in supports and carries_upright(contact):
+            supports[contact.upper].append(contact)
+    if not all(supports.values()):
+        return False
+    order = from_the_top({name: [c.lower for c in below if c.lower in supports] for name, below in supports.items()})
+    if len(order) < len(supports):
+        return False  # bricks that rest on one another in a ring
+    return not isinstance(propagate(order, weights, supports, {}), Failure)
+
+
+def _weights(problem: Problem) -> Mapping[BodyId, VerticalLoad] | None:
+    """The loads as weights at the centres of mass; None if one of them is not a weight."""
+    weights = {}
+    for name, placed in problem.bricks.items():
+        load = problem.loads.get(name, Wrench(ZERO))
+        x, y, z = load.force_W
+        if x != 0.0 or y != 0.0 or not z < 0.0 or load.torque_W != ZERO:
+            return None
+        weights[name] = VerticalLoad(-z, placed.pose.position_W[:2])
+    return weights

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stability.model import BodyId
+from stability.problem import Placed, Stability, Stage, Verdict
 from stability.statics.cascade import Partners, judge, prove_together
-from stability.statics.facts import Placed, Stability, Stage, Verdict
 from stability.statics.journal import Kept
 from stability.statics.ledger import Group, Ledger, LedgerState
 from stability.statics.structure import Structure, StructureState

@@ -1,20 +1,24 @@
-"""The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go."""
+"""The contact graph and load core of an assembly, updated as bricks come and go."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from math import inf
 
-from stability.friction_law import Friction, GivenFriction, law_of
-from stability.geometry.touching import reach_between
+from stability.contact_law import Friction, GivenFriction, law_of
+from stability.contacts.bodies import Solid, solid
+from stability.contacts.detection import contact_between, contact_with_plane
+from stability.contacts.filled_gaps import ROOM, is_filled
+from stability.geometry.box_distance import reach_between
+from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.graph import reached
 from stability.model import BodyId, Plane, Vec3
-from stability.statics.contacts.filled_gaps import ROOM, is_filled
-from stability.statics.contacts.touch import Solid, contact_between, contact_with_plane, solid
-from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
+from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.journal import Journal, Kept, KeptNeighbours
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
+
+# The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go.
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,3 +286,27 @@ class Structure:
     def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
         """Within a group, the bricks that carry each."""
         return {brick: [c.lower for c in self.supports[brick] if c.lower in group] for brick in group}
+
+
+# Says which bodies are too deep in each other to count as touching, for the reason of a verdict.
+
+
+MILLIMETRES = 1000.0
+
+
+def overlap_in_words(structure: Structure, brick: BodyId) -> str:
+    """The body that a brick is deepest in, in words; empty if it is in none by more than still counts as touching."""
+    placed = structure.bricks[brick]
+    shape, pose, share = placed.brick.shape, placed.pose, structure.tolerances.gap
+    thickness = shape.least_thickness
+    found = [
+        (-apart_from_plane(shape, pose, plane).gap, plane.id, reach_between(thickness, share=share))
+        for plane in structure.planes
+    ]
+    for other in structure.near(brick):
+        reach = reach_between(thickness, other.brick.shape.least_thickness, share)
+        found.append((-apart(shape, pose, other.brick.shape, other.pose).gap, other.brick.id, reach))
+    depth, deepest = max(((depth, other) for depth, other, reach in found if depth > reach), default=(0.0, ""))
+    if not deepest:
+        return ""
+    return f"{brick} is {MILLIMETRES * depth:.3g} mm deep in {deepest}, so they are not taken to touch"

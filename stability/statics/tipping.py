@@ -10,11 +10,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from stability.geometry.hulls import convex_hull
-from stability.geometry.plan import Point2
+from stability.geometry.polygons import Point2, convex_hull
 from stability.geometry.vectors import cross, dot, scale, subtract
 from stability.model import BodyId, Vec3
-from stability.statics.facts import ZERO, Contact, Motion, Placed
+from stability.problem import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
 
 OVERHANG = 1e-11  # share of the support's extent: a smaller overhang is rounding

@@ -6,12 +6,10 @@ cores of bricks outside the group, which carry them to the ground whatever else 
 
 from collections.abc import Collection, Iterator, Sequence
 
-from stability.geometry.hulls import hull
-from stability.geometry.plan import extent
-from stability.geometry.polygons import depth
+from stability.geometry.polygons import depth, extent, hull
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
-from stability.statics.facts import UP, ConeForces, Contact, Stage
+from stability.problem import UP, ConeForces, Contact, Stage
 from stability.statics.ledger import Group
 from stability.statics.load_core import carries_upright, piece, plan
 from stability.statics.propagation import VerticalForce, VerticalLoad
@@ -22,7 +20,7 @@ CLEARLY = 1e-6  # share of an extent: so far outside, no rounding makes it insid
 
 def upright_group(structure: Structure, group: Sequence[BodyId]) -> Group | None:
     """The proof that upright forces alone balance these bricks; None if none is found."""
-    from stability.statics.solvers.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
 
     members = frozenset(group)
     if len(from_the_top(structure.rests_on(members))) < len(members):

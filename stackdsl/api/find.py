@@ -1,9 +1,8 @@
 """The largest or the least number with which a case stands, and what its margin depends on, for programs."""
 
-from stackdsl.checking.gathering import Case
-from stackdsl.finding.find_limit import ACCURACY, FINEST, FoundLimit, Want, Wish, find_in
-from stackdsl.finding.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
-from stackdsl.finding.sought import SoughtError
+from stackdsl.checking.cases import Case
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SoughtError, Want, Wish, find_in
+from stackdsl.studies.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
 
 __all__ = ["FoundLimit", "Sensitivities", "SoughtError", "find", "sensitivities"]
 

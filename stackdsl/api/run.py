@@ -12,20 +12,18 @@ from stability.model import Pose
 from stackdsl.api.python_remedies import in_python
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import Written, copied, spans_of
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
-from stackdsl.compiling.asked import asked_of
+from stackdsl.compiler.checks import asked_of
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.judging.known import known_of
-from stackdsl.outcome import GoldenResult, Outcome
+from stackdsl.goldens.golden import check_golden, keeper_of
+from stackdsl.judging.judge import compare_with_truth, judge, known_of
+from stackdsl.language.yaml.includes import variables_of
+from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
-from stackdsl.reading.composing import variables_of
-from stackdsl.reading.source import Loaded, Source
-from stackdsl.report.diagnostic_text import diagnostic_text
-from stackdsl.snapshots.golden import check_golden
-from stackdsl.snapshots.keepers import keeper_of
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.results import GoldenResult, Outcome
 from stackdsl.trace import BrickTrack, Event, Trace
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ import yaml
 
 from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
-from stackdsl.checking.gathering import Case, cases_of
-from stackdsl.importing.expansion import whole
-from stackdsl.outcome import VariantResult
-from stackdsl.reading.composing import Library
-from stackdsl.reading.source import Loaded, Source
+from stackdsl.checking.cases import Case, cases_of
+from stackdsl.importers.expansion import whole
+from stackdsl.language.yaml.includes import Library
+from stackdsl.language.yaml.source import Loaded, Source
+from stackdsl.results import VariantResult
 from stackdsl.trace import Event
 
 WIDTH: Final = 120  # [characters] of a line of YAML
@@ -104,7 +104,7 @@ class Scenario:
         processes, which begin by importing the main module anew where the platform asks for that. With an Executor of
         `concurrent.futures`, or of a cluster that has one, workers are the calls that it does at a time.
         """
-        from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
 
         found = self._case(case)
         if not found.is_sampled:

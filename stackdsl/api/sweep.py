@@ -6,12 +6,12 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
-from stackdsl.checking.gathering import Case
+from stackdsl.checking.cases import Case
+from stackdsl.studies import sweep as swept
+from stackdsl.studies.sweep import SweptCase
+from stackdsl.studies.sweep_plan import plan_of
+from stackdsl.studies.sweep_workers import Workers, own_processes
 from stackdsl.supervising.executors import TIME_LIMIT
-from stackdsl.sweeping import swept
-from stackdsl.sweeping.sweep_plan import plan_of
-from stackdsl.sweeping.swept import SweptCase
-from stackdsl.sweeping.workers import Workers, own_processes
 
 
 def sweep(

@@ -10,7 +10,7 @@ from typing import Final
 
 from stackdsl.api.python_remedies import python_name
 from stackdsl.diagnostics import Span
-from stackdsl.reading.source import Path, Plain
+from stackdsl.language.yaml.source import KeyPath, Plain
 
 HERE: Final = str(FilePath(__file__).parent)
 
@@ -63,7 +63,7 @@ def _relative(name: str) -> str:
     return path.relative_to(FilePath.cwd()).as_posix() if path.is_relative_to(FilePath.cwd()) else name
 
 
-def spans_of(value: Plain, path: Path = (), within: Span | None = None) -> dict[Path, Span]:
+def spans_of(value: Plain, path: KeyPath = (), within: Span | None = None) -> dict[KeyPath, Span]:
     """By path, the place of every value that was written in Python; `within` is that of what is around it."""
     span = value.span if isinstance(value, Written) else within
     found = {path: span} if span is not None else {}

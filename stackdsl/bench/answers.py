@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf
 
-from stability.statics.facts import Stability
+from stability.problem import Stability
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.timeline import Timeline, leaves_to_engine

@@ -16,13 +16,12 @@ from stackdsl.bench.points import Point, points_of
 from stackdsl.bench.run_record import NOT_TAKEN, Record, TruthHeld, finite, job_title, step_text
 from stackdsl.bench.scoring import Score, scores_of
 from stackdsl.bench.timing import Played, measured_or_blocked
-from stackdsl.checking.gathering import Case
+from stackdsl.checking.cases import Case
 from stackdsl.checking.results import STATUSES, held_up
 from stackdsl.judging.judge import compare_with_truth
-from stackdsl.language.choices import compact
-from stackdsl.observations import observations
-from stackdsl.outcome import Outcome, RunStatus
-from stackdsl.playing.clearance import Blocked
+from stackdsl.language.repeats import compact
+from stackdsl.results import Outcome, RunStatus, observations
+from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Start, Task, TaskResult
 from stackdsl.timeline import Placement, Timeline

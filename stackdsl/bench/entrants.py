@@ -4,14 +4,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Protocol
 
-from stability.engines.settings import Package
+from stability.engines.protocol import Package
 from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
 from stackdsl.bench.assessors.compas import ASSESSORS
-from stackdsl.judging.numerical import with_numerical_collapse
-from stackdsl.systems.known_systems import KNOWN, system_named
-from stackdsl.systems.modification import as_played
-from stackdsl.systems.systems import System
-from stackdsl.systems.worlds import settings_for
+from stackdsl.judging.judge import with_numerical_collapse
+from stackdsl.simulation.known_systems import KNOWN, system_named
+from stackdsl.simulation.systems import System, as_played
+from stackdsl.simulation.worlds import settings_for
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
@@ -74,13 +73,13 @@ class Player:
 
     def load(self) -> None:
         """Its engine, or the proofs that may do without."""
-        from stackdsl.systems.worlds import load  # noqa: PLC0415 -- it imports an engine
+        from stackdsl.simulation.worlds import load  # noqa: PLC0415 -- it imports an engine
 
         load(self.system)
 
     def play(self, timeline: Timeline, factor: float) -> Result:
         """A trace."""
-        from stackdsl.playing.runner import play  # noqa: PLC0415 -- it imports an engine
+        from stackdsl.simulation.runner import play  # noqa: PLC0415 -- it imports an engine
 
         return play(timeline, self.system.at_step(factor))
 
@@ -139,7 +138,7 @@ def entrant_named(name: str) -> Entrant:
 
 def installed() -> tuple[str, ...]:
     """The names of those that can take part here. Raises ForeignSystemError if one of other packages cannot."""
-    from stackdsl.systems.foreign import foreign_names  # noqa: PLC0415 -- it reads what is installed
+    from stackdsl.simulation.plugins import foreign_names  # noqa: PLC0415 -- it reads what is installed
 
     return tuple(name for name in (*ENTRANTS, *foreign_names()) if entrant_named(name).package.installed)
 
@@ -149,6 +148,6 @@ def distributions_of(names: Iterable[str]) -> list[str]:
     foreign = sorted({*names} - ENTRANTS.keys())
     if not foreign:
         return []
-    from stackdsl.systems.foreign import distribution_of  # noqa: PLC0415 -- it reads what is installed
+    from stackdsl.simulation.plugins import distribution_of  # noqa: PLC0415 -- it reads what is installed
 
     return list(filter(None, dict.fromkeys(distribution_of(name) for name in foreign)))

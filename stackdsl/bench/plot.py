@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stackdsl.bench.points import MEASURES, Point, fronts_of
-from stackdsl.report.matplotlib_figures import HINT, encoded, new_figure
+from stackdsl.report.plots import HINT, encoded, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

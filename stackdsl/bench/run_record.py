@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, fields
 from math import isfinite
 
 from stackdsl.bench.entrants import NO_STEPS
-from stackdsl.observations import Seen
+from stackdsl.results import Seen
 
 NOT_TAKEN = "not taken"  # in place of a RunStatus: the entrant says nothing of such a case
 FORMAT = 3  # of a line; raise it whenever an older one can no longer be read

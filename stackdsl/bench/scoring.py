@@ -12,7 +12,7 @@ from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.entrants import REFERENCES
 from stackdsl.bench.run_record import Record, step_text
 from stackdsl.language.claims.claim_kind import CLAIMS
-from stackdsl.observations import KINDS, Change, Seen, changes, turned_back
+from stackdsl.results import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Verdict
 
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.

@@ -8,7 +8,7 @@ from stackdsl.bench.points import COMPARED_WITH, MEASURES, Point, fronts_of
 from stackdsl.bench.run_record import step_text
 from stackdsl.bench.scoring import Score, numerical_reason
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
-from stackdsl.report.outcome_text import significant
+from stackdsl.report.text import significant
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 NOTHING = "-"

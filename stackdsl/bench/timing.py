@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from statistics import median
 
 from stackdsl.bench.entrants import Result, entrant_named
-from stackdsl.checking.one_case import played_or_blocked
-from stackdsl.playing.clearance import Blocked
+from stackdsl.checking.play_case import played_or_blocked
+from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Cost, Updates
 

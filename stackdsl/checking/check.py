@@ -1,28 +1,68 @@
-"""The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes."""
+"""The pipeline of `check`: cases -> traces -> outcomes and snapshots -> report, in supervised processes."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.memory import Memory, as_record, from_record, may_be_remembered
-from stackdsl.checking.one_case import play_case, play_refined, played_or_blocked
+from stackdsl.checking.cache import Memory, as_record, from_record, may_be_remembered
+from stackdsl.checking.cases import Case, Listed
+from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
-from stackdsl.checking.survey import Listed
-from stackdsl.checking.unused_goldens import unused_goldens
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.ensemble import OnDrawn, untold
-from stackdsl.judging.known import known_of
-from stackdsl.outcome import GoldenStatus, Outcome, Report, RunStatus, VariantResult
-from stackdsl.snapshots.file_names import golden_file
-from stackdsl.snapshots.golden import content, remove_obsolete, text_digest
-from stackdsl.snapshots.pending import Waiting
+from stackdsl.goldens.file_format import golden_file
+from stackdsl.goldens.golden import Waiting, content, obsolete, remove_obsolete, text_digest
+from stackdsl.goldens.snapshot import Identity
+from stackdsl.judging.judge import known_of
+from stackdsl.results import GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
-from stackdsl.systems.known_systems import unplayable
+from stackdsl.trace import OnDrawn, untold
+
+# Which golden files belong to no case of a project's scenarios.
+
+
+class Named(Protocol):
+    """A case, as far as its golden file goes."""
+
+    @property
+    def identity(self) -> Identity:
+        """What it is called."""
+
+    @property
+    def file(self) -> str:
+        """The file that has it."""
+
+
+class AllFound(Protocol):
+    """What was found of a whole set of scenarios."""
+
+    @property
+    def cases(self) -> Sequence[Named]:
+        """All cases without a mistake."""
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """All mistakes."""
+
+
+def unused_goldens(found: AllFound, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
+    """The golden files below a directory that belong to no case of a whole set of scenarios.
+
+    None where anything in the set is mistaken, or where it is empty: then nobody knows what belongs to it.
+    `others` are files of the set that may have no case.
+    """
+    if found.diagnostics or not found.cases:
+        return ()
+    used = [golden_file(golden, case.identity).relative_to(golden).as_posix() for case in found.cases]
+    return obsolete(golden, used, whole_set=True, checked={*others, *(case.file for case in found.cases)})
+
+
+# The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes.
+
 
 TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
 REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
@@ -129,8 +169,11 @@ class _Played:
             self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
         if self.interrupted or (self.terms.first_failure and any(map(failed, self._done()))):
             return
-        from stackdsl.checking.ensembles import Drawing, draw  # noqa: PLC0415 -- it brings scipy
-        from stackdsl.checking.sampled_results import checked_samples  # noqa: PLC0415 -- likewise
+        from stackdsl.checking.ensembles import (  # noqa: PLC0415 -- it brings scipy
+            Drawing,
+            checked_samples,
+            draw,
+        )
 
         def ended(index: int, drawing: Drawing) -> None:
             if drawing.failed is not None:

@@ -1,25 +1,112 @@
-"""Cases of many samples: drawn in chunks by the processes of a check, look by look, until all that is asked is decided.
-
-What a chunk came to depends on nothing but its numbers, so neither the processes nor the order make a difference, and
-a chunk that is remembered from a call that was interrupted need not be drawn again.
-"""
+"""Plays cases of many samples in chunks, until every claim is decided, and judges the counts."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from time import process_time
 
-from stackdsl.checking.chunks import Chunk, judged_chunk, varied_chunk
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.memory import Memory
+from stability.problem import Placed
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import STDIN_SHOWN, Case
+from stackdsl.checking.play_case import play_case
+from stackdsl.checking.results import Goldens, checked, held_against
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.ensemble import Ensemble, OnDrawn, untold
+from stackdsl.goldens.snapshot import current_stamp, snapshot_of_samples
 from stackdsl.judging.judge import judge_shares
-from stackdsl.judging.shares import Decision, looks
-from stackdsl.sampling.draws import Draws
-from stackdsl.sampling.fates import Fate
+from stackdsl.judging.statistics import Decision, looks
+from stackdsl.language.variants import Variant
+from stackdsl.results import RunStatus, VariantResult
+from stackdsl.sampling.fates import Fate, fates_of
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import AS_WRITTEN, Design, Draws, SampleMistakeError, Setting, design_of, timelines
+from stackdsl.simulation.brick_tracks import BlockedPlacementError
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.systems import Method
+from stackdsl.supervising.executors import run_on
 from stackdsl.supervising.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import Cost, Ensemble, OnDrawn, Trace, untold
+
+# A chunk of the samples of one case: what a worker does.
+
+
+PLAYED = "played"  # the way of systems that prove nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """What became of some samples, in order of their numbers: see `Fate`; and how many each way decided."""
+
+    fates: tuple[int, ...]
+    ways: dict[str, int]
+    cpu_time: float  # [s]
+
+
+def varied_chunk(variant: Variant, system: str, draws: Draws, setting: Setting = AS_WRITTEN) -> Chunk | Diagnostic:
+    """What a worker does where more than hands is uncertain: judge each sample by itself; or what one has mistaken."""
+    started = process_time()
+    try:
+        each = [
+            judged_chunk(timeline, system, replace(draws, first=number, count=1))
+            for number, timeline in enumerate(timelines(variant, draws, setting), start=draws.first)
+        ]
+    except SampleMistakeError as error:
+        return error.mistake
+    ways = Counter[str]()
+    for one in each:
+        ways.update(one.ways)
+    return Chunk(tuple(one.fates[0] for one in each), dict(ways), process_time() - started)
+
+
+def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
+    """What a worker does: judge some samples, by statics alone where the system proves."""
+    started = process_time()
+    each = judged_each(design_of(timeline), timeline, system, draws)
+    ways = Counter(way for _, way in each if way)
+    return Chunk(tuple(fate for fate, _ in each), dict(ways), process_time() - started)
+
+
+def judged_each(design: Design, timeline: Timeline, system: str, draws: Draws) -> list[tuple[int, str]]:
+    """The fate of each of some samples, and the way that decided it; no way where there was nothing to judge."""
+    if system_named(system).method is Method.PROVEN:
+        found = fates_of(design, draws)
+        return [(fate, str(way or "")) for fate, way in zip(found.fates.tolist(), found.ways, strict=True)]
+    hands = Hands(design, draws).build()
+    return [
+        (_played(timeline, hands.placed(sample), system), PLAYED) if hands.fits[sample] else (int(Fate.UNFIT), "")
+        for sample in range(draws.count)
+    ]
+
+
+def _played(timeline: Timeline, placed: Sequence[Placed], system: str) -> int:
+    """The fate of one sample on an engine, which is followed until it falls."""
+    poses = {each.brick.id: each.pose for each in placed}
+    actions = tuple(
+        replace(action, pose=poses[action.brick.id]) if isinstance(action, Placement) else action
+        for action in timeline.actions
+    )
+    sample = replace(timeline, actions=actions, jitter={}, aftermath=False, margins=(), told_margins=())
+    try:
+        trace = play_case(sample, system, has_fallen)
+    except BlockedPlacementError:  # something had moved, and not as far as counts as fallen
+        return int(Fate.UNDECIDED)
+    return trace.collapse.level if trace.collapse is not None else int(Fate.STANDS)
+
+
+def has_fallen(trace: Trace) -> bool:
+    """Whether all is known of a sample."""
+    return trace.collapse is not None
+
+
+# Cases of many samples: drawn in chunks by the processes of a check, look by look, until all that is asked is decided.
+#
+# What a chunk came to depends on nothing but its numbers, so neither the processes nor the order make a difference, and
+# a chunk that is remembered from a call that was interrupted need not be drawn again.
+
 
 CHUNK = 500  # samples; so many are judged together about as cheaply as any number
 
@@ -188,3 +275,63 @@ def _recall(drawing: Drawing, memory: Memory) -> None:
             fates, ways, cpu_time = found
             drawing.chunks[first] = Chunk(tuple(fates), dict(ways), cpu_time)
     drawing.at = was
+
+
+# What came of a case of many samples: its claims judged, its counts held against its golden file.
+
+
+TIME_LIMIT = 600.0  # [s] of wall time a chunk of samples
+NO_GOLDENS = Goldens(None)
+
+
+def drawn_result(
+    case: Case,
+    workers: int,
+    goldens: Goldens = NO_GOLDENS,
+    executor: Executor | None = None,
+    on_drawn: OnDrawn = untold,
+) -> VariantResult:
+    """Draw the samples of a case, as many as decide: here, or on an executor that does so many calls at a time.
+
+    Raises KeyboardInterrupt where somebody interrupts that.
+    """
+    run = partial(run_on, executor) if executor else run_supervised
+    drawing = drawn_alone(case, workers, TIME_LIMIT, run, on_drawn)
+    if drawing is None:
+        raise KeyboardInterrupt
+    if drawing.failed is not None:
+        return checked(case, drawing.failed, NO_GOLDENS)
+    return checked_samples(case, drawing.ensemble(), goldens)
+
+
+def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens, must_claim: bool = False) -> VariantResult:
+    """The result of a case of many samples: expectations, truths, and the comparison with its golden file.
+
+    With `must_claim` it is a failure if nothing is expected of the case.
+    """
+    result = replace(judged_samples(case, ensemble), must_claim=must_claim)
+    proven = system_named(case.system).method is Method.PROVEN  # what an engine makes of samples is its own affair
+    if goldens.folder is None or not proven or case.file == STDIN_SHOWN:
+        return result
+    snapshot = snapshot_of_samples(ensemble, case.timeline.world, case.identity, current_stamp("", 0))
+    return replace(result, golden=held_against(snapshot, goldens, case.source.file, result))
+
+
+def judged_samples(case: Case, ensemble: Ensemble) -> VariantResult:
+    """The result of a case of many samples, without its golden file."""
+    outcomes, truths, _ = judge_shares(ensemble, case.scenario, case.variant, case.source, case.system)
+    xfail = case.scenario.xfail
+    marked = xfail is not None and xfail.is_of(case.system)
+    result = VariantResult(case.identity.scenario, case.identity.variant, case.system, case.file, RunStatus.DONE)
+    return replace(
+        result,
+        xfail=xfail.reason if xfail is not None and marked else None,
+        strict=xfail is not None and marked and xfail.strict,
+        verdict=ensemble.summary,
+        ensemble=ensemble,
+        warnings=case.source.warnings,
+        cost=Cost(wall_time=ensemble.cpu_time, simulated_time=0.0, steps=0, judgements=ensemble.drawn),
+        outcomes=outcomes,
+        truths=truths,
+        parameters=case.parameters,
+    )

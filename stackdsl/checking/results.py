@@ -5,25 +5,19 @@ from functools import partial
 from pathlib import Path
 from shlex import quote
 
-from stackdsl.checking.gathering import STDIN_SHOWN, Case
-from stackdsl.checking.why import why_of
-from stackdsl.compiling.compiler import where_placed
-from stackdsl.compiling.origins import origin_of
+from stackdsl.checking.cases import STDIN_SHOWN, Case
+from stackdsl.checking.failure_cause import why_of
+from stackdsl.compiler.compile import origin_of, where_placed
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.judging.numerical import Refinement
-from stackdsl.outcome import GoldenResult, GoldenStatus, RunStatus, Spared, VariantResult
-from stackdsl.playing.clearance import Blocked
+from stackdsl.goldens.golden import check_golden, keeper_of, renamed_from
+from stackdsl.goldens.snapshot import Snapshot, current_stamp, take
+from stackdsl.judging.judge import Refinement, compare_with_truth, judge
 from stackdsl.project_file import SCENARIOS
-from stackdsl.snapshots.golden import check_golden, renamed_from
-from stackdsl.snapshots.keepers import keeper_of
-from stackdsl.snapshots.record import Snapshot
-from stackdsl.snapshots.snapshot import take
-from stackdsl.snapshots.stamp import current_stamp
+from stackdsl.results import GoldenResult, GoldenStatus, RunStatus, Spared, VariantResult
+from stackdsl.simulation.brick_tracks import Blocked
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.systems import SYSTEMS, as_played
 from stackdsl.supervising.worker import TaskResult, TaskStatus
-from stackdsl.systems.known_systems import system_named
-from stackdsl.systems.modification import as_played
-from stackdsl.systems.systems import SYSTEMS
 from stackdsl.timeline import Move
 from stackdsl.trace import Trace
 from stackdsl.wording import mm

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from math import inf
 
 from stability.name_order import in_order
-from stability.statics.facts import Stability, Verdict
-from stackdsl.compiling.built import Built, built_of
-from stackdsl.compiling.impacts.doing import done
+from stability.problem import Stability, Verdict
+from stackdsl.compiler.impacts import done
+from stackdsl.compiler.schedule import Built, built_of
 from stackdsl.diagnostics import Span
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
-from stackdsl.outcome import Outcome
-from stackdsl.reading.source import Source
+from stackdsl.language.yaml.source import Source
+from stackdsl.results import Outcome
 from stackdsl.timeline import Action, Hold, Placement, time_of_arrival
 from stackdsl.trace import Event, EventKind, Trace
 from stackdsl.wording import level_text, names_text

@@ -1,26 +1,114 @@
-"""Trace -> outcomes: each expectation held against what happened, with the margin to its threshold."""
+"""Trace -> outcomes: compares each claim with what happened, with the margin to its threshold."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from stackdsl.ensemble import Ensemble
+from stability.problem import Stability
 from stackdsl.judging.before_impacts import fallen_before_impacts
-from stackdsl.judging.still_moving import may_still_change, still_moving
-from stackdsl.judging.unreliable import hangs_on_fault, unreliable
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.claims.finding import Finding
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
-from stackdsl.outcome import Outcome
-from stackdsl.reading.source import Path, Plain, Source
-from stackdsl.systems.known_systems import system_named
-from stackdsl.systems.systems import Method
-from stackdsl.trace import Trace
+from stackdsl.language.yaml.source import KeyPath, Plain, Source
+from stackdsl.results import Change, Outcome, changes, observations
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.runner import Known, nothing_is_known
+from stackdsl.simulation.systems import Method, System, as_played
+from stackdsl.timeline import Timeline
+from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
+from stackdsl.wording import energy_fault, how_many, names_text
 
 if TYPE_CHECKING:
-    from stackdsl.judging.shares import Decision
+    from stackdsl.judging.statistics import Decision
+
+
+# What a claim comes to that bricks may still change which move when the watch ends: nobody knows, so it fails.
+
+
+def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
+    """Whether what still moves could make a claim come out otherwise."""
+    return bool(trace.moving or trace.unsettled) and not stated.of_the_watch and not stated.is_decided(trace)
+
+
+def still_moving(found: Finding, trace: Trace) -> Finding:
+    """The finding, with why it is none."""
+    why = []
+    if count := len(trace.moving):
+        why.append(f"still moving at the end of the watch: {how_many(count, 'brick')}")
+    if slow := [track for track in trace.unsettled if track.brick.id not in trace.moving]:
+        causes = dict.fromkeys(track.gives_way or "it has not come to rest" for track in slow)
+        why.append(
+            f"not settled at the end of the watch: {names_text([t.brick.id for t in slow])}: {'; '.join(causes)}"
+        )
+    watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
+    advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
+    return Finding(f"{found.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=found.numbers)
+
+
+# What of a run is the solver's: a collapse that statics disprove, and all that a finer resolution moves.
+
+
+REMOVED = "at half the step and twice the iterations it stands"
+
+
+@dataclass(frozen=True, slots=True)
+class Refinement:
+    """A run, and each of its observations beside the same of the refined run; none where no step was taken."""
+
+    trace: Trace
+    changes: tuple[Change, ...] = ()
+
+
+def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
+    """The trace, its collapse marked where statics of the scene as it is played disprove it.
+
+    What `exact` lets fall is proven to.
+    """
+    if trace.collapse is None or system.method is Method.PROVEN:
+        return trace
+    from stackdsl.judging.proofs import held_against_statics  # noqa: PLC0415 -- statics brings numpy
+
+    return held_against_statics(trace, as_played(timeline, system.modification))
+
+
+def held_against_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refinement:
+    """The run and its changes; a collapse that is gone with refined settings is marked as numerical.
+
+    Not so if what fell is proven to fall: then the refined run is wrong, or too slow to show it.
+    """
+    if trace.collapse is not None and fine.collapse is None and not _proven_to_fall(timeline, trace.collapse):
+        trace = replace(trace, numerical=", and ".join(filter(None, [trace.numerical, REMOVED])))
+    return Refinement(trace, changes(observations(trace), observations(fine)))
+
+
+def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
+    from stackdsl.judging.proofs import verdict_until  # noqa: PLC0415 -- statics brings numpy
+
+    return verdict_until(timeline, collapse.time).stability is Stability.UNSTABLE
+
+
+# Fails claims that depend on motion to which the engine has added energy.
+
+
+def hangs_on_fault(stated: ClaimKind, trace: Trace) -> bool:
+    """Whether the result of a claim may depend on energy that the engine added."""
+    before = trace.before_fault
+    if before is None or stated.of_the_engine:
+        return False
+    nothing_to_come = before.collapse is not None or not before.undone
+    return not (nothing_to_come and stated.is_decided(before))
+
+
+def unreliable(found: Finding, trace: Trace) -> Finding:
+    """The finding, with why it is none."""
+    measured = f"{found.measured}; {UNRELIABLE}: {energy_fault(trace.energy_gained)}"
+    return Finding(measured, -inf, "", passed=False, numbers=found.numbers)
+
+
+# Trace -> outcomes: each expectation held against what happened, with the margin to its threshold.
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
@@ -53,7 +141,7 @@ def judge_shares(
 
     And what is decided of the expectations, for whoever asks whether more samples are needed; see `shares`.
     """
-    from stackdsl.judging.shares import judged  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
+    from stackdsl.judging.statistics import judged  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
 
     expected = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
     known = [(("truth", number), claim) for number, claim in enumerate(scenario.truth)]
@@ -82,16 +170,16 @@ def _of_one_run(claim: Claim) -> bool:
 
 
 def _outcomes(
-    asked: Sequence[tuple[Path, Claim]], trace: Trace, variant: Variant, source: Source
+    asked: Sequence[tuple[KeyPath, Claim]], trace: Trace, variant: Variant, source: Source
 ) -> tuple[Outcome, ...]:
     return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
 
 
-def _outcome(path: Path, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
+def _outcome(path: KeyPath, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
     return _told(path, claim, _found(claim.stated, trace), variant, source)
 
 
-def _told(path: Path, claim: Claim, found: Finding, variant: Variant, source: Source) -> Outcome:
+def _told(path: KeyPath, claim: Claim, found: Finding, variant: Variant, source: Source) -> Outcome:
     kind = claim.kind
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
@@ -113,7 +201,7 @@ def _numerical(trace: Trace) -> Finding:
     return Finding(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
 
 
-def _at(values: Plain, path: Path) -> Plain:
+def _at(values: Plain, path: KeyPath) -> Plain:
     for step in path:
         values = values[step]  # type: ignore[index]  # the path of a claim that was validated
     return values
@@ -126,3 +214,31 @@ def as_written(value: Plain) -> str:
     if isinstance(value, list):
         return " ".join(as_written(part) for part in value)
     return str(value)
+
+
+# Is all known that is asked of a run? Each kind of claim says itself when nothing that may still happen changes it.
+
+
+@dataclass(frozen=True, slots=True)
+class AllKnown:
+    """Whether each of some claims comes to what it comes to, whatever else happens; pickled with a run."""
+
+    claims: tuple[ClaimKind, ...]
+
+    def __call__(self, trace: Trace) -> bool:
+        """Of a run so far that has collapsed."""
+        return all(claim.is_decided(trace) for claim in self.claims)
+
+
+def known_of(scenario: Scenario, system: str) -> Known:
+    """When all is known that is expected of a run on a system, and that is compared with what is known from outside.
+
+    Where nothing is expected, everything is worth seeing.
+    """
+    expected = [claim.stated for _, claim in expected_of(scenario, system) if claim.stated.wanted_share is None]
+    if not expected:
+        return nothing_is_known
+    proves = system_named(system).method is Method.PROVEN
+    compared = [claim.stated for claim in scenario.truth if proves or not claim.stated.needs_statics]
+    compared = [stated for stated in compared if stated.wanted_share is None]
+    return AllKnown((*expected, *compared))

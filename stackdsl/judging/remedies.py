@@ -1,24 +1,165 @@
-"""What would let a scenario stand that falls: other numbers, more friction, a counterweight. Each is tried.
+"""Searches for changes with which a scenario stands: numbers, friction, counterweights, shifts, props."""
 
-Numbers of the file and friction are asked to let everything stand that statics can judge; a counterweight, everything
-up to and with what falls, as more may fall after it.
-"""
-
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf
-from typing import Final
+from math import floor, inf, log10
+from typing import Final, TypeAlias
 
-from stability.friction_law import Friction, law_of
+from stability.analysis.margins import Counterweight, counterweight, least_friction
+from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShifts, Shifting, propping
+from stability.contact_law import Friction, law_of
 from stability.model import BodyId
-from stability.statics.facts import Stability, Verdict
-from stability.statics.margins.counterweight import Counterweight, counterweight
-from stability.statics.margins.friction import least_friction
-from stackdsl.judging.knobs import Knob, Knobs
-from stackdsl.judging.limits import Limit, limits
+from stability.problem import Placed, Stability, Verdict
+from stackdsl.judging.numbers import Knob, Knobs
 from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.timeline import Action, Placement, Timeline
 from stackdsl.wording import rounded_up
+
+# Where does something begin, or cease, to hold? Halving between a number for which it does and one for which not.
+#
+# Whether it holds may be open close to the limit, as it is on the limit itself. Then both sides are closed in on what
+# is open, and what comes out is still certain on either side.
+
+
+MOST_HALVINGS: Final = 100
+OPEN: Final = 0.25  # of the width: so near to what is open both sides go
+
+Holds: TypeAlias = Callable[[float], bool | None]  # None where that cannot be said
+
+
+@dataclass(frozen=True, slots=True)
+class Bracket:
+    """Two numbers between which it changes; both were asked for."""
+
+    holds: float
+    fails: float
+    is_open: bool = False  # whether a number between them was asked for, and could not be judged
+
+    @property
+    def width(self) -> float:
+        """How far apart they are, relative to the larger; of zero and zero, nothing."""
+        size = max(abs(self.holds), abs(self.fails))
+        return abs(self.holds - self.fails) / size if size else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How near to each other both sides of a limit are to be."""
+
+    within: float  # a share of the larger of both
+    whole: bool = False  # of whole numbers: next to each other
+    nothing: float = 0.0  # a width that always is narrow; where the limit is at zero, no share of it is
+
+    def is_of(self, one: float, other: float) -> bool:
+        """Whether two numbers are as near as that."""
+        close = 1.0 if self.whole else max(self.nothing, self.within * max(abs(one), abs(other)))
+        return abs(one - other) <= close
+
+    def middle(self, one: float, other: float) -> float:
+        """A number between two."""
+        middle = 0.5 * (one + other)
+        return float(floor(middle)) if self.whole else middle
+
+
+def narrowed(holds: float, fails: float, closeness: Closeness, asked: Holds) -> Bracket:
+    """The bracket halved down until both sides are close enough, or close to what is open."""
+    for _ in range(MOST_HALVINGS):
+        if closeness.is_of(holds, fails):
+            break
+        middle = closeness.middle(holds, fails)
+        answer = asked(middle)
+        if answer is None:
+            closer = replace(closeness, within=OPEN * closeness.within)
+            return Bracket(
+                _closed_in(holds, middle, closer, lambda value: asked(value) is True),
+                _closed_in(fails, middle, closer, lambda value: asked(value) is False),
+                is_open=True,
+            )
+        holds, fails = (middle, fails) if answer else (holds, middle)
+    return Bracket(holds, fails)
+
+
+def _closed_in(certain: float, unsure: float, closeness: Closeness, is_so: Callable[[float], bool]) -> float:
+    """The number next to what is open for which it is still certain."""
+    for _ in range(MOST_HALVINGS):
+        if closeness.is_of(certain, unsure):
+            break
+        middle = closeness.middle(certain, unsure)
+        certain, unsure = (middle, unsure) if is_so(middle) else (certain, middle)
+    return certain
+
+
+# How far must one number be changed until something holds that does not? A limit, shown from both sides.
+#
+# The number is tried further and further away, on either side, until it holds; between that and the last number for
+# which it did not, the limit is halved down. What is handed out was tried itself: it holds there, and not just before.
+
+
+CLOSE: Final = 1e-6  # of the number's size: sides of a limit this near to each other show it
+DIGITS: Final = 4  # of a limit as people are told it, where it holds with so many
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """The nearest number on one side for which it holds."""
+
+    value: float  # it holds here
+    beyond: float  # it does not here
+    least: bool  # whether it holds from `value` upwards, rather than down to it
+
+
+def limits(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> tuple[Limit, ...]:
+    """The limits on both sides of a number for which something does not hold.
+
+    `steps`: how far away it is tried, each more than the one before; a limit further than the last is not found. Of a
+    `whole` number, whole ones are tried.
+    """
+    found = (_on_side(number, [sign * step for step in steps], whole, holds) for sign in (-1.0, 1.0))
+    return tuple(limit for limit in found if limit is not None)
+
+
+def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> Limit | None:
+    fails = number
+    for step in steps:
+        tried = number + step
+        held = holds(tried)
+        if held:
+            return _shown(tried, fails, whole, holds)
+        if held is False:
+            fails = tried
+    return None
+
+
+def _shown(held: float, fails: float, whole: bool, holds: Holds) -> Limit | None:
+    """The limit between a number for which it holds and one for which it does not; None if it cannot be shown."""
+    found = narrowed(held, fails, Closeness(CLOSE, whole), holds)
+    if whole:
+        return _limit(found.holds, found.fails)
+    return _told(found.holds, found.fails, holds) if found.width <= 2.0 * CLOSE else None
+
+
+def _told(held: float, fails: float, holds: Holds) -> Limit:
+    """The limit in few digits, if it holds there: the nearest such number, or the next on the side that holds."""
+    largest = max(abs(held), abs(fails))
+    unit = 10.0 ** (floor(log10(largest)) + 1 - DIGITS) if largest > 0.0 else 1.0
+    inwards = unit if held > fails else -unit
+    nearest = unit * round(held / unit)
+    for tried in (nearest, nearest + inwards):
+        shown = float(f"{tried:.{DIGITS}g}")
+        if abs(shown - held) <= 1.5 * unit and holds(shown):
+            return _limit(shown, fails)
+    return _limit(held, fails)
+
+
+def _limit(held: float, fails: float) -> Limit:
+    return Limit(held, fails, least=held > fails)
+
+
+# What would let a scenario stand that falls: other numbers, more friction, a counterweight. Each is tried.
+#
+# Numbers of the file and friction are asked to let everything stand that statics can judge; a counterweight, everything
+# up to and with what falls, as more may fall after it.
+
 
 MOST_KNOBS: Final = 8
 MOST_FRICTIONS: Final = 5  # moments, one after the other, that may ask for more than those before
@@ -175,3 +316,74 @@ def with_mass(timeline: Timeline, brick: BodyId, mass: float) -> Timeline:
         return replace(action, brick=replace(action.brick, mass=mass))
 
     return replace(timeline, actions=tuple(map(other, timeline.actions)))
+
+
+# What would let a build stand that falls: shifts, counterweights, friction, props, each searched for and tried.
+
+
+Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A build that falls."""
+
+    timeline: Timeline
+    proofs: Proofs
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of what falls."""
+        return self.proofs.verdict
+
+
+def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
+    """All that was found, as it is found: what takes a moment first, and then shifts, the least first."""
+    fall = piling.first_fall()
+    if fall is None or fall[1].stability is not Stability.UNSTABLE:
+        return
+    yield from _counterweights(asked, piling, fall[0])
+    friction = more_friction(asked.timeline, asked.proofs)
+    if friction is not None and friction.factor < float("inf"):
+        yield friction
+    props = propping(piling, lambda _: known())
+    if props is not None:
+        yield props
+    yield from _shifts(Shifting(piling, known), fall[0], asked.verdict)
+
+
+def _shifts(shifting: Shifting, turn: int, verdict: Verdict) -> Iterator[BrickShift | SeveralShifts]:
+    """The least shift of each brick on which one is enough, or several; an interruption keeps those that are found."""
+    shifts: list[BrickShift] = []
+    pressed: KeyboardInterrupt | None = None
+    try:
+        for brick in shifting.candidates(turn, verdict):
+            found = shifting.least(brick, {})
+            shifts += [found] if found is not None else []
+    except KeyboardInterrupt as error:
+        pressed = error
+    yield from sorted(shifts, key=lambda each: (each.length, each.brick))
+    if pressed is not None:
+        raise pressed
+    if not shifts and (several := shifting.several()) is not None:
+        yield several
+
+
+def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[HeavierBrick]:
+    """On each brick on which one is enough, the least first, each tried."""
+    problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
+    found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
+    for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
+        for mass in masses_of(weight, gravity):
+            fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
+            if fall is None or fall[0] > first:
+                yield HeavierBrick(weight.brick, mass, fall[1].moving if fall else ())
+                break
+
+
+def _heavier(piling: Piling, brick: BodyId, more: float) -> list[list[Placed]]:
+    def loaded(placed: Placed) -> Placed:
+        heavy = replace(placed.brick, mass=placed.brick.mass + more)
+        return replace(placed, brick=heavy) if placed.brick.id == brick else placed
+
+    return [[loaded(placed) for placed in stage] for stage in piling.stages]

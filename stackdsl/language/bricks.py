@@ -1,7 +1,11 @@
-"""What an author may say of a brick: what it is, and where it is put."""
+"""Bricks in YAML: shapes, sizes, masses and places."""
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Final, Literal, Self
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import isfinite
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Self, TypeAlias
 
 from pydantic import (
     AfterValidator,
@@ -15,17 +19,260 @@ from pydantic import (
     model_validator,
 )
 
-from stability.geometry.given_numbers import SHORTEST
-from stability.model import GROUND, Vec3
-from stability.statics.admission import LIGHTEST
+from stability.geometry.box import MIDDLE, Box, OffCentreBox
+from stability.geometry.convex_solid import NotASolidError
+from stability.geometry.vectors import SHORTEST, scale, subtract
+from stability.model import GROUND, ConvexShape, Vec3
+from stability.statics.assembly import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import AuthorModel, Choice, Shorthand, default
-from stackdsl.language.author_types import Levels
-from stackdsl.language.brick_forms import Form, box_form, hull_form, mesh_form, prism_form
-from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.language.mistakes import EchoError, MistakeError, shown
-from stackdsl.language.quantities import SIDE
+from stackdsl.language import value_types as t
+from stackdsl.language.layouts.registry import BrickSpec
+from stackdsl.language.model_base import AuthorModel, Choice, Shorthand, default
+from stackdsl.language.quantities import SIDE, EchoError, MistakeError, shown
+from stackdsl.language.value_types import Levels
+from stackdsl.supervising.executors import supervised
+from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
+
+if TYPE_CHECKING:
+    from stability.geometry.solid_making import Made
+
+
+# Bricks that scenarios know by name.
+
+
+@dataclass(frozen=True, slots=True)
+class CatalogueBrick:
+    """A brick that can be bought, or an idealised one."""
+
+    size: Vec3  # length, width, thickness; lying flat [m]
+    density: float  # [kg/m3]
+
+
+PINE: Final = 557.0  # [kg/m3], of a KAPLA plank of nominal size and 11.9 g
+
+CATALOGUE: Final[Mapping[str, CatalogueBrick]] = {
+    "kapla": CatalogueBrick((0.1176, 0.0234, 0.0078), PINE),
+    # Sides of exactly 1:3:15, the plank of the published method. Of the same wood, so the same density and not the same
+    # mass: what a structure does does not depend on a density that all of its bricks share.
+    "kapla-ideal": CatalogueBrick((0.120, 0.024, 0.008), PINE),
+}
+
+
+# The text of a Wavefront OBJ file as corners and faces: of all that such a file may hold, its `v` and `f` lines.
+
+
+MOST_LINES: Final = 100_000
+LEAST_PARTS: Final = 3  # of a corner, and of a face
+_CORNER: Final = re.compile(r"[-+]?[0-9]{1,18}(?=/|$)")
+
+
+@dataclass(slots=True)
+class ObjMesh:
+    """What an OBJ file describes."""
+
+    points: list[tuple[float, float, float]] = field(default_factory=list)
+    loops: list[tuple[int, ...]] = field(default_factory=list)  # corners of each face, from 0
+
+
+def obj_mesh(text: str, file: str) -> ObjMesh:
+    """The mesh of a file. Raises MistakeError, with the line, for what is no corner and no face."""
+    mesh = ObjMesh()
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        raise MistakeError("SD104", f"{file} has {len(lines)} lines, and {MOST_LINES} is the most", "simplify the mesh")
+    for number, line in enumerate(lines, start=1):
+        kind, *parts = line.partition("#")[0].split() or [""]
+        try:
+            if kind == "v":
+                mesh.points.append(_point(parts))
+            elif kind == "f":
+                mesh.loops.append(_loop(parts, len(mesh.points)))
+        except ValueError as error:
+            hint = "a corner is `v 0.1 0 0.05`, and a face `f 1 2 3`, by the numbers of corners above it"
+            raise MistakeError("SD104", f"{file}:{number}: {error}", hint) from None
+    if not mesh.loops:
+        raise MistakeError("SD104", f"{file} has no faces", "export it as a mesh, with `v` and `f` lines")
+    return mesh
+
+
+def _point(parts: Sequence[str]) -> tuple[float, float, float]:
+    if len(parts) < LEAST_PARTS:
+        raise ValueError(f"a corner of {len(parts)} numbers")
+    x, y, z = (_number(part) for part in parts[:LEAST_PARTS])  # a weight or a colour may follow
+    return (x, y, z)
+
+
+def _number(part: str) -> float:
+    try:
+        number = float(part)
+    except ValueError:
+        raise ValueError(f"{shown(part)} is no number") from None
+    if not part.isascii() or "_" in part:  # as Python would read
+        raise ValueError(f"{shown(part)} is no number")
+    if not isfinite(number):
+        raise ValueError(f"{shown(part)} is no number that means a place")
+    return number
+
+
+def _loop(parts: Sequence[str], known: int) -> tuple[int, ...]:
+    if len(parts) < LEAST_PARTS:
+        raise ValueError(f"a face of {len(parts)} corners")
+    loop = tuple(_corner(part, known) for part in parts)
+    if len(set(loop)) < len(loop):
+        raise ValueError("a face that has one corner twice")
+    return loop
+
+
+def _corner(part: str, known: int) -> int:
+    """Of `3/1/2`, where texture and normal follow; -1 is the last corner so far."""
+    number = corner_number(part)
+    if number is None:
+        raise ValueError(f"{shown(part)} names no corner")
+    index = number - 1 if number > 0 else known + number
+    if number == 0 or not 0 <= index < known:
+        raise ValueError(f"there is no corner {number}: {known} stand above")
+    return index
+
+
+def corner_number(part: str) -> int | None:
+    """The number of a corner in a part of a face, such as 3 of `3/1/2`; None if there is none."""
+    match = _CORNER.match(part)
+    return int(match[0]) if match else None
+
+
+# What a brick is made to: its shape, the box around it, and which of its points an author means by its place.
+
+
+KEPT: Final = 4096  # forms that are worked out once
+MOST_AT_ONCE: Final = 200  # corners of which a solid is made in milliseconds, whatever they are
+TIME_LIMIT: Final = 20.0  # [s] of wall time for one of more corners; of a thousand that are no solid, Qhull takes two
+MEMORY_LIMIT: Final = 1 << 30  # [bytes] for it
+METRES: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+
+Outline: TypeAlias = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The form of a brick. Ways lead from its centre of mass, in its own axes [m]."""
+
+    shape: ConvexShape
+    size: Vec3  # of the box around it, along its own axes [m]
+    middle: Vec3 = MIDDLE  # to the middle of that box, which layouts, `on` and `beside` go by
+    origin: Vec3 = MIDDLE  # to what `at` says the place of: of a box its middle, of a solid where it is written from
+
+
+def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
+    """A box, its centre of mass seen from its middle [m]. Raises MistakeError."""
+    if centre_of_mass is None or centre_of_mass == MIDDLE:
+        return Form(Box(size), size)
+    if any(abs(part) >= 0.5 * side for part, side in zip(centre_of_mass, size, strict=True)):
+        message = "the centre of mass lies outside of the box"
+        raise MistakeError("SD104", message, "write it as seen from the middle of the box, inside of it")
+    back = subtract(MIDDLE, centre_of_mass)
+    return Form(OffCentreBox(size, centre_of_mass), size, back, back)
+
+
+@lru_cache(maxsize=KEPT)
+def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
+    """A prism. Raises MistakeError."""
+    from stability.geometry.solid_making import prism  # noqa: PLC0415 -- boxes do without scipy
+
+    try:
+        made = prism(outline, depth, centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", error.message, error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+@lru_cache(maxsize=KEPT)
+def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> Form:
+    """The hull of points. Raises MistakeError."""
+    from stability.geometry.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
+
+    try:
+        made = _solid(solid_of_corners, points, centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", error.message, error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+@lru_cache(maxsize=KEPT)
+def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
+    """The solid of the text of an OBJ file. Raises MistakeError."""
+    from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
+
+    mesh = obj_mesh(text, file)
+    try:
+        points = tuple(scale(METRES[unit], point) for point in mesh.points)
+        made = _solid(solid_of_mesh, points, tuple(mesh.loops), centre_of_mass)
+    except NotASolidError as error:
+        raise MistakeError("SD104", f"{file}: {error.message}", error.hint) from error
+    return _form(made.shape, made.centre_of_mass)
+
+
+def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: object) -> "Made":
+    """The solid that a function makes of points. Raises NotASolidError.
+
+    Of many it is made in a supervised process: for points on a circle Qhull takes their square, and no signal ends it.
+    """
+    if len(points) <= MOST_AT_ONCE:
+        return make(points, *others)
+    made = _made_apart(make, points, *others)
+    if isinstance(made, tuple):
+        raise NotASolidError(*made)
+    return made
+
+
+@lru_cache(maxsize=KEPT)
+def _made_apart(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+    done = supervised(Task(_made_or_why, (make, *arguments), TIME_LIMIT))
+    if done.status is TaskStatus.DONE:
+        return done.value  # type: ignore[return-value]  # it is what the function returns
+    broken = "take too long" if done.status is TaskStatus.TIMED_OUT else "break Qhull"
+    return f"its corners {broken}: {done.message}", "write a simpler solid, close to it", None
+
+
+def _made_or_why(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+    """What the worker does: make a solid, or say why there is none."""
+    with memory_limited(MEMORY_LIMIT):
+        try:
+            return make(*arguments)
+        except NotASolidError as error:
+            return error.message, error.hint, error.number
+
+
+def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
+    lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
+    (ax, ay, az), (bx, by, bz) = lows, highs
+    middle = (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
+    return Form(shape, (bx - ax, by - ay, bz - az), middle, subtract(MIDDLE, centre_of_mass))
+
+
+def laid(form: Form, spec: BrickSpec) -> Form:
+    """What a layout lays of bricks of a form: whole ones, pieces, or stones of its own. Raises MistakeError."""
+    if spec.outline is None:
+        return cut_to(form, spec.size or form.size)
+    return prism_form(spec.outline, spec.depth)
+
+
+def cut_to(form: Form, size: Vec3) -> Form:
+    """The same material in another size, as at the ends of a wall: of boxes only."""
+    if size == form.size:
+        return form
+    match form.shape:
+        case Box():
+            return Form(Box(size), size)
+        case OffCentreBox(whole, centre):
+            x, y, z = (part * side / full for part, side, full in zip(centre, size, whole, strict=True))
+            return box_form(size, (x, y, z))
+    raise MistakeError(
+        "SD104", "the layout lays pieces of bricks, and a solid cannot be cut", "take boxes, given by their `size`"
+    )
+
+
+# What an author may say of a brick: what it is, and where it is put.
+
 
 MAX_TYPES: Final = 1000
 

@@ -8,11 +8,10 @@ from typing import Annotated, ClassVar, Final, Literal, Self, TypeAlias, get_arg
 
 from pydantic import Field, WithJsonSchema, model_validator
 
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Asking, AuthorModel, Shorthand, default
-from stackdsl.language.author_types import Reads, text_schema
-from stackdsl.language.mistakes import MistakeError, shown
-from stackdsl.language.quantities import EXTENT, exact_quantity, quantity_pattern
+from stackdsl.language import value_types as t
+from stackdsl.language.model_base import Asking, AuthorModel, Shorthand, default
+from stackdsl.language.quantities import EXTENT, MistakeError, exact_quantity, quantity_pattern, shown
+from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
 FORMATS: Final[tuple[Format, ...]] = get_args(Format)

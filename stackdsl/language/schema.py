@@ -1,34 +1,189 @@
-"""What an author may write: the models of one scenario, and the description of every key.
+"""The pydantic models of one scenario, with the description of every key."""
 
-The classes here are what is known of a scenario whatever kinds of layouts, claims and impacts there are; `models` adds
-a key for each kind.
-"""
-
+from collections.abc import Sequence
 from copy import copy
 from functools import cache
-from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self
+from importlib.util import find_spec
+from itertools import pairwise
+from math import pi
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self, TypeAlias
 
-from pydantic import Field, GetJsonSchemaHandler, WithJsonSchema, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
 from pydantic_core import CoreSchema
 
-from stackdsl.language import author_types as t
-from stackdsl.language.anchors import Timed
-from stackdsl.language.author_models import AuthorModel, Shorthand, default
-from stackdsl.language.author_types import MAX_BRICKS
+from stability.dynamics.ground_motion import Course, Recorded, Sine
+from stackdsl.language import value_types as t
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS, KindOfClaim
-from stackdsl.language.hand_errors import HandErrors
-from stackdsl.language.hand_words import ByHand
-from stackdsl.language.impacts.impact import Impact
-from stackdsl.language.impacts.impact_kind import IMPACTS, KindOfImpact
+from stackdsl.language.hands import ByHand, HandErrors
+from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
-from stackdsl.language.kinds import with_kinds
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
-from stackdsl.language.marks import Skip, Xfail
-from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.pair_frictions import Frictions
-from stackdsl.language.shaking import Shake
+from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import MAX_BRICKS
+
+# What an author may say of how bricks rub on each other, beside the one coefficient that most scenarios have.
+
+
+MAX_PAIRS: Final = 1000
+
+RubbingName = Annotated[str, t.TYPE_NAME]
+
+
+class PairOfBodies(AuthorModel):
+    """Two bodies, or kinds of bricks, and how they rub on each other."""
+
+    pair: tuple[RubbingName, RubbingName] = Field(
+        description="two kinds of brick, or bricks, the ground, walls by name; one kind twice for two of its bricks"
+    )
+    friction: t.Friction = Field(description="Coulomb coefficient of the one on the other")
+
+
+class Frictions(AuthorModel):
+    """What two surfaces have on each other."""
+
+    rule: Literal["lower", "higher", "mean", "geometric"] = Field(
+        "lower", description="what two bodies have on each other, of the friction that each has"
+    )
+    between: Annotated[tuple[PairOfBodies, ...], Field(max_length=MAX_PAIRS)] = Field(
+        (), description="what certain pairs have, whatever each has by itself"
+    )
+
+
+# Scenarios that are not played, or that are known to come out wrong, each with the reason.
+
+
+Package = Literal["mujoco", "sapien"]  # that formats are read with, and engines are of
+
+
+def _in_one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+class Mark(Shorthand):
+    """Why, and on which systems."""
+
+    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="why")
+    system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
+        None, description="the system, or systems, that this is said of; default: all"
+    )
+
+    scalar_key: ClassVar[str] = "reason"
+
+    def is_of(self, system: str) -> bool:
+        """Whether it is said of a system."""
+        return self.system is None or system in self.system
+
+
+class Skip(Mark):
+    """Not played."""
+
+    without: Package | None = Field(None, description="played all the same wherever this Python package is installed")
+
+    def is_of(self, system: str) -> bool:
+        """Whether it is said of a system, here."""
+        return Mark.is_of(self, system) and (self.without is None or not is_installed(self.without))
+
+
+def is_installed(package: str) -> bool:
+    """Whether a Python package can be imported here."""
+    return find_spec(package) is not None
+
+
+class Xfail(Mark):
+    """Played, and known to fail its expectations: for now, and for a reason."""
+
+    strict: t.Flag = Field(True, description="whether it fails the check that all expectations are met after all")
+
+
+# How the ground is shaken: as a sine, or as a table says.
+
+
+Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
+
+
+def _in_order(rows: Sequence[Row]) -> Sequence[Row]:
+    for number, (before, after) in enumerate(pairwise(rows), start=2):
+        if after[0] < before[0]:
+            message = f"row {number} of the table is of {after[0]:g} s, and the one before it of {before[0]:g} s"
+            raise MistakeError("SD104", message, "write the rows in order of time; twice the same time is a jump")
+    if rows[-1][0] == rows[0][0]:
+        raise MistakeError("SD104", "the table takes no time", "write a later row")
+    return rows
+
+
+Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), AfterValidator(_in_order)]
+
+
+class Shake(Timed):
+    """The ground moves to and fro, level, along one line."""
+
+    at: t.Duration | None = Field(None, description="when it begins; default: when all is built")
+    after: AnchorText | None = Field(None, description="the event that it begins after")
+    bearing: t.Angle = default("0 deg", "which way it accelerates first: 0 deg = +x, 90 deg = +y")
+    acceleration: t.ShakeAcceleration | None = Field(None, description="the most, of a sine")
+    amplitude: t.PositiveLength | None = Field(None, description="to either side, of a sine; or else its acceleration")
+    frequency: t.ShakeFrequency | None = Field(None, description="of the sine")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="how long the sine goes on")
+    table: Table | None = Field(
+        None, description="rows of [time, acceleration] along the bearing, straight between; one time twice is a jump"
+    )
+
+    one_of: ClassVar[tuple[str, ...]] = ("acceleration", "amplitude", "table")
+    of_a_sine: ClassVar[tuple[str, ...]] = ("frequency", "for_")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        written = [key for key in self.of_a_sine if getattr(self, key) is not None]
+        if self.table is not None:
+            if written:
+                message = f"a table says all, and there is no sine to have a `{self._spelling(written[0])}`"
+                raise MistakeError("SD108", message, "leave it out, or the table")
+        elif len(written) < len(self.of_a_sine):
+            missing = next(key for key in self.of_a_sine if key not in written)
+            example = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}[missing]
+            raise MistakeError("SD102", f"`{self._spelling(missing)}` is missing", f"add such as {example}")
+        elif self._most > t.MOST_SHAKEN:
+            message = (
+                f"the ground would accelerate by up to {self._most:.4g} m/s2, and {t.MOST_SHAKEN:g} m/s2 is the most"
+            )
+            raise MistakeError("SD104", message, "write a lesser amplitude or frequency")
+        return self
+
+    @property
+    def _most(self) -> float:
+        """Of a sine [m/s2]."""
+        return self.acceleration or (self.amplitude or 0.0) * (2.0 * pi * (self.frequency or 0.0)) ** 2
+
+    @property
+    def course(self) -> Course:
+        """The acceleration along the bearing."""
+        if self.table is None:
+            return Sine(self._most, self.frequency or 0.0, self.for_ or 0.0)
+        start = self.table[0][0]
+        return Recorded(tuple((time - start, acceleration) for time, acceleration in self.table))
+
+    @property
+    def delay(self) -> float:
+        """From when it begins until the ground first moves [s]."""
+        return self.table[0][0] if self.table is not None else 0.0
+
+
+# What an author may write: the models of one scenario, and the description of every key.
+#
+# The classes here are what is known of a scenario whatever kinds of layouts, claims and impacts there are; `models`
+# adds a key for each kind.
+
 
 # --- given: the world -------------------------------------------------------------------------------------------------
 

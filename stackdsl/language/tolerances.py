@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, inf, isfinite
 
-from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.quantities import (
     QUANTITY,
     SIGNED,
     Dimension,
+    MistakeError,
     advice,
     as_text,
     exact_quantity,

@@ -1,22 +1,113 @@
-"""From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place."""
+"""Plain values -> a scenario, or all of its errors, each at its place in the file."""
 
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from difflib import get_close_matches
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, get_args
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
 from stackdsl.entry_points import offered
-from stackdsl.language.bricks import known_bricks
-from stackdsl.language.disagreements import disagreements
-from stackdsl.language.mistakes import EchoError, MistakeError, shown, without_comma
-from stackdsl.language.schema import Scenario, models
+from stackdsl.language.bricks import known_bricks, laid
+from stackdsl.language.distributions import sampled
+from stackdsl.language.layouts.registry import place
+from stackdsl.language.quantities import EchoError, MistakeError, shown, without_comma
+from stackdsl.language.schema import Package, Scenario, is_installed, models
+from stackdsl.language.value_types import PROVING
 from stackdsl.language.variants import Variant
-from stackdsl.reading.source import Path, Source
+from stackdsl.language.yaml.source import KeyPath, Plain, Source
+
+# Mistakes between the values of a scenario that are right in themselves.
+
+
+def disagreements(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """All of them, in no order."""
+    for check in (
+        _systems_not_played,
+        _marks_of_other_systems,
+        _unanswerable,
+        _unproven_truths,
+        _after_a_collapse,
+        _impossible_layouts,
+        sampled,
+    ):
+        yield from check(scenario, source)
+
+
+def _systems_not_played(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    for index, expectation in enumerate(scenario.expect):
+        for system in expectation.system or ():
+            if system not in scenario.systems:
+                message = f"the scenario is not played on '{system}', so this would never be checked"
+                hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
+                yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
+
+
+def _marks_of_other_systems(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Marks for systems that the scenario is not played on, and of what cannot fail."""
+    for key, mark in (("skip", scenario.skip), ("xfail", scenario.xfail)):
+        for system in (mark.system if mark is not None else None) or ():
+            if system not in scenario.systems:
+                message = f"the scenario is not played on '{system}', so this says nothing"
+                hint = f"leave it out, or choose from: {', '.join(scenario.systems)}"
+                yield Diagnostic("SD104", source.span_of((key, "system")), message, hint)
+    if scenario.xfail is not None and not scenario.expect:
+        message = "nothing is expected that could fail"
+        yield Diagnostic(
+            "SD104", source.key_span_of(("xfail",)), message, "say under `expect` what ought to come of it"
+        )
+
+
+def _unanswerable(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Questions about proofs to systems that prove nothing."""
+    for index, expectation in enumerate(scenario.expect):
+        asked = [system for system in expectation.system or scenario.systems if system not in PROVING]
+        if expectation.stated.needs_statics and asked:
+            message = f"`{expectation.kind}` is known to statics alone, and not to '{asked[0]}'"
+            span = source.key_span_of(("expect", index, expectation.kind))
+            yield Diagnostic("SD104", span, message, f"say `system: {PROVING[0]}`, and name it in `systems`")
+
+
+def _unproven_truths(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """What is known of proofs, where no system proves anything."""
+    for index, truth in enumerate(scenario.truth):
+        if truth.stated.needs_statics and not set(PROVING).intersection(scenario.systems):
+            message = f"`{truth.kind}` is known to statics alone, so this would never be compared"
+            span = source.key_span_of(("truth", index, truth.kind))
+            yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")
+
+
+def _after_a_collapse(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """What is to be built, or done, after a step that goes on until a collapse."""
+    for index, step in enumerate(scenario.build[:-1]):
+        if step.until is not None:
+            message = "nothing is built after a collapse, and this step goes on until there is one"
+            yield Diagnostic("SD104", source.span_of(("build", index, "until")), message, "let it be the last step")
+    if scenario.impacts and scenario.build[-1].until is not None:
+        message = "nothing can be done to a structure that has been built until it fell"
+        hint = "say how much is built instead of `until: collapse`, or leave the impacts out"
+        yield Diagnostic("SD205", source.key_span_of(("impacts",)), message, hint)
+
+
+def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    for index, step in enumerate(scenario.build):
+        if step.layout is None:
+            continue
+        name, params = step.layout
+        try:
+            form = (step.brick or scenario.brick).form
+            for spec in place(name, params, form.size):
+                laid(form, spec)
+        except MistakeError as mistake:
+            yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)
+
+
+# From plain values to a scenario, or to everything that is wrong with them: in plain words, each in its place.
+
 
 # What pydantic's errors of type wanted.
 WANTED: Final = {
@@ -76,7 +167,7 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
     return (None if mistakes else scenario), mistakes
 
 
-def mistakes_at(error: ValidationError, source: Source, path: Path) -> tuple[Diagnostic, ...]:
+def mistakes_at(error: ValidationError, source: Source, path: KeyPath) -> tuple[Diagnostic, ...]:
     """The mistakes of a value that is validated by itself, and stands at a path of the source."""
     details = error.errors(include_url=False)
     return _in_order(_diagnostic(source, {**detail, "loc": (*path, *detail["loc"])}) for detail in details)
@@ -98,7 +189,7 @@ def _of_first_repetitions(details: Iterable[ErrorDetails], source: Source) -> li
 
 def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
     """The errors that do not follow from others; a key that is written wrongly is not missing as well."""
-    unknown: defaultdict[Path, list[str]] = defaultdict(list)
+    unknown: defaultdict[KeyPath, list[str]] = defaultdict(list)
     for detail in details:
         if detail["type"] == "extra_forbidden":
             unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
@@ -132,7 +223,7 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
 
 
 def _told(detail: ErrorDetails) -> _Told:
-    from stackdsl.language.editor_schema import description_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import description_at  # noqa: PLC0415 -- only mistakes need it
 
     kind, path, written, terms = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
     last = path[-1] if path else ""
@@ -164,18 +255,18 @@ def _told(detail: ErrorDetails) -> _Told:
     )
 
 
-def _known_key(key: str, path: Path) -> str:
+def _known_key(key: str, path: KeyPath) -> str:
     """The key that was meant, or the mapping beside it that takes the key, or all keys."""
-    from stackdsl.language.editor_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
     beside = keys_at(path)
     homes = [other for other in beside if key in keys_at((*path, other))]
     return f"it belongs in `{homes[0]}`" if len(homes) == 1 else did_you_mean(key, beside)
 
 
-def _as_mapping(written: object, path: Path) -> str:
+def _as_mapping(written: object, path: KeyPath) -> str:
     """How a mapping is written where there is none: what its keys are for, or the one that the value is for."""
-    from stackdsl.language.editor_schema import description_at, keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import description_at, keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     keys = keys_at(path)
     if written in keys:
@@ -190,9 +281,9 @@ def _as_mapping(written: object, path: Path) -> str:
     return f"its keys: {', '.join(f'{key} ({what})' for key, what in meant.items())}"
 
 
-def _with_value(key: str, path: Path) -> str:
+def _with_value(key: str, path: KeyPath) -> str:
     """A key of the mapping at a path, and the word that may be its value, if there is one: `stands: all`."""
-    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     word = next((node["const"] for node in nodes_at((*path, key)) if isinstance(node.get("const"), str)), "")
     return f"write `{key}: {word}`" + (" and its value" * (not word))
@@ -204,16 +295,16 @@ def _of_others() -> str:
     return f"; systems of other packages are asked for by --system{found}"
 
 
-def _with_meaning(remedy: str, path: Path) -> str:
+def _with_meaning(remedy: str, path: KeyPath) -> str:
     """What to write, and what the value is for."""
-    from stackdsl.language.editor_schema import description_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import description_at  # noqa: PLC0415 -- only mistakes need it
 
     return ": ".join(filter(None, [remedy, description_at(path)]))
 
 
-def _within(path: Path) -> str:
+def _within(path: KeyPath) -> str:
     """Between which limits a value is to be written."""
-    from stackdsl.language.editor_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     known = {key: limit for node in reversed(list(nodes_at(path))) for key, limit in node.items()}
     for least, most, noun in LIMITS:
@@ -224,9 +315,9 @@ def _within(path: Path) -> str:
     return ""
 
 
-def _list_of(written: float | str, path: Path) -> str:
+def _list_of(written: float | str, path: KeyPath) -> str:
     """A list in place of one value: around it, unless more are due, or mappings."""
-    from stackdsl.language.editor_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
+    from stackdsl.language.json_schema import keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     if keys := keys_at((*path, 0)):
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
@@ -249,3 +340,23 @@ def _form(detail: ErrorDetails) -> str:
         case "string_type":
             return "quote it"
     return f"write {WANTED[detail['type']]}" if detail["type"] in WANTED else ""
+
+
+# Scenarios that are made of what cannot be read here, and that say so: `skip: {reason: ..., without: mujoco}`.
+
+
+_TOLD: Final = ("scenario", "description", "tags", "systems", "let", "matrix", "cases", "exclude", "skip")
+_ANYTHING: Final[dict[str, Plain]] = {"brick": "kapla", "build": [{"column": {"levels": 1}}]}
+
+
+def told_only(source: Source) -> Source | None:
+    """What can be told of a scenario that is not played without a package which is not here; None of all others.
+
+    What it builds is left out, since reading that may take the package.
+    """
+    skip = source.values.get("skip")
+    package = skip.get("without") if isinstance(skip, dict) else None
+    if not isinstance(package, str) or package not in get_args(Package) or is_installed(package):
+        return None
+    values: dict[str, Plain] = {key: source.values[key] for key in _TOLD if key in source.values}
+    return replace(source, values=values | _ANYTHING)

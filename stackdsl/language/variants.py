@@ -6,14 +6,22 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, first_of, reading_order
-from stackdsl.language.choices import Choice, Mistakes, NameMistakeError, add, check_name, choices_of
-from stackdsl.language.expressions import EarlierMistakeError, interpolate, value_of, variables_in
-from stackdsl.language.inline import Inline, Pick, is_inline, subject
-from stackdsl.language.inner import Inner
-from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.spreading import REPEAT, Budget, TooMuchError, spread
-from stackdsl.language.uncertain import Distribution, distributions, middle, named
-from stackdsl.reading.source import Path, Plain, Source
+from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
+from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of, variables_in
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.repeats import (
+    REPEAT,
+    Budget,
+    Choice,
+    Mistakes,
+    NameMistakeError,
+    TooMuchError,
+    add,
+    check_name,
+    choices_of,
+    spread,
+)
+from stackdsl.language.yaml.source import KeyPath, Plain, Source
 
 if TYPE_CHECKING:
     from stackdsl.language.expressions import Names
@@ -90,7 +98,7 @@ def repeated(written: Plain, filled: Plain) -> Plain:
 
 def diagnostics_of(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
     """What each source has of mistakes; of those that several variants share, that of the first."""
-    told: set[tuple[Path, str]] = set()
+    told: set[tuple[KeyPath, str]] = set()
     for source, mistakes in found:
         for (path, message), mistake in mistakes.items():
             if mistake.code and (path, message) not in told:  # without a code, it follows from another
@@ -208,11 +216,11 @@ class _Filling:
     """Works out expressions, save those with mistakes."""
 
     most: int  # expressions
-    scopes: Mapping[Path, "Names"] = field(default_factory=dict)  # further variables of what stands at a path
+    scopes: Mapping[KeyPath, "Names"] = field(default_factory=dict)  # further variables of what stands at a path
     mistakes: Mistakes = field(default_factory=dict)
     done: int = 0
 
-    def of(self, value: Plain, path: Path, names: "Names") -> Plain:
+    def of(self, value: Plain, path: KeyPath, names: "Names") -> Plain:
         """A value with its expressions worked out."""
         if path in self.scopes:
             names = Inner(self.scopes[path], names)
@@ -249,7 +257,7 @@ def _unused(source: Source) -> Iterable[Diagnostic]:
             )
 
 
-def _defined(source: Source) -> Iterable[tuple[Path, str]]:
+def _defined(source: Source) -> Iterable[tuple[KeyPath, str]]:
     for key in ("matrix", "uncertain", "let"):
         rows = source.values.get(key)
         yield from (((key, name), name) for name in (rows if isinstance(rows, dict) else ()))

@@ -68,12 +68,9 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
-    from stackdsl.pytest_plugin.golden_directory import (  # noqa: PLC0415 -- only where it is asked for
-        golden_directory,
-        scenario_directory,
-    )
+    from stackdsl.goldens.golden import keeper_of  # noqa: PLC0415 -- only where it is asked for
+    from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory  # noqa: PLC0415 -- only where it is asked for
     from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
-    from stackdsl.snapshots.keepers import keeper_of  # noqa: PLC0415 -- only where it is asked for
 
     folder = golden_directory(request.config, request.path)
     keeper = keeper_of(str(request.path), folder, scenario_directory(request.config, request.path))

@@ -9,22 +9,22 @@ from warnings import warn
 
 import pytest
 
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case, played_or_blocked
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.check import unused_goldens
+from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
-from stackdsl.checking.unused_goldens import unused_goldens
-from stackdsl.judging.known import known_of
-from stackdsl.outcome import GoldenStatus, Report, VariantResult
-from stackdsl.playing.clearance import Blocked
+from stackdsl.goldens.file_format import golden_file
+from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
+from stackdsl.judging.judge import known_of
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, ScenarioWarning
-from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.report.formats import warnings_of
 from stackdsl.report.text import report_text
-from stackdsl.report.worst_first import warnings_of
-from stackdsl.snapshots.file_names import golden_file
-from stackdsl.snapshots.golden import GoldenWriteRefusedError, is_ci
-from stackdsl.systems.known_systems import unplayable
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.results import GoldenStatus, Report, VariantResult
+from stackdsl.simulation.brick_tracks import Blocked
+from stackdsl.simulation.known_systems import unplayable
+from stackdsl.simulation.systems import SYSTEMS
 
 if TYPE_CHECKING:
     from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
@@ -118,7 +118,7 @@ class ScenarioItem(pytest.Item):
 
     def _sampled(self) -> VariantResult:
         """The result of a case of many samples."""
-        from stackdsl.checking.sampled_results import drawn_result  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
 
         return drawn_result(self.case, os.cpu_count() or 1, self._goldens())
 

@@ -18,13 +18,13 @@ from syrupy.extensions.json import JSONSnapshotExtension
 from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
-from stackdsl.outcome import GoldenStatus
+from stackdsl.goldens.file_format import directory_of, golden_file
+from stackdsl.goldens.golden import content_of, judge_text, refuse_in_ci, write_golden
+from stackdsl.goldens.short_format import golden_text
+from stackdsl.goldens.snapshot import Identity, Snapshot
 from stackdsl.pytest_plugin.golden_directory import golden_directory
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
-from stackdsl.snapshots.compact import golden_text
-from stackdsl.snapshots.file_names import directory_of, golden_file
-from stackdsl.snapshots.golden import content_of, judge_text, refuse_in_ci, write_golden
-from stackdsl.snapshots.record import Identity, Snapshot
+from stackdsl.results import GoldenStatus
 
 Golden = Callable[[Identity], SnapshotAssertion]
 
@@ -32,7 +32,7 @@ Golden = Callable[[Identity], SnapshotAssertion]
 class GoldenExtension(JSONSnapshotExtension):
     """Keeps snapshots of stackdsl where and how `stackdsl check` does; the index of an assertion is its file name."""
 
-    keeper: ClassVar[str] = ""  # who keeps the files that are written, as `stackdsl.snapshots.keepers` says
+    keeper: ClassVar[str] = ""  # who keeps the files that are written, as `stackdsl.goldens.golden` says
 
     def serialize(
         self,

@@ -1,23 +1,158 @@
-"""The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums."""
+"""The report of a check or a run as text."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from math import degrees, isfinite
 
-from stackdsl.outcome import GOLDEN_FAILURES, REFERENCE_SYSTEM, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stability.name_order import in_order
+from stability.statics.fall_description import FallSide
 from stackdsl.report.blocks import Block, Row, Table, blocks_text, line, table, titled
-from stackdsl.report.change_text import change_text
-from stackdsl.report.diagnostic_text import GUTTER, diagnostic_text
-from stackdsl.report.edge_text import wrong_edges
-from stackdsl.report.ending_text import ending_text
-from stackdsl.report.ensemble_text import samples_told
-from stackdsl.report.friction_text import wrong_frictions
-from stackdsl.report.modified_text import modified_text
-from stackdsl.report.outcome_text import TO_CLAIM, outcome_text, significant, unchecked_text
-from stackdsl.report.passing_text import passed_through
-from stackdsl.report.why_text import why_lines
+from stackdsl.report.diagnostics import GUTTER, diagnostic_text
+from stackdsl.report.warnings import (
+    modified_text,
+    passed_text,
+    passed_through,
+    samples_told,
+    wrong_edges,
+    wrong_edges_text,
+    wrong_friction_text,
+    wrong_frictions,
+)
+from stackdsl.results import (
+    GOLDEN_FAILURES,
+    REFERENCE_SYSTEM,
+    Change,
+    GoldenStatus,
+    Outcome,
+    Report,
+    RunStatus,
+    Seen,
+    Spared,
+    VariantResult,
+    Why,
+)
 from stackdsl.shown_text import visible
-from stackdsl.wording import energy_fault, how_many, names_text, touching_text
+from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Event, EventKind, Trace
+from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm, names_text, shortened, touching_text
+
+# One expectation as one line: what was expected, what was measured, and how far that is from the threshold.
+#
+# And what is told of a run of which nothing is expected.
+
+
+TO_CLAIM = "say under `expect` what is to come of it, such as `- stands: all` or `- collapses: any`"
+
+
+def outcome_text(outcome: Outcome) -> str:
+    """Without a place and without a verdict."""
+    margin = f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")" if isfinite(outcome.margin) else ""
+    return f"{outcome.name}: expected {outcome.expected}, measured {outcome.measured}{margin}"
+
+
+def unchecked_text(result: VariantResult) -> str:
+    """That nothing is expected of a run, and whether it fell all the same."""
+    if result.ensemble is not None:
+        return f"nothing is expected of it; {result.ensemble.summary}"
+    if result.collapse is None:
+        return "nothing is expected of it"
+    fell = result.collapse
+    where = level_text(fell.level, fell.step)
+    return f"it fell at {where}, {fell.brick} at {fell.time:.3f} s, and nothing is expected of it"
+
+
+def significant(value: float) -> str:
+    """Three significant digits, without an exponent where there can be none."""
+    return f"{float(f'{value:.3g}') + 0.0:g}"  # a zero has no sign
+
+
+# One observation of two runs as one line.
+
+
+NO_VALUE = "none"
+
+
+def change_text(change: Change) -> str:
+    """What was seen, what the other run showed, and the difference where it is a number."""
+    difference = change.difference
+    by = f" ({'+' if difference > 0.0 else ''}{significant(difference)} {change.unit})" if difference else ""
+    return f"{change.name}: {_seen(change.before, change.unit)} -> {_seen(change.after, change.unit)}{by}"
+
+
+def _seen(value: Seen, unit: str) -> str:
+    match value:
+        case float():
+            return f"{significant(value)} {unit}"
+        case tuple():
+            names, more = shortened(value)
+            return ", ".join((*names, *([f"{more} more"] if more else []))) or NO_VALUE
+        case _:
+            return value or NO_VALUE
+
+
+# One event of a run as one line.
+
+
+def event_text(event: Event, all_names: bool = False) -> str:
+    """Time, what happened, to which bricks, and why; with `all_names` every brick is named, however many there are."""
+    bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
+    named = ", ".join(bricks) if all_names else names_text(bricks, least=1)
+    reason = f": {event.reason}" if event.reason else ""
+    return f"{event.time:9.3f} s  {event.kind.value:<9}  {named}{reason}"
+
+
+# Which way what falls goes, in words.
+
+
+AXES = {0: "+x", 90: "+y", 180: "-x", 270: "-y"}  # by bearing [deg]
+ROUNDED = 0.05  # [deg] a bearing this near to an axis is along it
+
+
+def side_text(side: FallSide) -> str:
+    """`towards +x, its weight 1.2 mm beyond the edge`; empty where there is neither."""
+    told = [f"towards {bearing_text(side.bearing)}"] if side.bearing is not None else []
+    told += [f"its weight {mm(side.overhang, 3)} beyond the edge"] if side.overhang is not None else []
+    return ", ".join(told)
+
+
+def bearing_text(bearing: float) -> str:
+    """A bearing [rad] as the axis that it is along, or in degrees from +x towards +y."""
+    angle = degrees(bearing) % 360.0
+    nearest = 90 * round(angle / 90.0)
+    return AXES[nearest % 360] if abs(angle - nearest) <= ROUNDED else f"{angle:.1f} deg"
+
+
+# Why a run came out otherwise than expected, in a few lines.
+
+
+def why_lines(why: Why) -> Iterator[str]:
+    """A line for each thing that is known."""
+    told = {
+        "cause": cause_text(why),
+        "after": why.before,
+        "first": why.first,
+        "see": why.see,
+    }
+    yield from (f"  {name:<5}  {text}" for name, text in told.items() if text)
+
+
+def cause_text(why: Why) -> str:
+    """The cause and its side, on one line; empty where it is not known."""
+    return ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))]))
+
+
+# What to say of a run that ended before its time.
+
+
+def ending_text(early: Spared) -> str:
+    """When it ended, and what that spared."""
+    left_out = early.actions
+    undone = f"; {left_out} action{'s' * (left_out > 1)} still to come left out" if left_out else ""
+    return f"ended at {early.time:.3f} s of {early.planned:.3f} s, as all that is asked is known{undone}"
+
+
+# The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums.
+
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # not worth a column
@@ -314,3 +449,57 @@ def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:
     alike = [r.golden for r in report.results if r.golden is not None and r.golden.status is status]
     notes = Counter(golden.note for golden in alike if golden.note)
     yield from (f"{how_many(count, 'file')} {note}" for note, count in sorted(notes.items()))
+
+
+# How one run ended, as text: what came of it and what it took, then every claim beside what was measured.
+
+
+def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
+    """Several lines of text without a newline at the end; with `all_names` every brick is named."""
+    return "\n".join(_lines(trace, result, all_names))
+
+
+def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
+    fell = "" if trace.collapse is None else _collapse(trace.collapse)
+    cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
+    came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
+    yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
+    yield from (f"warning: {odd}" for odd in result.warnings)
+    if result.modified:
+        yield modified_text(result.modified)
+    fallen = [name for name, track in trace.tracks.items() if track.state is BrickState.FALLEN]
+    if all_names and fallen:
+        yield f"fallen: {', '.join(in_order(fallen))}"
+    if trace.moving:
+        moving = in_order(trace.moving)
+        yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving)}"
+    if result.early_end is not None:
+        yield ending_text(result.early_end)
+    if result.touching_within:
+        yield f"statics: stable{touching_text(result.touching_within)}"
+    if trace.energy_gained:
+        yield energy_fault(trace.energy_gained)
+    if trace.wrong_edges is not None:
+        yield wrong_edges_text(trace.wrong_edges, trace.collapse)
+    if trace.wrong_friction is not None:
+        yield wrong_friction_text(trace.wrong_friction)
+    if trace.passed_through is not None:
+        yield passed_text(trace.passed_through)
+    yield from claim_lines(result)
+
+
+def _collapse(collapse: Collapse) -> str:
+    at = f"collapses at {level_text(collapse.level, collapse.step)} after {collapse.time:.3f} s"
+    return at + broke_text(collapse.broke, collapse.gave_way)
+
+
+def claim_lines(result: VariantResult) -> Iterator[str]:
+    """Every claim beside what was measured, and why some failed."""
+    if result.xfail is not None:
+        yield f"{'passed, though it was' if result.passed else 'failed, as was'} said to fail: {result.xfail}"
+    for outcome in result.outcomes:
+        yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
+    if result.why is not None:
+        yield from why_lines(result.why)
+    for truth in result.truths:
+        yield f"truth {'agrees' if truth.passed else 'differs'}: {truth.span}: {outcome_text(truth)}"

@@ -7,13 +7,11 @@ from enum import IntEnum, StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.statics.facts import Placed, Stability
-from stability.statics.samples.falls import Site, falls_as_one
-from stability.statics.samples.passing import GROUND as ON_GROUND
-from stability.statics.samples.passing import PassedDown, Support
-from stackdsl.sampling.design import Design, Part
-from stackdsl.sampling.draws import Draws
-from stackdsl.sampling.setting_down import Hands
+from stability.analysis.sampled_columns import GROUND as ON_GROUND
+from stability.analysis.sampled_columns import PassedDown, Site, Support, falls_as_one
+from stability.problem import Placed, Stability
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import Design, Draws, Part
 
 
 class Fate(IntEnum):

@@ -11,7 +11,7 @@ import pygltflib
 from numpy.typing import NDArray
 
 from stability.model import ConvexShape
-from stackdsl.recording.recording import Recording, Track
+from stackdsl.simulation.recording import Recording, Track
 
 Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # turns z to y
 WOOD = [0.72, 0.52, 0.28, 1.0]  # linear red, green, blue, and how opaque

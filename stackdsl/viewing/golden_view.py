@@ -14,22 +14,19 @@ from math import inf, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from stability.geometry.rotations import about
-from stability.geometry.vectors import norm, scale
+from stability.geometry.box import Box
+from stability.geometry.vectors import about, norm, scale
 from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
 from stackdsl.diagnostics import Span
 from stackdsl.disk import read_file
-from stackdsl.outcome import GoldenDifference, GoldenResult
+from stackdsl.goldens.file_format import directory_of
+from stackdsl.goldens.snapshot import friction_told
 from stackdsl.project_file import confined
-from stackdsl.recording.recorder import Recorder
-from stackdsl.recording.recording import Recording
-from stackdsl.snapshots.file_names import directory_of
-from stackdsl.snapshots.rubbing import friction_told
+from stackdsl.results import GoldenDifference, GoldenResult
+from stackdsl.simulation.recording import Recorder, Recording
 from stackdsl.timeline import Placement, Timeline, World
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
-from stackdsl.viewing.run_view import RunView
-from stackdsl.viewing.shown_proofs import ShownProofs
+from stackdsl.viewing.run_view import RunView, ShownProofs
 
 Told: TypeAlias = Mapping[str, Any]
 

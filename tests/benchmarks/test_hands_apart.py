@@ -7,7 +7,7 @@ import pytest
 from benchmarks import card_houses_apart
 from benchmarks.hands_apart import Plank, falls_at, shared
 from benchmarks.human_error import held_apart
-from stability.statics.facts import Placed
+from stability.problem import Placed
 from tests.scenes import compiled
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.12, 0.024, 0.008)  # [m]

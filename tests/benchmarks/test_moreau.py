@@ -7,11 +7,11 @@ pytest.importorskip("numba")
 from benchmarks.end_hits import EndHit, referred, timeline
 from benchmarks.hits import shifts
 from benchmarks.moreau.motion import Boxes
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stability.problem import Placed
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 
 pytestmark = pytest.mark.slow  # numba compiles it for a minute
 

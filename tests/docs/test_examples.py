@@ -4,7 +4,7 @@ import re
 
 import yaml
 
-from stackdsl.commands.main import COMMANDS
+from stackdsl.cli.main import COMMANDS
 from tests.docs.test_shell_shown import TARGETS
 from tests.paths import ROOT
 

@@ -1,7 +1,7 @@
 """The picture of README is that of its scenario."""
 
 from benchmarks.figures.picture import PATH, drawn, scenario
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.play_case import play_case
 from tests.engines_at_hand import needs_pybullet
 
 

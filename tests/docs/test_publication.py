@@ -6,8 +6,8 @@ from itertools import chain
 
 import pytest
 
-from stackdsl.language.catalogue import CATALOGUE
-from stackdsl.systems.known_systems import KNOWN
+from stackdsl.language.bricks import CATALOGUE
+from stackdsl.simulation.known_systems import KNOWN
 from tests.paths import ROOT
 from tests.test_scenarios import GATHERED
 

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 import yaml
 
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import cases_of
+from stackdsl.checking.play_case import play_case
 from stackdsl.judging.judge import judge
-from stackdsl.reading.source import parse
+from stackdsl.language.yaml.source import parse
 from tests.docs.pages import HAS_PYBULLET, Block, all_blocks
 
 SCENARIO_BLOCKS = [block for block in all_blocks("yaml") if "github" not in block.mark]

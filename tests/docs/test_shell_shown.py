@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from stackdsl.commands.main import COMMANDS
+from stackdsl.cli.main import COMMANDS
 from tests.docs.pages import Block, all_blocks
 from tests.paths import ROOT
 

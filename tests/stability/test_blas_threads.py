@@ -56,13 +56,13 @@ def test_a_verdict_and_its_margins_are_reckoned_so() -> None:
     script = """
         import numpy, scipy.linalg
         from stability import Assembly, Box, Brick, Pose, margins, outcome
-        from stability.statics.margins import acceleration_cut
+        from stability.analysis import acceleration_cut
         from stability.statics.prover import Prover
         seen = []
         def watched(function):
             return lambda *given, **named: (seen.append(threads()), function(*given, **named))[1]
         Prover.put = watched(Prover.put)
-        import stability.statics.margins.acceleration as module
+        import stability.analysis.acceleration_margin as module
         module.shaken = watched(module.shaken)
         assembly = Assembly()
         assembly.add(Brick("a", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.05)))
@@ -91,7 +91,7 @@ def test_the_command_asks_for_one_thread_in_itself_and_in_its_workers() -> None:
         import os, sys
         from unittest.mock import patch
         import stackdsl.__main__ as command
-        with patch("stackdsl.commands.main.main", lambda: print(os.environ["OPENBLAS_NUM_THREADS"])):
+        with patch("stackdsl.cli.main.main", lambda: print(os.environ["OPENBLAS_NUM_THREADS"])):
             command.main()
         """
     assert told(script, "7") == "1"

@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 
-from stability.friction_law import Friction, Rule, admit_friction
+from stability.contact_law import Friction, Rule, admit_friction
 from stability.model import GROUND, Plane
 
 GROUND_PLANE = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.6)

@@ -15,19 +15,19 @@ import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.bench.journal import Journal
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.memory import Memory
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import Goldens, checked
-from stackdsl.commands import bench_command
+from stackdsl.cli import bench
 from stackdsl.disk import LeadsOutsideError, read_file
-from stackdsl.outcome import GoldenResult
+from stackdsl.goldens.file_format import moved_to_new_names
+from stackdsl.goldens.golden import content, remove_obsolete, write_golden
+from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import confined, project_of
-from stackdsl.reading.source import parse
-from stackdsl.report.sweep_text import sweep_lines
-from stackdsl.snapshots.golden import content, remove_obsolete, write_golden
-from stackdsl.snapshots.moving import moved_to_new_names
+from stackdsl.report.studies import sweep_lines
+from stackdsl.results import GoldenResult
 from stackdsl.supervising.worker import TaskResult, TaskStatus
-from stackdsl.viewing.live.sites import Folder
+from stackdsl.viewing.server import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
 from tests.stackdsl.bench.runs import RECORD
@@ -372,7 +372,7 @@ import sys
 import threading
 from pathlib import Path
 
-from stackdsl.importing.supervised_reading import load_supervised
+from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import Start, Task, TaskStatus
@@ -483,10 +483,10 @@ def test_a_plot_cuts_a_hard_link(drawing: Stackdsl, project: Path) -> None:
 
 def test_pictures_of_a_bench_are_not_written_through_a_link(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     link(project, "bench/speed-against-error.svg", "home/secret.json")
-    monkeypatch.setattr(bench_command, "drawn", lambda _: {"speed-against-error.svg": b"<svg/>"})
-    monkeypatch.setattr(bench_command, "bench_json", lambda _: "{}")
+    monkeypatch.setattr(bench, "drawn", lambda _: {"speed-against-error.svg": b"<svg/>"})
+    monkeypatch.setattr(bench, "bench_json", lambda _: "{}")
     with pytest.raises(LeadsOutsideError):
-        bench_command._write_down(SimpleNamespace(points=()), project / "bench")  # type: ignore[arg-type]
+        bench._write_down(SimpleNamespace(points=()), project / "bench")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("kind", ["link", "hard link", "dangling"])

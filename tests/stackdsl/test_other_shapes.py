@@ -3,15 +3,15 @@
 import pytest
 
 from stability.model import AT_REST, GROUND, BodyState, Brick, ConvexShape, Plane, Pose, Vec3
-from stackdsl.compiling.fitting import Sited, fits
+from stackdsl.compiler.fit import Sited, fits
 from stackdsl.language.claims.height import Height
-from stackdsl.observations import observations
-from stackdsl.playing.energy import kinetic_energy
-from stackdsl.playing.watch import Watched
+from stackdsl.results import observations
+from stackdsl.simulation.brick_tracks import Watched
+from stackdsl.simulation.measurements import kinetic_energy
 from stackdsl.timeline import Placement
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace
-from tests.stability.shapes.polyhedra import LOWER_HALF, SIZE, TETRAHEDRON
-from tests.stackdsl.snapshots.towers import taken
+from tests.stability.geometry.polyhedra import LOWER_HALF, SIZE, TETRAHEDRON
+from tests.stackdsl.goldens.towers import taken
 
 LENGTH, WIDTH, THICKNESS = SIZE
 MASS = 0.006

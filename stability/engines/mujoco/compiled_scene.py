@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stability.engines.mujoco.mujoco_binding import mujoco
+from stability.engines.mujoco.binding import mujoco
 from stability.model import Quaternion, Vec3
 
 

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
-from stability.friction_law import Friction, Surface
+from stability.contact_law import Friction, Surface
 from stability.model import BodyId, Plane
 
 ON_PLANES = 1  # the priority of planes: what has friction of its own has a higher one, all else a lower one

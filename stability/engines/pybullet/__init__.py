@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stability.engines.pybullet.client import PyBulletBodies
-    from stability.engines.pybullet.pybullet_world import PyBulletWorld
+    from stability.engines.pybullet.world import PyBulletWorld
 
 __all__ = ["PyBulletBodies", "PyBulletWorld"]
-MODULES = {"PyBulletBodies": "client", "PyBulletWorld": "pybullet_world"}
+MODULES = {"PyBulletBodies": "client", "PyBulletWorld": "world"}
 
 
 def __getattr__(name: str) -> object:

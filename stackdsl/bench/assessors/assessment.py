@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Protocol
 
-from stability.engines.settings import Package
-from stability.friction_law import law_of
+from stability.contact_law import law_of
+from stability.engines.protocol import Package
 from stability.model import BodyId, Plane
-from stability.statics.facts import Contact, Placed
+from stability.problem import Contact, Placed
 from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, stands_until
-from stackdsl.observations import KINDS, Seen
-from stackdsl.playing.after_collapse import time_of
+from stackdsl.results import KINDS, Seen
+from stackdsl.simulation.after_collapse import time_of
 from stackdsl.timeline import Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline, leaves_to_engine
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
 

@@ -19,13 +19,13 @@ from math import prod
 from statistics import fmean
 from typing import Any
 
-from stability.engines.settings import Package
-from stability.geometry.rotations import body_axes
-from stability.geometry.vectors import add_scaled, dot, scale, subtract
+from stability.contacts.bodies import solid
+from stability.contacts.detection import contact_with_plane
+from stability.engines.protocol import Package
+from stability.geometry.box import as_box
+from stability.geometry.vectors import add_scaled, body_axes, dot, scale, subtract
 from stability.model import Pose
-from stability.shapes.box import as_box
-from stability.statics.contacts.touch import contact_with_plane, solid
-from stability.statics.facts import Contact, Placed, Tolerances
+from stability.problem import Contact, Placed, Tolerances
 from stackdsl.bench.assessors.assessment import Scene, Setting
 
 FEWEST_CORNERS = 3  # of a contact that is a face

@@ -4,9 +4,9 @@ from typing import Annotated, cast
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
 
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Choice
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind
+from stackdsl.language.model_base import Choice
 
 
 class Claim(Choice):

@@ -11,9 +11,8 @@ from inspect import isabstract
 from typing import ClassVar, Final, Literal, Self, TypeVar
 
 from stability.model import BodyId
-from stackdsl.language.author_models import AuthorModel
 from stackdsl.language.claims.finding import Finding
-from stackdsl.language.kinds import Kinds
+from stackdsl.language.model_base import AuthorModel, Kinds
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 

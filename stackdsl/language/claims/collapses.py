@@ -7,11 +7,11 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from stability.model import BodyId
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Shorthand
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
 from stackdsl.language.claims.finding import Finding, margin_to_collapse, placed, within
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import Shorthand
+from stackdsl.language.quantities import MistakeError
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 from stackdsl.wording import broke_text, level_text

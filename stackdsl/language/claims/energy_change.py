@@ -5,10 +5,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import AuthorModel
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import PERCENT, Finding, within
+from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
 

@@ -6,10 +6,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import BodyId
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Choice
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.finding import Finding, in_time, is_over, placed, remaining, within
+from stackdsl.language.model_base import Choice
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import names_text
 

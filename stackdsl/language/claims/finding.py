@@ -10,13 +10,13 @@ from math import degrees, inf, isfinite
 
 from stability.model import BodyId
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.measure import Measure
 from stackdsl.trace import (
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
     COLLAPSE_TILT,
     NO_PART,
     BrickState,
     BrickTrack,
+    Measure,
     Trace,
 )
 from stackdsl.wording import MILLIMETRES

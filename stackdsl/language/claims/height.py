@@ -4,11 +4,11 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stability.shapes.in_pose import top_W
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Shorthand
+from stability.geometry.placed_shape import top_W
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.language.model_base import Shorthand
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import mm
 

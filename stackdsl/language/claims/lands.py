@@ -7,10 +7,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import BodyId
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Asking, default
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import Finding, all_of, at_most, within
+from stackdsl.language.model_base import Asking, default
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
 

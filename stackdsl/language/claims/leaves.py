@@ -7,10 +7,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Choice
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.finding import Finding, remaining, within
+from stackdsl.language.model_base import Choice
 from stackdsl.trace import STAND, BrickState, Trace
 
 

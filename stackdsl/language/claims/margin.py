@@ -6,10 +6,10 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Asking
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import SHOWN_PER_SI, Finding, all_of, within
+from stackdsl.language.model_base import Asking
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 

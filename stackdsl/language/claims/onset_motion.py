@@ -9,10 +9,9 @@ is compared with what was seen.
 from math import acos, cos, pi, sin
 from typing import TypeAlias
 
-from stability.geometry.rotations import turn_between
-from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
+from stability.geometry.vectors import add, cross, dot, norm, scale, subtract, turn_between
 from stability.model import Vec3
-from stability.statics.facts import Motion
+from stability.problem import Motion
 from stackdsl.trace import Onset
 
 SMALL = 0.05  # share of the largest displacement: the directions of smaller ones are noise

@@ -7,11 +7,11 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import BodyId
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Asking
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.finding import PERCENT, Finding, all_of, at_most
 from stackdsl.language.claims.onset_motion import Pairs, largest_difference, seen_displacements, widest_angle
+from stackdsl.language.model_base import Asking
 from stackdsl.trace import Onset, Trace
 
 

@@ -6,11 +6,11 @@ from typing import ClassVar, Final
 
 from pydantic import Field
 
-from stability.geometry.rotations import turn_between
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import Choice
+from stability.geometry.vectors import turn_between
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.finding import Finding, remaining
+from stackdsl.language.model_base import Choice
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, mm
 

@@ -16,9 +16,9 @@ from typing import Annotated, Final
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_types import MAX_STONES, PositiveLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import MAX_STONES, PositiveLength
 from stackdsl.wording import mm
 
 SEMICIRCLE: Final = 1e-9  # share of half a span by which a rise may miss it, and still be meant to be it

@@ -15,10 +15,10 @@ from typing import Final
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import Levels, PositiveLength, Slope
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import default
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import Levels, PositiveLength, Slope
 from stackdsl.wording import mm
 
 SHARE_OF_ROOM: Final = 0.25  # of what the spacing may be; nearer to neighbours than to the ends of the flat planks

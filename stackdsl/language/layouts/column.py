@@ -3,9 +3,9 @@
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import Length, Levels
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.model_base import default
+from stackdsl.language.value_types import Length, Levels
 
 
 class ColumnParams(LayoutParams):

@@ -10,10 +10,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import Levels, PositiveLength, ShareOfLimit
 from stackdsl.language.layouts.harmonic import overhangs
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.model_base import default
+from stackdsl.language.value_types import Levels, PositiveLength, ShareOfLimit
 
 
 class CorbelParams(LayoutParams):

@@ -6,9 +6,9 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_types import Levels, PositiveLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import Levels, PositiveLength
 from stackdsl.wording import mm
 
 

@@ -5,9 +5,9 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import Levels, ShareOfLimit
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.model_base import default
+from stackdsl.language.value_types import Levels, ShareOfLimit
 
 
 class HarmonicParams(LayoutParams):

@@ -6,10 +6,10 @@ from typing import Annotated
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import MAX_BRICKS, Levels, PositiveLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import default
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import MAX_BRICKS, Levels, PositiveLength
 from stackdsl.wording import mm
 
 ROUNDING = 1e-9  # share of a width: a third of 75 mm is 25 mm

@@ -5,9 +5,9 @@ from typing import Final
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_types import Levels, PositiveLength
 from stackdsl.language.layouts.four_stack import crossed_pairs
 from stackdsl.language.layouts.registry import LayoutParams, Specs, layout
+from stackdsl.language.value_types import Levels, PositiveLength
 
 # Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication's method
 # lets its slant tower, and neither a millimetre of spacing nor a tenth of one of step changes that.

@@ -5,10 +5,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import Levels, NonNegativeLength
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import default
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import Levels, NonNegativeLength
 from stackdsl.wording import mm
 
 

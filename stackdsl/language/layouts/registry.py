@@ -15,10 +15,9 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from stability.model import Vec3
-from stackdsl.language.author_models import AuthorModel, default
-from stackdsl.language.author_types import MAX_BRICKS, Angle, JsonSchema, Length, PlaceName
-from stackdsl.language.kinds import Kinds
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import AuthorModel, Kinds, default
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import MAX_BRICKS, Angle, JsonSchema, Length, PlaceName
 
 
 @dataclass(frozen=True, slots=True)

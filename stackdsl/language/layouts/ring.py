@@ -17,10 +17,10 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from stability.model import Vec3
-from stackdsl.language.author_models import default
-from stackdsl.language.author_types import MAX_BRICKS, ShareOfLimit
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import default
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import MAX_BRICKS, ShareOfLimit
 
 
 class RingParams(LayoutParams):

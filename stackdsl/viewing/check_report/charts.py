@@ -1,12 +1,303 @@
-"""What was measured over the variables of scenarios, drawn: a line over one variable, a map of cells over two."""
+"""Charts of measured quantities over the variables of scenarios."""
 
-from collections.abc import Iterable, Sequence
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from html import escape
+from math import ceil, floor, isfinite, log10
 
-from stackdsl.outcome import VariantResult
-from stackdsl.report.outcome_text import significant
-from stackdsl.viewing.check_report.line_chart import line_chart
-from stackdsl.viewing.check_report.variables import Point, Study, studies
+from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
+from stackdsl.report.text import significant
+from stackdsl.results import VariantResult
+
+# An axis of a chart: where a value lies on it, and which round values are written beside it.
+
+
+ABOUT = 6  # ticks
+ROUND = (1.0, 2.0, 5.0, 10.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """From a least to a largest value, which lie at two places [px]."""
+
+    least: float
+    largest: float
+    begin: float
+    end: float
+
+    def place(self, value: float) -> float:
+        """Where a value lies [px]; in the middle, if there is only one."""
+        wide = self.largest - self.least
+        part = (value - self.least) / wide if wide > 0.0 else 0.5
+        return self.begin + part * (self.end - self.begin)
+
+    def ticks(self) -> Iterator[float]:
+        """Round values within, some six."""
+        wide = self.largest - self.least
+        if wide <= 0.0:
+            yield self.least
+            return
+        power = 10.0 ** floor(log10(wide / ABOUT))
+        step = next(factor * power for factor in ROUND if factor * power * ABOUT >= wide * (1.0 - 1e-9))
+        rounding = 1e-9 * wide
+        for number in range(ceil((self.least - rounding) / step), floor((self.largest + rounding) / step) + 1):
+            yield number * step
+
+
+# What was measured over the variables of a scenario: which variables those are, and which one quantity.
+#
+# Measured is at which level it collapsed, where all cases do; else how far a claim is from its threshold: above zero it
+# passed, and where a line crosses zero the answer flips. A claim may count millimetres of what stands and bricks of
+# what fell: then those in the unit of most are measured, and the others only passed or failed.
+
+
+FEWEST = 3  # values of a variable that are worth a line
+WRITTEN = re.compile(rf"(?P<number>{SIGNED})\s*(?P<unit>{UNIT})?")
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable that runs through numbers."""
+
+    name: str
+    unit: str  # as it was written first
+    values: Mapping[str, float]  # in that unit, by what was written; from the least to the largest
+
+    @property
+    def title(self) -> str:
+        """For an axis."""
+        return f"{self.name}, {self.unit}" if self.unit else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """What was measured of one case."""
+
+    at: tuple[str, ...]  # the values of the variables, as written
+    value: float | None  # in the one unit; None where it was measured in another
+    passed: bool
+    told: str  # all of it, in words
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """One quantity over one variable, or over two."""
+
+    scenario: str
+    quantity: str
+    unit: str
+    variables: tuple[Variable, ...]
+    series: Mapping[str, Sequence[Point]]  # by system, and by what else differs
+
+    @property
+    def title(self) -> str:
+        """For an axis."""
+        return f"{self.quantity}, {self.unit}" if self.unit else self.quantity
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """One quantity of some cases."""
+
+    name: str
+    unit: str
+    claim: int | None  # which of the claims; None for the level of collapse
+
+    def of(self, run: VariantResult) -> float | None:
+        if self.claim is None:
+            return float(run.collapse.level) if run.collapse is not None else None
+        outcome = run.outcomes[self.claim]
+        return outcome.margin if outcome.unit == self.unit and isfinite(outcome.margin) else None
+
+    def passed(self, run: VariantResult) -> bool:
+        return run.met == len(run.outcomes) if self.claim is None else run.outcomes[self.claim].passed
+
+
+def studies(results: Iterable[VariantResult]) -> Iterator[Study]:
+    """One for each scenario that runs through numbers and claims something that can be measured."""
+    by_scenario: defaultdict[str, list[VariantResult]] = defaultdict(list)
+    for result in results:
+        if result.outcomes and result.parameters:
+            by_scenario[result.scenario].append(result)
+    for scenario, runs in by_scenario.items():
+        variables = _worth_drawing(_variables(runs))
+        measured = _measured(runs)
+        if variables and measured is not None:
+            yield Study(scenario, measured.name, measured.unit, variables, _series(runs, variables, measured))
+
+
+def _worth_drawing(found: Sequence[Variable]) -> tuple[Variable, ...]:
+    """The two with the most values, or the one, if it has enough for a line."""
+    most = sorted(found, key=lambda variable: -len(variable.values))[:2]
+    return tuple(most) if len(most) > 1 or any(len(variable.values) >= FEWEST for variable in most) else ()
+
+
+def _variables(runs: Sequence[VariantResult]) -> list[Variable]:
+    """The variables that have several values, all of them numbers of one kind."""
+    written: defaultdict[str, dict[str, None]] = defaultdict(dict)
+    for run in runs:
+        for name, text in run.parameters:
+            written[name][text] = None
+    found = (_variable(name, texts) for name, texts in written.items() if len(texts) > 1)
+    return [variable for variable in found if variable is not None]
+
+
+def _variable(name: str, texts: Iterable[str]) -> Variable | None:
+    matches = {text: WRITTEN.fullmatch(text) for text in texts}
+    units = [match["unit"] or "" for match in matches.values() if match]
+    if len(units) < len(matches) or not _are_of_one_kind(set(units)):
+        return None
+    numbers = {
+        text: float(Fraction(match["number"]) * in_si(match["unit"] or "") / in_si(units[0]))
+        for text, match in matches.items()
+        if match
+    }
+    return Variable(name, units[0], dict(sorted(numbers.items(), key=lambda item: item[1])))
+
+
+def _are_of_one_kind(units: set[str]) -> bool:
+    return len(units) == 1 or len({str(unit_amount(unit).dimensionality) for unit in units}) == 1
+
+
+def _measured(runs: Sequence[VariantResult]) -> _Measured | None:
+    """The level of collapse, or the first of the claims that is told in one unit in the most cases."""
+    if all(run.collapse is not None for run in runs):
+        return _Measured("level of collapse", "", None)
+    found = []
+    for claim in range(min(len(run.outcomes) for run in runs)):
+        outcomes = [run.outcomes[claim] for run in runs if isfinite(run.outcomes[claim].margin)]
+        for unit, count in Counter(outcome.unit for outcome in outcomes).most_common(1):
+            found.append((-count, claim, unit))
+    if not found:
+        return None
+    _, claim, unit = min(found)
+    return _Measured(f"margin of {runs[0].outcomes[claim].name}", unit, claim)
+
+
+def _series(
+    runs: Sequence[VariantResult], variables: Sequence[Variable], measured: _Measured
+) -> Mapping[str, Sequence[Point]]:
+    names = [variable.name for variable in variables]
+    others = {name for run in runs for name, _ in run.parameters if name not in names}
+    differing = {name for name in others if len({dict(run.parameters).get(name) for run in runs}) > 1}
+    series: defaultdict[str, list[Point]] = defaultdict(list)
+    for run in runs:
+        chosen = dict(run.parameters)
+        if not chosen.keys() >= {*names}:
+            continue
+        name = ", ".join([run.system, *(f"{key} {text}" for key, text in chosen.items() if key in differing)])
+        at = tuple(chosen[key] for key in names)
+        series[name].append(Point(at, measured.of(run), measured.passed(run), _told(run, measured)))
+    return series
+
+
+def _told(run: VariantResult, measured: _Measured) -> str:
+    if measured.claim is None:
+        return run.name
+    outcome = run.outcomes[measured.claim]
+    return f"{run.name}: {outcome.measured}, margin {outcome.margin:.3g} {outcome.unit}".rstrip()
+
+
+# One quantity over one variable as a line: axes with their units, and a cross for what has no number in that unit.
+
+
+WIDE, HIGH = 520.0, 250.0  # [px]
+LEFT, RIGHT, TOP, BOTTOM = 52.0, 508.0, 22.0, 210.0  # [px] of what is drawn; around it something is written
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c")
+CROSS = 4.0  # [px]
+
+
+def line_chart(study: Study) -> str:
+    """A figure as HTML."""
+    variable = study.variables[0]
+    points = [point for of_series in study.series.values() for point in of_series]
+    measured = [0.0, *(point.value for point in points if point.value is not None)]
+    across = Axis(min(variable.values.values()), max(variable.values.values()), LEFT, RIGHT)
+    frame = _Frame(variable, across, Axis(min(measured), max(measured), BOTTOM, TOP))
+    named = list(zip(study.series.items(), COLOURS * len(study.series), strict=False))
+    shapes = [*frame.drawn(study.title)]
+    for (name, of_series), colour in named:
+        shapes += _Series(frame, name, colour).drawn(of_series)
+    keys = "".join(_key(name, colour) for (name, _), colour in named)
+    others = sum(point.value is None for point in points)
+    about = f"{study.scenario}: {study.quantity} over {variable.name}"
+    about += f"; crosses: {others} without a number in {study.unit or 'this unit'}" if others else ""
+    svg = f'<svg viewBox="0 0 {WIDE:.0f} {HIGH:.0f}" width="{WIDE:.0f}" role="img">{"".join(shapes)}</svg>'
+    return f"<figure>{svg}<figcaption>{escape(about)}<br>{keys}</figcaption></figure>"
+
+
+def _key(name: str, colour: str) -> str:
+    line = f'<svg width="14" height="10"><path d="M0 5H14" stroke="{colour}"/></svg>'
+    return f'<span class="key">{line} {escape(name)}</span>'
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """The axes."""
+
+    variable: Variable
+    across: Axis
+    up: Axis
+
+    def drawn(self, title: str) -> Iterator[str]:
+        """Lines, numbers and units."""
+        for value in self.across.ticks():
+            x = self.across.place(value)
+            yield f'<path class="grid" d="M{x:.1f} {TOP:.0f}V{BOTTOM:.0f}"/>'
+            yield f'<text x="{x:.1f}" y="{BOTTOM + 14:.0f}" text-anchor="middle">{significant(value)}</text>'
+        for value in self.up.ticks():
+            y = self.up.place(value)
+            yield f'<path class="{"grid" if value else "zero"}" d="M{LEFT:.0f} {y:.1f}H{RIGHT:.0f}"/>'
+            yield f'<text x="{LEFT - 6:.0f}" y="{y + 4:.1f}" text-anchor="end">{significant(value)}</text>'
+        middle = f'x="{(LEFT + RIGHT) / 2:.0f}" y="{HIGH - 6:.0f}" text-anchor="middle"'
+        yield f"<text {middle}>{escape(self.variable.title)}</text>"
+        yield f'<text x="4" y="13">{escape(title)}</text>'
+
+    def placed(self, points: Sequence[Point]) -> list[tuple[float, Point]]:
+        """The points of a series from left to right, each with where it is [px]."""
+        found = [(self.across.place(self.variable.values[point.at[0]]), point) for point in points]
+        return sorted(found, key=lambda item: item[0])
+
+
+@dataclass(frozen=True, slots=True)
+class _Series:
+    """One line, which is broken where nothing was measured."""
+
+    frame: _Frame
+    name: str
+    colour: str
+
+    def drawn(self, points: Sequence[Point]) -> Iterator[str]:
+        placed, stretch = self.frame.placed(points), list[str]()
+        for x, point in placed:
+            if point.value is not None:
+                stretch.append(f"{x:.1f},{self.frame.up.place(point.value):.1f}")
+            else:
+                yield self._stretch(stretch)
+                stretch = []
+        yield self._stretch(stretch)
+        yield from (self._mark(x, point) for x, point in placed)
+
+    def _stretch(self, places: Sequence[str]) -> str:
+        title = f"<title>{escape(self.name)}</title>"
+        return f'<polyline points="{" ".join(places)}" stroke="{self.colour}">{title}</polyline>' if places[1:] else ""
+
+    def _mark(self, x: float, point: Point) -> str:
+        title = f"<title>{escape(point.told)}</title>"
+        if point.value is not None:
+            y = self.frame.up.place(point.value)
+            return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{self.colour}">{title}</circle>'
+        strokes = "".join(
+            f"M{x - CROSS:.1f} {BOTTOM - way:.1f}L{x + CROSS:.1f} {BOTTOM + way:.1f}" for way in (CROSS, -CROSS)
+        )
+        return f'<path class="cross" d="{strokes}" stroke="{self.colour}">{title}</path>'
+
+
+# What was measured over the variables of scenarios, drawn: a line over one variable, a map of cells over two.
+
 
 MOST_MAPS = 12  # of one scenario
 FEW = 3  # scenarios whose charts are shown at once; of more, one click shows them

@@ -7,15 +7,13 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
-from stability.engines.own_bodies import OwnBodies
-from stability.engines.prescribed import PrescribedMotion
-from stability.engines.settings import EngineSettings, Package
-from stability.engines.step_clock import StepClock
-from stability.geometry.touching import reach_between
+from stability.engines.bodies import OwnBodies
+from stability.engines.protocol import EngineSettings, Package, PrescribedMotion, StepClock
+from stability.geometry.box_distance import reach_between
+from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add_scaled
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
-from stability.shapes.in_pose import corners_W
-from stackdsl.systems.systems import System
+from stackdsl.simulation.systems import System
 
 
 @dataclass(frozen=True, kw_only=True)

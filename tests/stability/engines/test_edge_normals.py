@@ -11,15 +11,14 @@ import pytest
 
 from stability.engines.edge_normals import EDGE_RADIUS, leans, true_normals, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.geometry.rotations import multiply
-from stability.geometry.separation import block
-from stability.geometry.vectors import cross, dot, unit
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
+from stability.geometry.box_distance import block
+from stability.geometry.vectors import cross, dot, multiply, unit
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stackdsl.checking.gathering import gather
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import HELD, MOVING, STOCK, SYSTEMS, TUNED
+from stackdsl.checking.cases import gather
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import HELD, MOVING, STOCK, SYSTEMS, TUNED
 from tests.scenes import timeline_of
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)

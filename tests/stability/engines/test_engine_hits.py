@@ -5,10 +5,10 @@ from math import cos, pi, sin
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
+from stability.geometry.box import Box
 from stability.geometry.vectors import add, norm
 from stability.model import BodyId, BodyState, Brick, Pose, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING
+from stackdsl.simulation.systems import MOVING
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012

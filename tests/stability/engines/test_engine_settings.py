@@ -7,16 +7,15 @@ from pkgutil import resolve_name
 
 import pytest
 
-from stability.engines.mujoco.mujoco_settings import MuJoCoSettings
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.sapien.sapien_settings import SapienSettings
+from stability.engines.mujoco.settings import MuJoCoSettings
+from stability.engines.protocol import EngineSettings
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.engines.sapien.settings import SapienSettings
 from stability.engines.scene_scale import USUAL_DIAGONAL, USUAL_GRAVITY, SceneScale
-from stability.engines.settings import EngineSettings
+from stability.geometry.box import Box
 from stability.model import Brick, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.known_systems import KNOWN
-from stackdsl.systems.peers import MUJOCO_STIFF, SAPIEN
-from stackdsl.systems.systems import HELD, MOVING, MUJOCO, STOCK, TUNED
+from stackdsl.simulation.known_systems import KNOWN
+from stackdsl.simulation.systems import HELD, MOVING, MUJOCO, MUJOCO_STIFF, SAPIEN, STOCK, TUNED
 
 ENGINES = (PyBulletSettings, MuJoCoSettings, SapienSettings)
 ITERATES = {"iterations"}  # which is no field of all: an engine may have no solver that iterates

@@ -10,15 +10,15 @@ import pytest
 
 from stability.engines.edge_normals import BoxPair, true_normals, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.fresh_contacts import find_all_points, find_contacts_anew
-from stability.geometry.rotations import about, multiply
-from stability.geometry.separation import block
+from stability.engines.pybullet.contacts import find_all_points, find_contacts_anew
+from stability.geometry.box import Box
+from stability.geometry.box_distance import block
+from stability.geometry.vectors import about, multiply
 from stability.model import AT_REST, GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stackdsl.checking.gathering import cases_of, gather
-from stackdsl.playing.runner import play
-from stackdsl.reading.source import parse
-from stackdsl.systems.systems import MOVING, SYSTEMS
+from stackdsl.checking.cases import cases_of, gather
+from stackdsl.language.yaml.source import parse
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import MOVING, SYSTEMS
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS, GRAVITY = 0.012, 9.81

@@ -6,16 +6,15 @@ from math import atan, cos, radians, sin
 import numpy as np
 import pytest
 
-from stability.engines.friction_told import wrong_friction_of
+from stability.contact_law import Friction, Rule
+from stability.engines.lazy_world import stepped_world
 from stability.engines.mujoco.pair_frictions import Rubbing, pair_frictions
-from stability.engines.opening import stepped_world
-from stability.engines.protocol import World
+from stability.engines.protocol import World, wrong_friction_of
 from stability.engines.scene_scale import SceneScale
-from stability.friction_law import Friction, Rule
-from stability.geometry.rotations import rotate
+from stability.geometry.box import Box
+from stability.geometry.vectors import rotate
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stackdsl.systems.known_systems import system_named
+from stackdsl.simulation.known_systems import system_named
 
 SLOPE, GRAVITY, TIME, ROUGH = radians(15.0), 9.81, 0.2, 0.6
 TURN = (0.0, sin(0.5 * SLOPE), 0.0, cos(0.5 * SLOPE))

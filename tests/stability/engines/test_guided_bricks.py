@@ -2,12 +2,11 @@
 
 import pytest
 
-from stability.engines.opening import stepped_world
-from stability.engines.prescribed import Guided
-from stability.engines.protocol import World
+from stability.engines.lazy_world import stepped_world
+from stability.engines.protocol import Guided, World
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.known_systems import system_named
+from stackdsl.simulation.known_systems import system_named
 
 SYSTEMS = ["stock", "tuned", "mujoco", "sapien"]
 CUBE, MASS = Box((0.04, 0.04, 0.04)), 0.03

@@ -6,13 +6,12 @@ from math import atan, cos, radians, sin
 
 import pytest
 
+from stability.dynamics.rigid_group import grouped, member_state, surfaces
 from stability.engines.pybullet import PyBulletWorld
-from stability.geometry.rotations import rotate
-from stability.geometry.vectors import add, cross, dot, norm, scale, subtract
-from stability.mechanics.rigid_group import grouped, member_state, surfaces
+from stability.geometry.box import Box
+from stability.geometry.vectors import add, cross, dot, norm, rotate, scale, subtract
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING
+from stackdsl.simulation.systems import MOVING
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012

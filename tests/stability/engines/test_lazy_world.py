@@ -6,14 +6,12 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from stability.engines.lazy_world import RestingWorld
-from stability.engines.near_engine import Opening
-from stability.engines.protocol import World
+from stability.engines.lazy_world import Opening, RestingWorld
+from stability.engines.protocol import EngineSettings, World
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
 from stability.model import GROUND, BodyState, Brick, HalfSpace, Plane, Pose
-from stability.shapes.box import Box
 from tests.paths import ROOT
 
 SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0)
@@ -226,8 +224,8 @@ def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_a
 def test_exact_imports_no_engine_while_all_is_proven() -> None:
     code = """
 import sys
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from tests.scenes import timeline_of
 trace = play(timeline_of("- four_stack: {levels: 5}\\n  every: 1 s"), SYSTEMS["exact"])
 assert trace.cost.steps == 0

@@ -5,14 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from stability.engines.lazy_world import RestingWorld
-from stability.engines.near_engine import Opening
-from stability.engines.protocol import World
+from stability.engines.lazy_world import Opening, RestingWorld
+from stability.engines.protocol import EngineSettings, World
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.engines.settings import EngineSettings
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
 
 SETTINGS = PyBulletSettings(
     time_step=1.0 / 960.0, iterations=50, contact_erp=0.4, breaking_threshold=0.1, scale=100.0, most_travel=0.001

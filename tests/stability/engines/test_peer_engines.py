@@ -7,13 +7,13 @@ from typing import TypeAlias
 
 import pytest
 
-from stability.engines.opening import stepped_world
+from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
+from stability.geometry.box import Box
 from stability.geometry.vectors import add, cross, subtract
 from stability.model import GROUND, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.known_systems import missing, system_named
-from stackdsl.systems.peers import PEERS
+from stackdsl.simulation.known_systems import missing, system_named
+from stackdsl.simulation.systems import PEERS
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012

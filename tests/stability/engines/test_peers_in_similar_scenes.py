@@ -4,12 +4,12 @@ from math import sqrt
 
 import pytest
 
-from stability.engines.opening import stepped_world
+from stability.engines.lazy_world import stepped_world
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
-from stackdsl.playing.runner import play
-from stackdsl.systems.known_systems import missing, system_named
-from stackdsl.systems.worlds import settings_for
+from stackdsl.simulation.known_systems import missing, system_named
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.worlds import settings_for
 from tests.scenes import timeline_of
 
 EARTH, KAPLA = 9.81, 0.1176  # [m/s2], [m] the length; width and thickness are a fifth and a fifteenth of it

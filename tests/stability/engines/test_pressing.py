@@ -5,12 +5,12 @@ from math import hypot
 
 import pytest
 
-from stability.engines.opening import stepped_world
+from stability.dynamics.rigid_body import Pressed
+from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
-from stability.mechanics.rubbing import Pressed
 from stability.model import BodyId
-from stackdsl.systems.systems import MOVING, MOVING_ON_MUJOCO
+from stackdsl.simulation.systems import MOVING, MOVING_ON_MUJOCO
 from tests.planks import FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, lying, plank
 
 LOAD = 10.0 * MASS * GRAVITY  # [N]

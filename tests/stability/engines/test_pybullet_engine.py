@@ -10,10 +10,10 @@ import pytest
 
 from stability import UnknownShapeWarning
 from stability.engines.pybullet import PyBulletBodies, PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
 from stability.model import GROUND, BodyState, Brick, Plane, Pose
-from stability.published.stack_stability import StackStability
-from stability.shapes.box import Box
+from stability.stabilizers.published.stabilizer import StackStability
 
 SIZE = (0.1176, 0.0234, 0.0078)
 SETTINGS = PyBulletSettings(time_step=1.0 / 960.0, iterations=50, contact_erp=0.2, breaking_threshold=0.001)

@@ -9,9 +9,9 @@ import pybullet
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING
+from stackdsl.simulation.systems import MOVING
 
 SIZE = LENGTH, _, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012

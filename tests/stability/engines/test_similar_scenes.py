@@ -7,12 +7,12 @@ from math import sqrt
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion
-from stability.shapes.box import Box
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
-from stackdsl.systems.worlds import settings_for
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
+from stackdsl.simulation.worlds import settings_for
 from tests.scenes import timeline_of
 
 EARTH = 9.81  # [m/s2]

@@ -7,9 +7,9 @@ import pytest
 pytest.importorskip("pybullet")
 
 from stability.engines.pybullet import PyBulletWorld
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING
+from stackdsl.simulation.systems import MOVING
 
 GRAVITY, FRICTION, SPEED, SECONDS = 9.81, 0.5, 1.0, 0.05
 BELOW, ABOVE = Box((0.4, 0.4, 0.004)), Box((0.1, 0.1, 0.004))  # thin, so that friction tips nothing

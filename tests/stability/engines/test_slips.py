@@ -10,8 +10,8 @@ from _pytest.mark import ParameterSet
 from benchmarks.limits import ENGINES, falls, scaled
 from benchmarks.slipping import needed_friction
 from benchmarks.slips import KAPLA, Case, errors, timeline
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from tests.engines_at_hand import needs_pybullet
 
 # How exactly PyBullet moves what slips.

@@ -5,15 +5,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from stability.engines.opening import stepped_world
+from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
-from stability.geometry.rotations import about, multiply, turn_between
-from stability.geometry.vectors import norm, scale
-from stability.mechanics.inertia import inertia_times
+from stability.geometry.box import OffCentreBox
+from stability.geometry.placed_shape import inertia_times
+from stability.geometry.solid_making import prism, solid_of_corners
+from stability.geometry.vectors import about, multiply, norm, scale, turn_between
 from stability.model import AT_REST, GROUND, IDENTITY, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stability.shapes.off_centre_box import OffCentreBox
-from stability.shapes.solid_making import prism, solid_of_corners
-from stackdsl.systems.known_systems import system_named
+from stackdsl.simulation.known_systems import system_named
 
 MASS = 0.2
 TETRAHEDRON = solid_of_corners([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.01, 0.04, 0.0), (0.02, 0.01, 0.03)])

@@ -5,9 +5,9 @@ from math import ceil, inf
 
 import pytest
 
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.pybullet.stepping import Awake, Stepping, stepping
-from stackdsl.systems.systems import HELD, MOVING, STOCK, TUNED
+from stackdsl.simulation.systems import HELD, MOVING, STOCK, TUNED
 
 QUIET = Awake(fastest=0.1, mass_ratio=1.0)
 

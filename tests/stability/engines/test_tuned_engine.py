@@ -7,12 +7,11 @@ from math import atan, cos, hypot, pi, radians, sin, sqrt
 import pytest
 
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
-from stability.geometry.rotations import body_axes
-from stability.geometry.vectors import dot
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
+from stability.geometry.vectors import body_axes, dot
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stackdsl.systems.systems import MOVING, TUNED
+from stackdsl.simulation.systems import MOVING, TUNED
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS, GRAVITY, FRICTION = 0.012, 9.81, 0.5

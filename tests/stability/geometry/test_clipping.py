@@ -6,9 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.clipping import cut, within_rectangle
-from stability.geometry.plan import Point2, Polygon
-from stability.geometry.polygons import clip, clip_line, doubled_area
+from stability.geometry.polygons import Point2, Polygon, clip, clip_line, cut, doubled_area, within_rectangle
 
 SQUARE: Polygon = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 PLACE = st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))

@@ -2,8 +2,7 @@
 
 import pytest
 
-from stability.geometry.hulls import convex_hull, hull
-from stability.geometry.plan import Point2
+from stability.geometry.polygons import Point2, convex_hull, hull
 
 SQUARE: tuple[Point2, ...] = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

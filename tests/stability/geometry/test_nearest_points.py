@@ -6,7 +6,7 @@ from math import cos, hypot, radians, sin
 
 import pytest
 
-from stability.geometry.nearest_points import Support, nearest_points
+from stability.geometry.box_distance import Support, nearest_points
 from stability.geometry.vectors import dot, norm, subtract
 from stability.model import Vec3
 

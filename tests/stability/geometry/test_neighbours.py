@@ -6,12 +6,12 @@ from math import cos, sin
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.neighbours import Neighbours
-from stability.geometry.touching import reach_between
+from stability.contacts.bodies import Solid, solid
+from stability.geometry.box import Box
+from stability.geometry.box_distance import reach_between
+from stability.geometry.spatial_grid import Neighbours
 from stability.model import Brick, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stability.statics.contacts.solids import Solid, solid
-from stability.statics.facts import Placed
+from stability.problem import Placed
 
 PLANK = (0.1176, 0.0234, 0.0078)
 

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.hulls import convex_hull
-from stability.geometry.plan import Point2, centroid, signed_distance, straightened
-from stability.geometry.rotations import lean_between, multiply, rotate, turn_between
+from stability.geometry.polygons import Point2, centroid, convex_hull, signed_distance, straightened
+from stability.geometry.vectors import lean_between, multiply, rotate, turn_between
 from stability.model import Pose
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0))

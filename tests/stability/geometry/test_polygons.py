@@ -6,9 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.hulls import hull
-from stability.geometry.plan import Point2, Polygon, extent
-from stability.geometry.polygons import barycentric, clip, depth, inset
+from stability.geometry.polygons import Point2, Polygon, barycentric, clip, depth, extent, hull, inset
 
 SQUARE: Polygon = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 

@@ -5,9 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from stability.geometry.principal_axes import principal_axes
-from stability.geometry.rotations import about, rotate
-from stability.shapes.solid_making import prism
+from stability.geometry.solid_making import prism
+from stability.geometry.vectors import about, principal_axes, rotate
 
 
 def matrix(turn: tuple[float, float, float, float]) -> np.ndarray:

@@ -4,7 +4,7 @@ from math import pi, sqrt
 
 import pytest
 
-from stability.geometry.rotations import about, body_axes, inverse, rotate
+from stability.geometry.vectors import about, body_axes, inverse, rotate
 
 UP = (0.0, 0.0, 1.0)
 

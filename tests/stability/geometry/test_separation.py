@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.neighbours import Neighbours
-from stability.geometry.rotations import multiply, rotate
-from stability.geometry.separation import Block, block, box_above_plane, boxes_apart, meeting
+from stability.geometry.box_distance import Block, block, box_above_plane, boxes_apart, meeting
+from stability.geometry.spatial_grid import Neighbours
+from stability.geometry.vectors import multiply, rotate
 from stability.model import Plane, Pose, Quaternion, Vec3
 
 CUBE = (1.0, 1.0, 1.0)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stability.geometry.touching import reach_between
+from stability.geometry.box_distance import reach_between
 
 
 def test_the_thinner_of_two_bodies_says_how_far_they_reach() -> None:

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import atan, atan2, cos, pi, sin
 
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
+from stability.problem import Placed
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # a KAPLA plank [m]
 PLANK: Vec3 = (LENGTH, WIDTH, THICKNESS)

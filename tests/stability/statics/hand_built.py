@@ -8,9 +8,9 @@ from dataclasses import replace
 from math import cos, sin
 from typing import TypeAlias
 
+from stability.geometry.box import Box, as_box
 from stability.model import GROUND, BodyId, Brick, Pose, Quaternion, Vec3
-from stability.shapes.box import Box, as_box
-from stability.statics.facts import UP, Contact, Placed, Problem, Wrench
+from stability.problem import UP, Contact, Placed, Problem, Wrench
 
 GRAVITY = 9.81  # [m/s^2]
 LENGTH, WIDTH, THICKNESS = 0.12, 0.024, 0.008  # of a plank [m]

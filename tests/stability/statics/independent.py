@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.sparse import csc_array, hstack, identity
 
+from stability.geometry.box import as_box
 from stability.model import GROUND, BodyId, Brick, Pose, Vec3
-from stability.shapes.box import as_box
 
 Answer: TypeAlias = Literal["stable", "unstable"]
 Array: TypeAlias = NDArray[np.float64]

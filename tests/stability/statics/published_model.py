@@ -8,11 +8,18 @@ whole. The contacts are those that `StackStability` works out.
 from collections.abc import Iterable, Mapping, Sequence
 
 from stability.model import GROUND, BodyId, HalfSpace, Pose, Shape, Vec3
-from stability.published.readings import AS_READ, Readings
-from stability.published.resting import ContactLimits, corners_on
-from stability.published.stack_stability import stacked_brick
-from stability.published.support import StackedBrick, failing, lies_above, loads_above
-from stability.statics.facts import Placed
+from stability.problem import Placed
+from stability.stabilizers.published.stabilizer import stacked_brick
+from stability.stabilizers.published.support import (
+    AS_READ,
+    ContactLimits,
+    Readings,
+    StackedBrick,
+    corners_on,
+    failing,
+    lies_above,
+    loads_above,
+)
 
 FLOOR: tuple[Shape, Pose] = (HalfSpace((0.0, 0.0, 1.0)), Pose((0.0, 0.0, 0.0)))
 

@@ -7,11 +7,10 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from stability.geometry.hulls import convex_hull
-from stability.geometry.plan import Point2, Polygon, centroid, signed_distance
+from stability.geometry.box import Box
+from stability.geometry.polygons import Point2, Polygon, centroid, convex_hull, signed_distance
 from stability.model import Brick, Pose, Vec3
-from stability.shapes.box import Box
-from stability.statics.facts import Placed
+from stability.problem import Placed
 from tests.stability.statics.independent import TOUCHING, bottom, near, outline, overlap, top
 
 FRICTION = 0.5

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
+from stability.geometry.box import OffCentreBox
+from stability.geometry.solid_making import prism, solid_of_corners
 from stability.model import GROUND, Brick, ConvexShape, Pose, Vec3
-from stability.shapes.off_centre_box import OffCentreBox
-from stability.shapes.solid_making import prism, solid_of_corners
-from stability.statics.facts import Placed
+from stability.problem import Placed
 from tests.stability.statics.independent import Touch
 from tests.turn_of_axes import orientation_of
 

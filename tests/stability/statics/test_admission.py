@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import Brick, Plane, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
 
 SIZE = (0.12, 0.024, 0.008)
 AT = (0.0, 0.0, 0.004)

@@ -8,11 +8,11 @@ from math import cos, inf, pi, sin
 import numpy as np
 import pytest
 
-from stability.geometry.plan import Point2
+from stability.geometry.box import Box
+from stability.geometry.polygons import Point2
 from stability.model import BodyId, Brick, Plane, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability, Stage
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Stage
 from stability.statics.structure import Structure
 from tests.paths import ROOT
 from tests.stability.statics.random_piles import FRICTION, pile_of

@@ -4,11 +4,11 @@ from math import cos, pi, sin, sqrt
 
 import pytest
 
+from stability.geometry.box import Box
+from stability.geometry.solid_making import prism
 from stability.model import GROUND, Brick, ConvexShape, Plane, Pose, Vec3
-from stability.shapes.box import Box
-from stability.shapes.solid_making import prism
+from stability.problem import Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Stability
 
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 CARTON = (0.4, 0.3, 0.25)  # [m]

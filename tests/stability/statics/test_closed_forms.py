@@ -6,8 +6,8 @@ from math import pi, radians
 
 import pytest
 
+from stability.problem import Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Verdict
 from tests.stability.statics import closed_forms
 from tests.stability.statics.closed_forms import Structure
 from tests.stability.statics.independent import independent_verdict

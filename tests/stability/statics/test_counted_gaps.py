@@ -4,10 +4,10 @@ import pickle
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability, Tolerances
 from stability.statics.assembly import LEVEL_GROUND, Assembly
-from stability.statics.facts import Placed, Stability, Tolerances
 
 THICKNESS = 8e-3  # of a beam [m]; its reach is 0.16 mm
 HEIGHT = 24e-3  # of the piers [m]

@@ -5,12 +5,12 @@ from math import atan, cos, sin
 
 import pytest
 
-from stability.friction_law import Friction
-from stability.geometry.rotations import multiply, rotate
+from stability.contact_law import Friction
+from stability.geometry.box import Box
+from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability, Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.structure import Structure
 from tests.stability.statics.closed_forms import level_ground
 

@@ -7,12 +7,13 @@ from math import atan, cos, pi, sin
 import numpy as np
 import pytest
 
-from stability.friction_law import Friction
-from stability.geometry.rotations import multiply, rotate
+from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.margins import least_friction
+from stability.contact_law import Friction
+from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, BodyId, Plane, Pose
+from stability.problem import Placed, Stability, Tolerances, Verdict
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances, Verdict
-from stability.statics.margins.summary import acceleration, least_friction
 from stability.statics.proof import check_forces
 from tests.stability.statics.closed_forms import brick_at, ladder, level_ground
 from tests.stability.statics.independent import flat_touches, verdict_of

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from stability.model import GROUND, Plane
+from stability.problem import UP, Contact, Problem, Stability, Wrench
+from stability.statics import equilibrium
 from stability.statics.assembly import Assembly
-from stability.statics.facts import UP, Contact, Problem, Stability, Wrench
-from stability.statics.held_upright import is_held_upright
-from stability.statics.solvers import equilibrium
-from stability.statics.solvers.equilibrium import balance, falling_motion
+from stability.statics.equilibrium import balance, falling_motion
+from stability.statics.propagation import is_held_upright
 from tests.stability.statics.hand_built import LENGTH, on_a_slope, stepped
 from tests.stability.statics.random_piles import FRICTION, random_pile
 

@@ -1,6 +1,6 @@
 """A wall from which a plank is taken stands as an arch about the hole, and few planks are asked to prove it."""
 
-from stability.statics.facts import Stability, Stage
+from stability.problem import Stability, Stage
 from tests.planks import LENGTH, lying, standing
 
 PITCH = LENGTH + 0.2e-3

@@ -6,15 +6,14 @@ from random import Random
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stability.statics import cascade
+from stability.problem import Placed, Stability, Stage, Tolerances
+from stability.statics import cascade, conic_program, equilibrium
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Stage, Tolerances
+from stability.statics.conic_program import Point
+from stability.statics.equilibrium import separating_motion
 from stability.statics.proof import check_forces
-from stability.statics.solvers import conic_program, equilibrium
-from stability.statics.solvers.conic_program import Point
-from stability.statics.solvers.separating_motion import separating_motion
 from stability.statics.structure import Structure
 from stability.statics.upright_forces import upright_group
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics import journal
 from stability.statics.assembly import Assembly, AssemblyState
-from stability.statics.facts import Placed, Stability
 from tests.stability.statics.test_what_if import known, plank
 
 FEW = 10  # interrupts a change, spread over all its instructions; many with `slow`

@@ -10,12 +10,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stability.geometry.rotations import multiply, rotate
+from stability.analysis.margins import Margins, margins
+from stability.geometry.box import Box, as_box
+from stability.geometry.vectors import multiply, rotate
 from stability.model import BodyId, Pose, Vec3
-from stability.shapes.box import Box, as_box
+from stability.problem import Placed, Stability, Verdict
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Verdict
-from stability.statics.margins.summary import Margins, margins
 from tests.stability.statics import closed_forms
 from tests.stability.statics.closed_forms import Structure
 from tests.stability.statics.random_piles import FRICTION, pile_of

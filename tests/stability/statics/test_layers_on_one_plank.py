@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from stability.problem import Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Stability
 from tests.stability.statics.closed_forms import LENGTH, PLANK, THICKNESS, brick_at, leaning, level_ground
 
 Array = NDArray[np.float64]

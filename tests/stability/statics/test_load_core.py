@@ -2,7 +2,7 @@
 
 import pytest
 
-from stability.statics.facts import UP, Contact
+from stability.problem import UP, Contact
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from tests.stability.statics.test_propagation import patch
 

@@ -7,9 +7,9 @@ from math import hypot, inf, nan, pi
 import pytest
 
 from stability.model import GROUND, Vec3
-from stability.statics.facts import UP, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench
+from stability.problem import UP, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench
+from stability.statics.equilibrium import balance
 from stability.statics.proof import check_forces, check_motion, least_separating_speed, power
-from stability.statics.solvers.equilibrium import balance
 from tests.stability.statics.hand_built import (
     GRAVITY,
     LENGTH,

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.statics.facts import UP, Contact
+from stability.problem import UP, Contact
 from stability.statics.load_core import core_of
 from stability.statics.propagation import Failure, VerticalLoad, least_norm, propagate, shared
 

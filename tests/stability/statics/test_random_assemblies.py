@@ -8,10 +8,10 @@ from math import cos, inf, pi, sin
 import numpy as np
 import pytest
 
-from stability.geometry.rotations import multiply, rotate
+from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, Plane, Pose
+from stability.problem import Placed, Stability, Tolerances, Verdict
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances, Verdict
 from stability.statics.proof import check_forces, check_motion
 from tests.stability.statics.independent import Answer, flat_touches, independent_verdict, verdict_of
 from tests.stability.statics.published_model import published_model_says_stable

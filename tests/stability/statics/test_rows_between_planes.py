@@ -6,10 +6,10 @@ from random import Random
 
 import pytest
 
+from stability.geometry.solid_making import prism
 from stability.model import Brick, Plane, Pose, Vec3
-from stability.shapes.solid_making import prism
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
 
 
 @dataclass(frozen=True, slots=True)

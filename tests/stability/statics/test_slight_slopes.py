@@ -5,10 +5,10 @@ from math import cos, sin
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import Brick, Plane, Pose
-from stability.shapes.box import Box
+from stability.problem import Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Stability
 
 TILTS = [10.0 ** (0.5 * power) for power in range(-28, -12)]  # [rad] from 1e-14 to 3e-7
 FRICTIONS = (0.0, 1e-12, 1e-10, 1e-9, 1e-8)

@@ -6,15 +6,13 @@ from math import atan, cos, pi, radians, sin, tan
 import numpy as np
 import pytest
 
-from stability.geometry.rotations import about, multiply, rotate
-from stability.geometry.vectors import add, scale
+from stability.geometry.box import Box, OffCentreBox
+from stability.geometry.convex_solid import scaled
+from stability.geometry.solid_making import Made, prism
+from stability.geometry.vectors import about, add, multiply, rotate, scale
 from stability.model import GROUND, IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stability.shapes.box import Box
-from stability.shapes.off_centre_box import OffCentreBox
-from stability.shapes.scaled import scaled
-from stability.shapes.solid_making import Made, prism
+from stability.problem import Placed, Stability, Tolerances
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability, Tolerances
 from stability.statics.proof import check_forces, check_motion
 from tests.stability.statics.independent import Answer, verdict_of
 from tests.stability.statics.random_solids import Scene, random_assembly

@@ -2,9 +2,9 @@
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
-from stability.statics.facts import Contact, Placed, Problem, Tolerances, Wrench
+from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.proof import check_motion
 from stability.statics.tipping import tipping
 from tests.stability.statics.test_propagation import patch

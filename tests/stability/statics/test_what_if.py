@@ -5,13 +5,13 @@ from math import inf
 import numpy as np
 import pytest
 
-from stability.friction_law import Friction
+from stability.contact_law import Friction
+from stability.geometry.box import Box
+from stability.geometry.solid_making import prism
 from stability.model import Brick, Plane, Pose
-from stability.shapes.box import Box
-from stability.shapes.solid_making import prism
+from stability.problem import Placed, Stability, Verdict
 from stability.statics.arrays import bricks_in_poses, bricks_of, forces_of, pose_of
 from stability.statics.assembly import LEVEL_GROUND, Assembly
-from stability.statics.facts import Placed, Stability, Verdict
 from tests.stability.statics.random_piles import FRICTION, random_pile
 
 PLANK = (0.12, 0.024, 0.008)

@@ -9,7 +9,7 @@ from stackdsl.api.claims import stands
 from stackdsl.api.layouts import column
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.sweep import sweep
-from stackdsl.checking.sampled_results import drawn_result
+from stackdsl.checking.ensembles import drawn_result
 from tests.scenes import compiled
 
 

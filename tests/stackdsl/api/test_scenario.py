@@ -10,11 +10,11 @@ from stackdsl.api.run import NotMeasuredError, ScenarioError, play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
 from stackdsl.api.written import Written
-from stackdsl.checking.gathering import cases_of
+from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import snapshot_of
-from stackdsl.outcome import GoldenStatus
-from stackdsl.reading.source import parse
-from stackdsl.snapshots.canonical import canonical_text
+from stackdsl.goldens.file_format import canonical_text
+from stackdsl.language.yaml.source import parse
+from stackdsl.results import GoldenStatus
 
 YAML = """\
 scenario: tapped-column

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.run_record import Record
-from stackdsl.checking.gathering import Case
-from stackdsl.observations import KINDS, Seen
+from stackdsl.checking.cases import Case
+from stackdsl.results import KINDS, Seen
 from tests.scenes import compiled, scene
 
 STOOD: dict[str, Seen] = {

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from stability.engines.settings import Package
+from stability.engines.protocol import Package
+from stability.geometry.box import Box
 from stability.model import Brick, Pose
-from stability.shapes.box import Box
-from stability.statics.facts import Contact, Placed
+from stability.problem import Contact, Placed
 from stackdsl.bench import conduct
 from stackdsl.bench.answers import Answer, Source
 from stackdsl.bench.assessors.assessment import MOVES, Assessment, Scene, Setting, assessed, contacts_in, refusal
@@ -25,11 +25,11 @@ from stackdsl.bench.run_record import NOT_TAKEN, Record
 from stackdsl.bench.scoring import scores_of
 from stackdsl.bench.table import bench_text
 from stackdsl.bench.timing import Played
-from stackdsl.checking.gathering import Case
-from stackdsl.commands.main import app
+from stackdsl.checking.cases import Case
+from stackdsl.cli.main import app
+from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.supervising.processes import OnWait, PoolResult
 from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus
-from stackdsl.systems.known_systems import KNOWN
 from stackdsl.timeline import Timeline
 from tests.scenes import compiled, scene, timeline_of
 
@@ -265,7 +265,7 @@ def test_who_does_not_take_a_case_takes_it_from_nobody_and_has_no_pace_but_a_rat
 
 
 def test_without_its_package_an_assessor_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stability.engines.settings.find_spec", lambda name: None)
+    monkeypatch.setattr("stability.engines.protocol.find_spec", lambda name: None)
     (tmp_path / "scene.yaml").write_text(scene(STEPPED, "expect: [stands: all]\n"), encoding="utf-8")
     done = CliRunner().invoke(app, ["bench", str(tmp_path / "scene.yaml"), "--system", "cra"])
     assert done.exit_code != 0

@@ -12,11 +12,11 @@ from stackdsl.bench.journal import Journal
 from stackdsl.bench.page import bench_page
 from stackdsl.bench.summary import bench_json
 from stackdsl.bench.table import bench_text
-from stackdsl.outcome import RunStatus
-from stackdsl.playing.runner import play
+from stackdsl.results import RunStatus
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.supervising.processes import OnWait, PoolResult
 from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus
-from stackdsl.systems.systems import SYSTEMS
 from tests.stackdsl.bench.runs import RECORD, case_of
 
 

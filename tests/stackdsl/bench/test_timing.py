@@ -4,13 +4,13 @@ import os
 
 import pytest
 
-from stability.watching.extension import Update
+from stability.stabilizers.protocol import Update
 from stackdsl.bench.timing import ENOUGH, MOST_RUNS, enough, usual_updates
-from stackdsl.playing.runner import play
-from stackdsl.playing.update_clock import UpdateClock
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.stabilizer_calls import UpdateClock
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import Start, Task
-from stackdsl.systems.systems import SYSTEMS
 from stackdsl.trace import Cost, Updates
 from tests.scenes import timeline_of
 
@@ -33,7 +33,7 @@ def test_each_measurement_has_a_process_of_its_own(start: Start, processes: int)
 def test_every_update_is_timed_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = UpdateClock()
     ticks = iter([0.0, 0.001, 5.0, 5.003, 9.0, 9.2])
-    monkeypatch.setattr("stackdsl.playing.update_clock.perf_counter", lambda: next(ticks))
+    monkeypatch.setattr("stackdsl.simulation.stabilizer_calls.perf_counter", lambda: next(ticks))
     frozen = [clock.timed(lambda brick: Update(frozen=(brick,)), brick).frozen for brick in "abc"]
     assert frozen == [("a",), ("b",), ("c",)]
     told = clock.updates()

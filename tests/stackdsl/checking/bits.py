@@ -5,11 +5,11 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from stackdsl.checking.gathering import Case, gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
-from stackdsl.judging.known import known_of
-from stackdsl.snapshots.canonical import canonical_text
+from stackdsl.goldens.file_format import canonical_text
+from stackdsl.judging.judge import known_of
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 

@@ -11,12 +11,12 @@ from textwrap import dedent
 
 import pytest
 
-from stability.motion.known_motion import FallingParts
+from stability.stabilizers.known_motion import FallingParts
 from stackdsl.checking import check as checking
+from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import Terms, check
-from stackdsl.checking.gathering import Case, Gathered, gather
-from stackdsl.checking.one_case import play_case
-from stackdsl.snapshots.file_names import golden_name
+from stackdsl.checking.play_case import play_case
+from stackdsl.goldens.file_format import golden_name
 from stackdsl.supervising.processes import OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.supervising.worker import Start, Task
 from stackdsl.trace import Event, EventKind, Trace

@@ -5,15 +5,13 @@ from pathlib import Path
 import pytest
 
 from stackdsl.checking import ensembles
-from stackdsl.checking.chunks import Chunk, judged_chunk
-from stackdsl.checking.ensembles import CHUNK, Drawing, Run, draw, drawn_alone
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.memory import Memory
-from stackdsl.checking.sampled_results import judged_samples
-from stackdsl.ensemble import Ensemble
-from stackdsl.sampling.draws import Draws
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import Case
+from stackdsl.checking.ensembles import CHUNK, Chunk, Drawing, Run, draw, drawn_alone, judged_chunk, judged_samples
+from stackdsl.sampling.samples import Draws
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import TaskStatus
+from stackdsl.trace import Ensemble
 from tests.scenes import compiled
 from tests.stackdsl.checking.in_process import run_here
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.fragility import CURVES, drawn, true_median
-from stackdsl.checking import drawn_fragility
-from stackdsl.checking.drawn_fragility import Plan, draw
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.memory import Memory
-from stackdsl.judging.lognormal import UndeterminedError, through_capacities, through_fates
-from stackdsl.reading.source import parse
-from stackdsl.sampling.intensities import NoIntensityError, intensity_of
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.studies import fragility
+from stackdsl.studies.fragility import Plan, draw
+from stackdsl.studies.fragility_curve import UndeterminedError, through_capacities, through_fates
+from stackdsl.studies.fragility_intensity import NoIntensityError, intensity_of
 from tests.stackdsl.checking.in_process import run_here
 
 SMALL = {
@@ -26,7 +26,7 @@ QUICK = "brick on a slope that is normal, over friction"  # the others where the
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judge samples here: that processes come to the same is asked of ensembles, and of the command."""
-    monkeypatch.setattr(drawn_fragility, "run_supervised", run_here)
+    monkeypatch.setattr(fragility, "run_supervised", run_here)
 
 
 @pytest.mark.usefixtures("in_process")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.gathering import files_under, gather
+from stackdsl.checking.cases import files_under, gather
 from tests.command_line import GOOD, Stackdsl, write
 
 

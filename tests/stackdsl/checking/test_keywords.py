@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.checking.keywords import KeywordError, expression_of
+from stackdsl.checking.selection import KeywordError, expression_of
 
 NAMES = ("tower[step=10mm,exact]", "tower[step=10mm,tuned]", "wall[exact]", "wall[stock]")
 TAKEN = {

@@ -5,9 +5,9 @@ No time is measured here: what would take minutes if it were not refused makes t
 
 import pytest
 
-from stability.geometry.separation import Separation
-from stability.shapes.apart import InPlace, bodies_apart
-from stability.statics.admission import LIGHTEST
+from stability.geometry.box_distance import Separation
+from stability.geometry.placed_shape import InPlace, bodies_apart
+from stability.statics.assembly import LIGHTEST
 from stackdsl.diagnostics import MOST_TOLD
 from tests.scenes import compiled, mistakes_of
 
@@ -42,7 +42,7 @@ def test_of_bricks_in_one_place_each_is_held_against_one_other_only(monkeypatch:
         asked += 1
         return bodies_apart(a, b)
 
-    monkeypatch.setattr("stackdsl.compiling.fitting.bodies_apart", counted)
+    monkeypatch.setattr("stackdsl.compiler.fit.bodies_apart", counted)
     count = 60
     bricks = "\n".join(f"    - {{name: b{number}, at: [0 mm, 0 mm, 3.9 mm]}}" for number in range(count))
     mistakes = mistakes_of(f"- bricks:\n{bricks}")

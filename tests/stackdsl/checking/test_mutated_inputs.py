@@ -10,9 +10,9 @@ from types import FrameType
 
 import pytest
 
-from stackdsl.checking.gathering import gather
+from stackdsl.checking.cases import gather
 from stackdsl.diagnostics import CODES
-from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.report.diagnostics import diagnostic_text
 from tests.stackdsl.checking.mutations import sources, write_mutated
 
 LONGEST = 10.0  # [s] of work for one file, on whatever machine; none takes a tenth of it where nothing else runs

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.gathering import gather
+from stackdsl.checking.cases import gather
 from stackdsl.checking.selection import Selection, why_nothing
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.scenes import compiled

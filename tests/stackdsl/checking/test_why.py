@@ -4,9 +4,9 @@ from math import pi
 
 import pytest
 
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.outcome import Why
+from stackdsl.results import Why
 from tests.scenes import compiled, scene
 
 COLUMN = "- column: {levels: 12, step: 12 mm}\n  every: 1 s"  # ten planks reach 120 mm, and each is 117.6 mm long

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from stability.statics.facts import Stability, Verdict
+from stability.problem import Stability, Verdict
 from stackdsl.judging.judge import judge
-from stackdsl.outcome import Outcome
+from stackdsl.results import Outcome
 from stackdsl.trace import BrickState, Collapse, Event, EventKind, Trace
 from tests.scenes import compiled, scene
 from tests.stackdsl.judging.test_judge import STANDING, track

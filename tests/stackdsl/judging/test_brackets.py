@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.judging.brackets import Bracket, Closeness, narrowed
+from stackdsl.judging.remedies import Bracket, Closeness, narrowed
 
 WHOLE = Closeness(1e-7, whole=True)
 

@@ -5,15 +5,14 @@ from math import inf
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
-from stability.shapes.box import Box
-from stability.statics.facts import Stability, Verdict
+from stability.problem import Stability, Verdict
 from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.judging.margins import ALL, margins_of
-from stackdsl.outcome import Outcome
-from stackdsl.proof_margins import Margins
+from stackdsl.judging.proofs import ALL, margins_of
+from stackdsl.results import Outcome
 from stackdsl.timeline import World
-from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Penetration, Sway, Trace
+from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Margins, Penetration, Sway, Trace
 from tests.scenes import compiled, scene
 
 SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted by more than 3.9 mm

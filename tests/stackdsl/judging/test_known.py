@@ -5,10 +5,9 @@ from functools import cache
 
 import pytest
 
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.one_case import play_case
-from stackdsl.judging.judge import judge
-from stackdsl.judging.known import known_of
+from stackdsl.checking.cases import Case
+from stackdsl.checking.play_case import play_case
+from stackdsl.judging.judge import judge, known_of
 from stackdsl.timeline import Removal
 from stackdsl.trace import BrickState, EarlyEnd, Trace
 from tests.paths import ROOT

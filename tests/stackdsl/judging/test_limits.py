@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.judging.limits import Limit, limits
+from stackdsl.judging.remedies import Limit, limits
 
 STEPS = (0.1, 1.0, 5.0, 20.0)
 

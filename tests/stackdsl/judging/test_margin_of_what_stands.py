@@ -4,9 +4,9 @@ from math import radians, tan
 
 import pytest
 
-from stackdsl.checking.one_case import MOST_FOR_TOLD_MARGINS, play_case
+from stackdsl.checking.play_case import MOST_FOR_TOLD_MARGINS, play_case
 from stackdsl.judging.judge import judge
-from stackdsl.outcome import Outcome
+from stackdsl.results import Outcome
 from tests.scenes import compiled, scene
 
 LENGTH, WIDTH = 117.6, 23.4  # of a KAPLA plank [mm]

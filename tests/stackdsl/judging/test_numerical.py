@@ -5,15 +5,14 @@ from math import inf
 
 import pytest
 
-from stability.engines.pybullet.pybullet_settings import PyBulletSettings
+from stability.engines.pybullet.settings import PyBulletSettings
 from stackdsl.checking.results import judged
 from stackdsl.exits import ExitCode
-from stackdsl.judging.numerical import REMOVED, held_against_refined, with_numerical_collapse
+from stackdsl.judging.judge import REMOVED, held_against_refined, with_numerical_collapse
 from stackdsl.judging.proofs import DISPROVED, stands_until
-from stackdsl.observations import Change, Seen, changes, observations
-from stackdsl.outcome import Report, RunStatus, VariantResult, exit_code
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import STOCK, SYSTEMS, TUNED, System
+from stackdsl.results import Change, Report, RunStatus, Seen, VariantResult, changes, exit_code, observations
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import STOCK, SYSTEMS, TUNED, System
 from stackdsl.trace import STAND, Collapse, Cost, Trace
 from tests.scenes import compiled, scene, timeline_of
 

@@ -4,8 +4,8 @@ from math import cos, inf, radians, sin, tan
 
 import pytest
 
-from stability.statics.facts import Stability
-from stackdsl.judging.knobs import Knobs
+from stability.problem import Stability
+from stackdsl.judging.numbers import Knobs
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import Remedies, remedies_of
 from tests.scenes import compiled, scene

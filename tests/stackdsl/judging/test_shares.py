@@ -5,10 +5,10 @@ from math import comb, inf
 import numpy as np
 import pytest
 
-from stackdsl.ensemble import Ensemble
-from stackdsl.judging.shares import Decision, decided, error_of_a_look, interval, judged, looks, samples_needed
+from stackdsl.judging.statistics import Decision, decided, error_of_a_look, interval, judged, looks, samples_needed
 from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.stands import Stands
+from stackdsl.trace import Ensemble
 
 
 def ensemble(stood: int, fell: dict[int, int], undecided: int = 0, planned: int = 0) -> Ensemble:

@@ -5,14 +5,13 @@ from math import cos, inf, sin
 
 import pytest
 
+from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose
-from stability.shapes.box import Box
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.one_case import play_case
-from stackdsl.judging.judge import judge
-from stackdsl.judging.known import known_of
-from stackdsl.outcome import Outcome
-from stackdsl.playing.motion_watch import MotionWatch
+from stackdsl.checking.cases import Case
+from stackdsl.checking.play_case import play_case
+from stackdsl.judging.judge import judge, known_of
+from stackdsl.results import Outcome
+from stackdsl.simulation.measurements import MotionWatch
 from stackdsl.trace import BrickState, Landing, Trace
 from tests.paths import ROOT
 from tests.scenes import compiled, timeline_of

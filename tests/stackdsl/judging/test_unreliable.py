@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.energy import heap
 from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.outcome import Outcome
-from stackdsl.playing.runner import play
-from stackdsl.systems.systems import SYSTEMS
+from stackdsl.results import Outcome
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.trace import EarlyEnd, Energy, Trace, Verdict
 from tests.scenes import compiled, scene, timeline_of
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stackdsl.language.anchors import Anchor, parse_anchor
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.model_base import Anchor, parse_anchor
+from stackdsl.language.quantities import MistakeError
 
 
 @pytest.mark.parametrize(

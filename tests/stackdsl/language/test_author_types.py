@@ -5,8 +5,8 @@ import re
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.language.author_types import BrickName, LengthTolerance, read_touching
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.value_types import BrickName, LengthTolerance, read_touching
 
 
 @pytest.mark.parametrize("name", ["a", "L3.2", "key-stone_1", "Wall", "wall", "walls", "grounded"])

@@ -3,7 +3,7 @@
 import pytest
 
 from stability.model import Vec3
-from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.bricks import CATALOGUE
 from tests.stackdsl.language.layouts.layout_shapes import LENGTH, THICKNESS, WIDTH
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from stackdsl.checking.gathering import cases_of
-from stackdsl.reading.source import parse
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
 
 BASE = "scenario: c\n{head}build:\n  - column: {column}\n{tail}"
 POINT = "write a decimal point in place of the comma"

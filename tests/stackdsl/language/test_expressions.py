@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stackdsl.language.expressions import evaluate, interpolate
-from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.quantities import ANGLE, LENGTH, MASS, Dimension, parse_quantity, unit_amount
+from stackdsl.language.quantities import ANGLE, LENGTH, MASS, Dimension, MistakeError, parse_quantity, unit_amount
 
 NAMES = {
     "n": unit_amount("") * 3,

@@ -5,13 +5,13 @@ from math import cos, pi, sin
 
 import pytest
 
-from stackdsl.language import brick_forms
-from stackdsl.language.brick_forms import MOST_AT_ONCE, hull_form
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language import bricks
+from stackdsl.language.bricks import MOST_AT_ONCE, hull_form
+from stackdsl.language.quantities import MistakeError
 
 
 def test_corners_that_qhull_takes_minutes_for_are_a_mistake_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(brick_forms, "TIME_LIMIT", 0.5)
+    monkeypatch.setattr(bricks, "TIME_LIMIT", 0.5)
     circle = tuple((cos(2.0 * pi * k / 29_999), sin(2.0 * pi * k / 29_999), 0.0) for k in range(29_999))
     with pytest.raises(MistakeError, match="its corners take too long"):
         hull_form((*circle, (0.0, 0.0, 1.0)))

@@ -3,8 +3,7 @@
 import pytest
 
 from stackdsl.language.variants import resampled
-from stackdsl.sampling.draws import Draws
-from stackdsl.sampling.materials import picks, timelines
+from stackdsl.sampling.samples import Draws, picks, timelines
 from tests.scenes import compiled, mistakes_of, timeline_of
 
 SHARE = 'samples: 5\nexpect: [stands: {share: ">= 1 %"}]'

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from stackdsl.language.mistakes import MistakeError
 from stackdsl.language.quantities import (
     ACCELERATION,
     ANGLE,
@@ -26,6 +25,7 @@ from stackdsl.language.quantities import (
     SPEED,
     UNITS,
     Dimension,
+    MistakeError,
     in_si,
     parse_quantity,
     quantity_pattern,

@@ -4,14 +4,14 @@ from pathlib import Path as FilePath
 
 import pytest
 
-from stackdsl.checking.gathering import gather
+from stackdsl.checking.cases import gather
 from stackdsl.checking.results import REMEDIES, Goldens, checked, judged
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.outcome import RunStatus
-from stackdsl.playing.runner import play
-from stackdsl.report.run_text import run_text
+from stackdsl.report.text import run_text
+from stackdsl.results import RunStatus
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.supervising.worker import TaskResult, TaskStatus
-from stackdsl.systems.systems import SYSTEMS
 from tests.scenes import compiled
 
 COLUMN = "scenario: column\nbuild:\n  - column: {levels: 3}\n"

@@ -2,11 +2,10 @@
 
 import pytest
 
-from stackdsl.language.choices import MAX_VARIANTS
-from stackdsl.language.ranges import values_of
-from stackdsl.language.spreading import MAX_REPEATS, MAX_SPREAD
+from stackdsl.language.expressions import values_of
+from stackdsl.language.repeats import MAX_REPEATS, MAX_SPREAD, MAX_VARIANTS
 from stackdsl.language.variants import MAX_EXPRESSIONS, expand
-from stackdsl.reading.source import Plain, parse
+from stackdsl.language.yaml.source import Plain, parse
 from stackdsl.timeline import Removal
 from tests.scenes import compiled, mistakes_of, timeline_of
 

@@ -8,23 +8,21 @@ import pytest
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.language.author_types import SYSTEMS
-from stackdsl.language.brick_forms import cut_to
-from stackdsl.language.bricks import BrickKind, known_bricks
-from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.language.bricks import CATALOGUE, BrickKind, cut_to, known_bricks
 from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.drift import Drift
 from stackdsl.language.claims.penetrates import Penetrates
 from stackdsl.language.claims.rests_on import RestsOn
 from stackdsl.language.claims.stands import Stands
 from stackdsl.language.claims.sways import Sways
-from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
+from stackdsl.language.json_schema import json_schema, keys_at, schema_text
 from stackdsl.language.layouts.column import ColumnParams
 from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.schema import UNTIL_COLLAPSE, Scenario, models
 from stackdsl.language.tolerances import Tolerance
+from stackdsl.language.value_types import SYSTEMS
 from stackdsl.language.variants import expand
-from stackdsl.reading.source import parse
+from stackdsl.language.yaml.source import parse
 from tests.paths import ROOT
 
 SCHEMA_FILE = ROOT / "stackdsl" / "scenario.schema.json"
@@ -240,7 +238,7 @@ def accepted_by_editors(text: str) -> bool:
 
 def test_the_schema_file_is_current() -> None:
     assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
-        "python -c 'from stackdsl.language.editor_schema import schema_text; print(schema_text(), end=\"\")' "
+        "python -c 'from stackdsl.language.json_schema import schema_text; print(schema_text(), end=\"\")' "
         "> stackdsl/scenario.schema.json"
     )
 

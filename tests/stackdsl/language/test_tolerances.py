@@ -7,8 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LENGTH, LEVEL, SHARE, Dimension
+from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LENGTH, LEVEL, SHARE, Dimension, MistakeError
 from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
 
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
+from stackdsl.language.distributions import distribution
 from stackdsl.language.expressions import constant
-from stackdsl.language.mistakes import MistakeError
-from stackdsl.language.uncertain import distribution
-from stackdsl.reading.source import Plain
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.yaml.source import Plain
 from tests.scenes import compiled, mistakes_of
 
 

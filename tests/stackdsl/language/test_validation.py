@@ -12,11 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.diagnostics import CODES, Diagnostic, Span
-from stackdsl.language.editor_schema import json_schema, keys_at
+from stackdsl.language.json_schema import json_schema, keys_at
 from stackdsl.language.quantities import LENGTH
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
-from stackdsl.reading.source import Path, Plain, Source, parse
+from stackdsl.language.yaml.source import KeyPath, Plain, Source, parse
 from tests.paths import ROOT
 from tests.stackdsl.language.test_schema import EVERYTHING
 
@@ -229,7 +229,7 @@ def test_the_example_of_all_keys_has_no_mistake() -> None:
 # --- anything at all --------------------------------------------------------------------------------------------------
 
 
-def places(values: Plain, path: Path = ()) -> Iterator[Path]:
+def places(values: Plain, path: KeyPath = ()) -> Iterator[KeyPath]:
     if path:
         yield path
     members = values.items() if isinstance(values, dict) else enumerate(values) if isinstance(values, list) else ()
@@ -237,7 +237,7 @@ def places(values: Plain, path: Path = ()) -> Iterator[Path]:
         yield from places(member, (*path, key))
 
 
-def replaced(values: Plain, path: Path, new: Plain) -> Plain:
+def replaced(values: Plain, path: KeyPath, new: Plain) -> Plain:
     """A copy with another value at a path."""
     if not path:
         return new
@@ -268,7 +268,7 @@ PLACES = sorted((path for path in places(cast("Plain", VALUES)) if path[0] not i
 
 @given(st.sampled_from(PLACES), anything)
 @settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
-def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: Path, new: Plain) -> None:
+def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: KeyPath, new: Plain) -> None:
     values = cast("dict[str, Plain]", replaced(cast("Plain", VALUES), path, new))
     nowhere = Source("a.yaml", values, {(): Span("a.yaml", 1, 1, 2)}, {})
     scenario, diagnostics = validate(nowhere, Variant((), values, nowhere, nowhere, {}))

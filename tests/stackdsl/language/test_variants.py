@@ -5,9 +5,9 @@ from itertools import product
 import pytest
 
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.choices import MAX_VARIANTS
+from stackdsl.language.repeats import MAX_VARIANTS
 from stackdsl.language.variants import Variant, expand, repeated
-from stackdsl.reading.source import Source, parse
+from stackdsl.language.yaml.source import Source, parse
 
 
 def source(text: str) -> Source:

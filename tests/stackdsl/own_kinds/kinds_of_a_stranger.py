@@ -7,16 +7,16 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from stability.geometry.rotations import rotate
+from stability.geometry.vectors import rotate
 from stability.model import Vec3
-from stackdsl.compiling.impacts.actions import actions_of
-from stackdsl.compiling.impacts.scene import MissError, Scene
-from stackdsl.language import author_types as t
-from stackdsl.language.author_models import AuthorModel
+from stackdsl.compiler.impact_scene import MissError, Scene
+from stackdsl.compiler.impacts import actions_of
+from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
 from stackdsl.language.claims.finding import Finding, within
-from stackdsl.language.impacts.impact_kind import IMPACTS, ImpactKind, impact
+from stackdsl.language.impacts import IMPACTS, ImpactKind, impact
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, LayoutParams, Specs, height, layout
+from stackdsl.language.model_base import AuthorModel
 from stackdsl.timeline import Push
 from stackdsl.trace import Trace
 

@@ -10,15 +10,15 @@ import pytest
 import yaml
 
 from stackdsl.bench.answers import answer_of
+from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import Terms, check
-from stackdsl.checking.gathering import Case, Gathered, gather
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
-from stackdsl.language.editor_schema import json_schema, keys_at, schema_text
+from stackdsl.language.json_schema import json_schema, keys_at, schema_text
 from stackdsl.language.schema import models
-from stackdsl.outcome import VariantResult
-from stackdsl.report.explanation import explanation_text
-from stackdsl.report.json import report_json
+from stackdsl.report.formats import report_json
+from stackdsl.report.statics import explanation_text
 from stackdsl.report.text import report_text
+from stackdsl.results import VariantResult
 from stackdsl.timeline import Push
 from tests.paths import ROOT
 from tests.scenes import compiled

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.snapshots.canonical import canonical_text
-from stackdsl.snapshots.file_names import golden_name
-from tests.stackdsl.snapshots.towers import IDENTITY, taken, tower
+from stackdsl.goldens.file_format import canonical_text, golden_name
+from tests.stackdsl.goldens.towers import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))
 MOVED = TEXT.replace(
@@ -24,7 +23,7 @@ def file(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Path:
     pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
     pytester.makepyfile(
         """
-        from tests.stackdsl.snapshots.towers import taken, tower
+        from tests.stackdsl.goldens.towers import taken, tower
 
         def test_tower(golden):
             snapshot = taken(tower())
@@ -140,7 +139,7 @@ def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.
     pytester.makepyfile(
         """
         from dataclasses import replace
-        from tests.stackdsl.snapshots.towers import taken, tower
+        from tests.stackdsl.goldens.towers import taken, tower
 
         def test_towers(golden):
             one = taken(tower())
@@ -157,7 +156,7 @@ def test_two_variants_in_one_test_have_a_file_each(file: Path, pytester: pytest.
 def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
-        from tests.stackdsl.snapshots.towers import IDENTITY
+        from tests.stackdsl.goldens.towers import IDENTITY
 
         def test_tower(golden):
             assert {"height": 3} == golden(IDENTITY)

@@ -3,15 +3,7 @@
 from dataclasses import replace
 
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.outcome import (
-    GoldenDifference,
-    GoldenResult,
-    GoldenStatus,
-    Outcome,
-    Report,
-    RunStatus,
-    VariantResult,
-)
+from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus, Outcome, Report, RunStatus, VariantResult
 from stackdsl.trace import Collapse, Cost, Updates
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)

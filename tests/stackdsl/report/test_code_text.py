@@ -4,15 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.checking.gathering import cases_of, gather
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import cases_of, gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import held_up
 from stackdsl.diagnostics import CODES
-from stackdsl.importing.expansion import whole
-from stackdsl.playing.clearance import BlockedPlacementError
-from stackdsl.reading.composing import Library
-from stackdsl.reading.source import MAX_BYTES, MAX_DEPTH, Loaded, load, parse
-from stackdsl.report.code_text import code_text, entries
+from stackdsl.importers.expansion import whole
+from stackdsl.language.yaml.includes import Library
+from stackdsl.language.yaml.parsing import MAX_DEPTH
+from stackdsl.language.yaml.source import MAX_BYTES, Loaded, load, parse
+from stackdsl.report.diagnostics import code_text, entries
+from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from tests.paths import ROOT
 
 ENTRIES = entries()

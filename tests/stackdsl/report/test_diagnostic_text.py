@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.reading.source import load, parse
-from stackdsl.report.diagnostic_text import diagnostic_text
+from stackdsl.language.yaml.source import load, parse
+from stackdsl.report.diagnostics import diagnostic_text
 
 STEP = Diagnostic(
     "SD105",

@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-from stackdsl.report.explanation import explanation_text
-from stackdsl.report.proof_text import Extent
+from stackdsl.report.statics import Extent, explanation_text
 from tests.paths import ROOT
 from tests.scenes import compiled, scene
 

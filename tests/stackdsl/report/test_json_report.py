@@ -6,7 +6,7 @@ from math import inf, nan
 
 import pytest
 
-from stackdsl.report.json import report_json
+from stackdsl.report.formats import report_json
 from tests.stackdsl.report.reports import FULL, HELD, PASSED, report
 
 

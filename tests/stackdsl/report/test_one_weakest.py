@@ -7,20 +7,17 @@ from textwrap import dedent
 
 import pytest
 
-from stability.statics.margins.summary import margins
-from stackdsl.checking.gathering import Case, cases_of, gather
-from stackdsl.checking.one_case import play_case
+from stability.analysis.margins import margins
+from stackdsl.checking.cases import Case, cases_of, gather
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.judging.margins import margins_of
-from stackdsl.judging.proofs import proofs_of
-from stackdsl.judging.survival import survival_of
-from stackdsl.reading.source import parse
-from stackdsl.recording.recorder import Recorder
-from stackdsl.report.explanation import explanation_text
-from stackdsl.report.proof_text import Extent
-from stackdsl.report.survival_text import survival_json, survival_lines
-from stackdsl.viewing.live.live_runs import margined, played, preview
-from stackdsl.viewing.replay.payload import payload_of
+from stackdsl.judging.proofs import margins_of, proofs_of, survival_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.report.statics import Extent, explanation_text
+from stackdsl.report.studies import survival_json, survival_lines
+from stackdsl.simulation.recording import Recorder
+from stackdsl.viewing.live import margined, played, preview
+from stackdsl.viewing.replay.page import payload_of
 from stackdsl.viewing.run_view import view_of
 
 PALLET = """

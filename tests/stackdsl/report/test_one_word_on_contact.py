@@ -4,18 +4,15 @@ from dataclasses import replace
 
 import pytest
 
-from stability.geometry.touching import reach_between
+from stability.geometry.box_distance import reach_between
 from stability.model import Pose
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stackdsl.judging.designs import design_of
-from stackdsl.judging.proofs import proofs_of
-from stackdsl.playing.runner import play
-from stackdsl.report.explanation import explanation_text
-from stackdsl.report.proof_text import Extent
-from stackdsl.report.statics_text import said_of
-from stackdsl.systems.systems import SYSTEMS
-from stackdsl.systems.worlds import extension_for, opened_world
+from stackdsl.judging.proofs import design_of, proofs_of
+from stackdsl.report.statics import Extent, explanation_text, said_of
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
+from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import Placement
 from tests.scenes import compiled, scene, timeline_of
 

@@ -10,15 +10,11 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import pytest
 
-from stackdsl.commands.formats import FORMATS, Style
-from stackdsl.outcome import GoldenStatus, RunStatus
-from stackdsl.report.csv import report_csv
-from stackdsl.report.github import report_github
-from stackdsl.report.json import report_json
-from stackdsl.report.junit import report_junit
-from stackdsl.report.markdown import report_markdown
+from stackdsl.cli.options import FORMATS, Style
+from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
+from stackdsl.results import GoldenStatus, RunStatus
 from stackdsl.shown_text import data_without_commands
-from stackdsl.viewing.check_report.index_page import index_page
+from stackdsl.viewing.check_report.page import index_page
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.paths import ROOT
 from tests.stackdsl.report.reports import CRASHED, FAILED, FULL, MISTAKE, PASSED, TUNED, report, with_golden

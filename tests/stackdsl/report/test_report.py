@@ -8,25 +8,12 @@ from math import inf, nan, radians
 
 import pytest
 
-from stability.engines.friction_told import WrongFriction
+from stability.engines.protocol import WrongFriction
 from stackdsl.exits import ExitCode
-from stackdsl.outcome import (
-    GoldenDifference,
-    GoldenStatus,
-    Report,
-    RunStatus,
-    Spared,
-    VariantResult,
-    exit_code,
-)
-from stackdsl.report.csv import report_csv
-from stackdsl.report.edge_text import wrong_edges_text
-from stackdsl.report.github import report_github
-from stackdsl.report.json import report_json
-from stackdsl.report.junit import report_junit
-from stackdsl.report.markdown import report_markdown
-from stackdsl.report.outcome_text import outcome_text
-from stackdsl.report.text import report_text
+from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
+from stackdsl.report.text import outcome_text, report_text
+from stackdsl.report.warnings import wrong_edges_text
+from stackdsl.results import GoldenDifference, GoldenStatus, Report, RunStatus, Spared, VariantResult, exit_code
 from stackdsl.trace import Collapse, Cost, Passed, WrongEdges
 from tests.paths import ROOT
 from tests.stackdsl.report.reports import (
@@ -366,10 +353,10 @@ def test_a_margin_of_nothing_has_no_sign() -> None:
 @pytest.mark.parametrize("seed", ["0", "1"])
 def test_another_process_renders_the_same_bytes(seed: str) -> None:
     program = """
-from stackdsl.report.github import report_github
-from stackdsl.report.json import report_json
-from stackdsl.report.junit import report_junit
-from stackdsl.report.markdown import report_markdown
+from stackdsl.report.formats import report_github
+from stackdsl.report.formats import report_json
+from stackdsl.report.formats import report_junit
+from stackdsl.report.formats import report_markdown
 from stackdsl.report.text import report_text
 from tests.stackdsl.report.reports import FULL
 print(report_text(FULL), report_json(FULL))

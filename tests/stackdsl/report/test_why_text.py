@@ -3,11 +3,9 @@
 import json
 from dataclasses import replace
 
-from stackdsl.outcome import Report, Why
-from stackdsl.report.json import report_json
-from stackdsl.report.text import report_text
-from stackdsl.report.why_text import why_lines
-from stackdsl.report.worst_first import findings
+from stackdsl.report.formats import findings, report_json
+from stackdsl.report.text import report_text, why_lines
+from stackdsl.results import Report, Why
 from tests.stackdsl.report.reports import FAILED
 
 WHY = Why(

@@ -1,7 +1,6 @@
 """Designs and their samples for tests."""
 
-from stackdsl.sampling.design import Design, design_of
-from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.samples import Design, Draws, design_of
 from tests.scenes import timeline_of
 
 SAMPLED = '\nsamples: 100\nexpect: [stands: {share: ">= 1 %"}]'

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stackdsl.sampling.draws import Draws
+from stackdsl.sampling.samples import Draws
 
 
 def test_a_sample_is_the_same_whichever_others_are_drawn_with_it() -> None:

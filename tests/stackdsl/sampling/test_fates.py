@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import betaincinv
 
-from stackdsl.sampling.design import Design
 from stackdsl.sampling.fates import Fate, Way, asked_anew, fates_of
-from stackdsl.sampling.setting_down import Hands
+from stackdsl.sampling.placement_errors import Hands
+from stackdsl.sampling.samples import Design
 from tests.stackdsl.sampling.samples import designed, some
 
 HALF_LENGTH, HALF_WIDTH = 0.0588, 0.0117

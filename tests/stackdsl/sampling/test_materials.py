@@ -6,16 +6,14 @@ from math import atan
 
 import pytest
 
-from stackdsl.checking.chunks import Chunk, varied_chunk
-from stackdsl.checking.gathering import Case
-from stackdsl.checking.sampled_results import drawn_result
+from stackdsl.checking.cases import Case
+from stackdsl.checking.ensembles import Chunk, drawn_result, varied_chunk
 from stackdsl.language.expressions import constant
 from stackdsl.language.variants import Variant, resampled
-from stackdsl.outcome import RunStatus
-from stackdsl.reading.source import Plain
-from stackdsl.sampling.draws import Draws
+from stackdsl.language.yaml.source import Plain
+from stackdsl.results import RunStatus
 from stackdsl.sampling.fates import Fate
-from stackdsl.sampling.materials import SampleMistakeError, picks, timelines
+from stackdsl.sampling.samples import Draws, SampleMistakeError, picks, timelines
 from tests.scenes import compiled
 
 SLOPE = """

@@ -5,7 +5,7 @@ from math import degrees
 import numpy as np
 import pytest
 
-from stackdsl.sampling.setting_down import Hands
+from stackdsl.sampling.placement_errors import Hands
 from tests.stackdsl.sampling.samples import designed, some
 
 MILLIMETRE = 1e-3

@@ -10,11 +10,9 @@ from urllib.parse import unquote
 import pytest
 
 from stackdsl.diagnostics import Span
-from stackdsl.outcome import Outcome, Report, RunStatus, VariantResult
-from stackdsl.viewing.check_report.axes import Axis
-from stackdsl.viewing.check_report.charts import charts
-from stackdsl.viewing.check_report.index_page import index_page
-from stackdsl.viewing.check_report.shown_case import ShownCase, file_name
+from stackdsl.results import Outcome, Report, RunStatus, VariantResult
+from stackdsl.viewing.check_report.charts import Axis, charts
+from stackdsl.viewing.check_report.page import ShownCase, file_name, index_page
 from tests.command_line import GOOD, Stackdsl
 
 SPAN = Span("a.yaml", 7, 5, 9)

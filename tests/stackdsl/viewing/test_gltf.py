@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stability.geometry.rotations import rotate
+from stability.geometry.vectors import rotate
 from stackdsl.viewing.run_view import RunView
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 

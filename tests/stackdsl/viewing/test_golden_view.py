@@ -7,13 +7,12 @@ from typing import Any
 
 import pytest
 
-from stackdsl.outcome import GoldenDifference, GoldenResult, GoldenStatus
-from stackdsl.snapshots.canonical import canonical_text
-from stackdsl.snapshots.record import Identity
-from stackdsl.snapshots.snapshot import take
+from stackdsl.goldens.file_format import canonical_text
+from stackdsl.goldens.snapshot import Identity, take
+from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.trace import EventKind
 from stackdsl.viewing.golden_view import golden_view
-from stackdsl.viewing.replay.payload import payload_of
+from stackdsl.viewing.replay.page import payload_of
 from stackdsl.viewing.run_view import RunView
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from stackdsl.checking.gathering import cases_of
-from stackdsl.outcome import Report
-from stackdsl.reading.source import parse
-from stackdsl.viewing.check_report.index_page import index_page
-from stackdsl.viewing.live.live_runs import preview
-from stackdsl.viewing.live.run_page import RunPage
-from stackdsl.viewing.live.showing import showing
-from stackdsl.viewing.live.sites import Folder, OnePage
-from stackdsl.viewing.replay.replay_page import live_page, page_of
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.results import Report
+from stackdsl.viewing.check_report.page import index_page
+from stackdsl.viewing.live import RunPage, preview, showing
+from stackdsl.viewing.replay.page import live_page, page_of
+from stackdsl.viewing.server import Folder, OnePage
 from tests.stackdsl.viewing.chromium import chromium, wait_for
 from tests.stackdsl.viewing.test_check_report import result
 

@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stability.geometry.box import Box
+from stability.geometry.rows import Array
 from stability.model import Pose
-from stability.shapes.box import Box
-from stackdsl.viewing.pictures.drawing import solids_at
-from stackdsl.viewing.pictures.painting import Solid, painters_order
-from stackdsl.viewing.pictures.views import VIEWS, Floats, View
+from stackdsl.viewing.drawing import VIEWS, Solid, View, painters_order, solids_at
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 
 CARD_HOUSE = """
@@ -23,7 +22,7 @@ CARD_HOUSE = """
 """
 
 
-def depth_on_ray(solid: Solid, start: Floats, view: View) -> float:
+def depth_on_ray(solid: Solid, start: Array, view: View) -> float:
     """How near to the eye a ray along the direction of view meets a solid [m]; -inf if it misses."""
     nearest, farthest = np.inf, -np.inf
     for normal, face in zip(solid.normals, solid.faces, strict=True):

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from stackdsl.viewing.pictures.drawing import solids_at
-from stackdsl.viewing.replay.replay_page import replay_page
+from stackdsl.viewing.drawing import solids_at
+from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView
 from tests.stackdsl.viewing.chromium import chromium, opened, wait_for
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of

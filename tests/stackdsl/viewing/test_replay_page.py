@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stackdsl.recording.thinning import COLUMNS
-from stackdsl.viewing.replay.replay_page import harmless, replay_page
+from stackdsl.simulation.recording import COLUMNS
+from stackdsl.viewing.replay.page import harmless, replay_page
 from stackdsl.viewing.run_view import RunView
 from tests.paths import ROOT
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from stackdsl.outcome import Report
-from stackdsl.viewing.check_report.index_page import index_page
+from stackdsl.results import Report
+from stackdsl.viewing.check_report.page import index_page
 from tests.stackdsl.viewing.chromium import chromium
 from tests.stackdsl.viewing.test_check_report import result
 

@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from stackdsl.recording.thinning import COLUMNS, NUMBER, POSITION, TIME
-from stackdsl.viewing.pictures.picture import picture, strip, times_of_motion
-from stackdsl.viewing.pictures.views import VIEWS
+from stackdsl.simulation.recording import COLUMNS, NUMBER, POSITION, TIME
+from stackdsl.viewing.drawing import VIEWS
+from stackdsl.viewing.pictures import picture, strip, times_of_motion
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 
 THROWN = """

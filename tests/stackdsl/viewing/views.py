@@ -3,11 +3,11 @@
 from functools import cache
 from textwrap import dedent
 
-from stackdsl.checking.gathering import cases_of
-from stackdsl.checking.one_case import play_case
+from stackdsl.checking.cases import cases_of
+from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.reading.source import parse
-from stackdsl.recording.recorder import Recorder
+from stackdsl.language.yaml.source import parse
+from stackdsl.simulation.recording import Recorder
 from stackdsl.viewing.run_view import RunView, view_of
 
 SLANT_TOWER = """

@@ -4,13 +4,13 @@ from collections import defaultdict
 from collections.abc import Sequence
 from math import prod
 
-from stability.geometry.separation import boxes_apart
+from stability.geometry.box import Box
+from stability.geometry.box_distance import boxes_apart
 from stability.model import Brick, Plane
-from stability.shapes.box import Box
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stackdsl.compiling.written_bricks import pose_of
-from stackdsl.language.catalogue import CATALOGUE
+from stackdsl.compiler.bricks import pose_of
+from stackdsl.language.bricks import CATALOGUE
 from stackdsl.language.layouts.registry import BrickSpec
 
 KAPLA = CATALOGUE["kapla"].size

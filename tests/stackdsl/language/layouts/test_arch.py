@@ -7,13 +7,13 @@ import pytest
 from scipy.optimize import brentq
 
 from stability.model import GROUND, Brick, Plane, Pose
+from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stability.statics.facts import Placed, Stability
-from stackdsl.language.brick_forms import Form, box_form, laid
+from stackdsl.language.bricks import Form, box_form, laid
 from stackdsl.language.layouts.arch import ArchParams
 from stackdsl.language.layouts.flat_arch import FlatArchParams
 from stackdsl.language.layouts.registry import BrickSpec, place
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.thrust_lines import (
     MILANKOVITCH,
     Point,

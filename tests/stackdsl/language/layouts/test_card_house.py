@@ -6,10 +6,10 @@ from math import cos, pi, sin, tan
 
 import pytest
 
-from stability.statics.facts import Stability
+from stability.problem import Stability
 from stackdsl.language.layouts.card_house import CardHouseParams, card_house
 from stackdsl.language.layouts.registry import BrickSpec
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, THICKNESS, by_level, gap, standing
 
 

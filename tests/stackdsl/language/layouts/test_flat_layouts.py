@@ -13,7 +13,7 @@ from stackdsl.language.layouts.four_stack import FourStackParams, four_stack
 from stackdsl.language.layouts.harmonic import HarmonicParams, harmonic
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.layouts.wall import WallParams, wall
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, by_level
 
 

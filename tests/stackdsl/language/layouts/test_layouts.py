@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.geometry.separation import block
-from stackdsl.compiling.written_bricks import pose_of
-from stackdsl.language.author_types import MAX_BRICKS
+from stability.geometry.box_distance import block
+from stackdsl.compiler.bricks import pose_of
 from stackdsl.language.layouts.arch import ArchParams
 from stackdsl.language.layouts.card_house import CardHouseParams
 from stackdsl.language.layouts.column import ColumnParams
@@ -18,6 +17,7 @@ from stackdsl.language.layouts.harmonic import HarmonicParams
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, LayoutParams, place
 from stackdsl.language.layouts.tower import TowerParams
 from stackdsl.language.layouts.wall import WallParams
+from stackdsl.language.value_types import MAX_BRICKS
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, THICKNESS
 
 

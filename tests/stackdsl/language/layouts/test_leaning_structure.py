@@ -2,7 +2,7 @@
 
 import pytest
 
-from stability.statics.facts import Stability
+from stability.problem import Stability
 from stackdsl.language.layouts.four_stack import FourStackParams, four_stack
 from stackdsl.language.layouts.leaning_structure import LeaningStructureParams, leaning_structure
 from stackdsl.language.layouts.registry import BrickSpec

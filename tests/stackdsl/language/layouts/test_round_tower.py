@@ -7,7 +7,7 @@ import pytest
 
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.layouts.tower import TowerParams, tower
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, WIDTH, by_level, gap
 
 RINGS = [(3, 0.2), (5, 0.5), (7, 0.4), (16, 0.4), (40, 0.05), (400, 0.45)]  # planks a ring, and their overlap

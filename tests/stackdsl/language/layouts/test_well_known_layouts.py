@@ -7,9 +7,9 @@ from math import asin, atan, pi
 
 import pytest
 
-from stability.statics.facts import Stability
+from stability.problem import Stability
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, place
-from stackdsl.language.mistakes import MistakeError
+from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, THICKNESS, WIDTH, by_level, gap, standing
 
 

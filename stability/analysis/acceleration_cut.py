@@ -1,0 +1,374 @@
+"""Finds the greatest acceleration in one direction, and the limit that its mechanism sets in all directions."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import cos, hypot, inf, sin
+
+import numpy as np
+
+from stability.contacts.bodies import Solid, solid
+from stability.contacts.detection import flush_within
+from stability.geometry.box_distance import gap_bridged, reach_between
+from stability.geometry.rows import Array
+from stability.graph import components
+from stability.model import BodyId
+from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
+from stability.statics.conic_program import ConicProgram, clarabel_solve, quick_solve
+from stability.statics.equilibrium import proven_forces, proven_motion
+from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
+from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
+
+# Faces that overlap by next to nothing, which no margin should lean on.
+#
+# A sliver carries what a rigid body can (docs/decisions/0007), so a verdict counts on it. What a load survives, told to
+# whoever drives it, must not hang on a hundredth of a millimetre between cartons that were meant to stand flush.
+
+
+def without_slivers(problem: Problem) -> Problem:
+    """The problem without contacts of bricks that would run flush if they were moved by less than a gap that counts.
+
+    That is a thousandth of the smallest side of the thinner one. The problem itself if there are none.
+    """
+    solids = {name: solid(placed) for name, placed in problem.bricks.items()}
+    kept = [contact for contact in problem.contacts if not _is_sliver(contact, solids)]
+    return problem if len(kept) == len(problem.contacts) else replace(problem, contacts=kept)
+
+
+def _is_sliver(contact: Contact, solids: dict[BodyId, Solid]) -> bool:
+    if contact.lower not in solids or contact.upper not in solids:
+        return False
+    a, b = solids[contact.lower], solids[contact.upper]
+    reach = reach_between(a.shortest, b.shortest)
+    return flush_within(a, b, reach, gap_bridged(reach, 0.0))
+
+
+# How much prestress do contacts need to balance the loads, or how much have they to spare?
+#
+# The least s such that forces balance the loads while every normal force may count for s more than it is: |f_t| <= mu
+# (f_n + s c), with c what the contact's upper brick may carry. With s < 0 the forces lie deep inside their cones; with
+# s > 0 there are none within, and the motion that shows it is the proof. Solved over velocities, as in `equilibrium`:
+# the greatest power of the loads less the separation of all contacts, of which the duals are the forces.
+
+
+ACCURACY = 1e-11  # asked of the solver
+ROUGH = 1e-8  # an accuracy for which steps need not be refined
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prestress:
+    """The solver's answer, which proves nothing before plain arithmetic has checked it."""
+
+    least: float  # in shares of what upper bricks may carry; never below -1
+    rows: Array  # (rows,) forces, within their cones if `least` is not positive
+    columns: Array  # (columns,) velocities, a proof of instability if `least` is positive
+    sliding: float  # power of tangential forces on slips; never positive
+
+
+def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestress:
+    """The least prestress with which the loads are balanced; `accuracy` is asked of the solver."""
+    from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    normal = np.zeros(len(system.row_scale))
+    normal[: 3 * len(system.round) : 3] = 1.0
+    normal[3 * len(system.round) :] = 1.0
+    separation = system.matrix.T @ normal
+    program = ConicProgram(
+        -(system.loads + separation),
+        # The separation is bounded, so that its dual, the prestress, is at least -1.
+        vstack([-system.matrix, csc_matrix(separation)], format="csc"),
+        np.append(np.zeros(len(normal)), 1.0),
+        0,
+        [3] * len(system.round),
+        len(system.flat) + 1,
+    )
+    point = (clarabel_solve if accuracy < ROUGH else quick_solve)(program, accuracy)
+    pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
+    slips = system.matrix @ point.x
+    sliding = float(np.where(normal > 0.0, 0.0, pressed * slips).sum())
+    return Prestress(least, pressed - least * normal, point.x, sliding)
+
+
+# How far can an assembly be accelerated in one direction, and what does that say about all others?
+#
+# One conic program over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
+# among all motions that no contact resists. Its value is the reach, its duals are the forces at it. Every such motion
+# bounds all directions: what accelerates the masses by a gains p.a, with p the momentum of the motion, and no
+# admissible forces hold against more than the loads resist.
+
+
+FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
+# Times the least share of the forces at rest that brings others into their cones, which are tried in turn.
+SURELY = 1.0 + 1e-6  # for rounding
+MORE = tuple(2.0**exponent for exponent in range(40))
+LEAST = 2.0**-40  # a share below is rounding
+TOO_MUCH = 0.01  # such a share: what is at the brink already has no forces deep in their cones
+AT_THE_BRINK = (1e-9, 1e-6, 1e-3)  # such shares there
+FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
+MENDINGS = 2  # the second mends what the first left of rounding
+# [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
+FURTHER = (1e-4, 1e-2)
+CLOSER = (1.1, 4.0, 16.0, 64.0, 256.0, 1024.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shaken:
+    """A problem made ready for many directions. Accelerations are in units of g."""
+
+    problem: Problem
+    weights: Mapping[BodyId, float]  # [N] of each brick; what a horizontal acceleration of 1 g pulls with
+    system: WrenchMatrix
+    rest: Array  # (rows,) forces that balance the loads alone
+    tolerances: Tolerances
+    cones: ProofCones | None  # for checks, whatever the acceleration
+
+    def pull(self, x: float, y: float) -> dict[BodyId, Wrench]:
+        """The forces of an acceleration."""
+        return {name: Wrench((weight * x, weight * y, 0.0)) for name, weight in self.weights.items()}
+
+    def loaded(self, x: float, y: float) -> Problem:
+        """The problem with an acceleration added."""
+        loads = dict(self.problem.loads)
+        for name, wrench in self.pull(x, y).items():
+            load = loads.get(name, Wrench(ZERO))
+            (fx, fy, fz), (px, py, _) = load.force_W, wrench.force_W
+            loads[name] = Wrench((fx + px, fy + py, fz), load.torque_W)
+        return replace(self.problem, loads=loads)
+
+    def at(self, x: float, y: float) -> WrenchMatrix:
+        """The system with an acceleration added."""
+        return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
+
+    def holds(self, x: float, y: float, rows: Array) -> bool:
+        """Whether forces, in units of the rows, are proven to hold against an acceleration."""
+        return check_forces(self.loaded(x, y), self.system.forces(rows), self.tolerances, self.cones).holds
+
+    def falls(self, x: float, y: float, motion: Motion) -> MotionCheck:
+        """Whether a motion is proven to lower what an acceleration pulls at."""
+        return check_motion(self.loaded(x, y), motion, self.tolerances, self.cones)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """A half-plane in which all survivable accelerations lie, and the motion that proves it."""
+
+    normal: tuple[float, float]  # unit, outward
+    distance: float  # from no acceleration, as the solver has it [g]
+    further: float  # by which it is proven for certain, and `proven_distance` may find less [g]; 0 where it lies
+    motion: Motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heading:
+    """What was found in one direction."""
+
+    angle: float  # bearing from x towards y [rad]
+    reach: float  # [g] proven by forces
+    rows: Array  # (rows,) these forces
+    slips: Array  # (rows,) of the motion that limits it
+    cut: Cut | None  # None where nothing limits it, or no motion was proven
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """The acceleration reached."""
+        return (self.reach * cos(self.angle), self.reach * sin(self.angle))
+
+
+def shaken(
+    problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float = ACCURACY
+) -> Shaken | None:
+    """The problem ready to be accelerated; None if it is not proven to stand.
+
+    What stands without its slivers is not asked to lean on them (`without_slivers`). Without `gravity` every brick is
+    taken to weigh what its load pulls down with. `accuracy` is asked of the solver.
+    """
+    sure = without_slivers(problem)
+    case = _shaken(sure, gravity, tolerances, accuracy)
+    return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)
+
+
+def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float) -> Shaken | None:
+    if gravity is None:
+        weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
+    else:
+        weights = {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
+    system = wrench_matrix(problem, whole=True)
+    rest = mended(
+        system, least_prestress(system, accuracy).rows
+    )  # deep inside the cones, so that a share of it brings others inside
+    stands = proven_forces(problem, system, rest, tolerances) is not None
+    return Shaken(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
+
+
+def heading(case: Shaken, angle: float) -> Heading:
+    """How far the assembly can be accelerated in one direction."""
+    point = clarabel_solve(program_along(case, angle), ACCURACY)
+    if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
+        return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
+    along = (cos(angle), sin(angle))
+    value = max(0.0, -float(point.dual[0]))
+    reach, rows = proven_reach(case, along, value, point.dual[1:-1])
+    return Heading(angle, reach, rows, case.system.matrix @ point.x[:-1], _cut(case, along, value, point.x[:-1]))
+
+
+def program_along(case: Shaken, angle: float) -> ConicProgram:
+    """The program of one direction: minus its first dual is the reach [g], the others but the last are the forces."""
+    from scipy.sparse import bmat, csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    system = case.system
+    along = system.wrench_of(case.pull(cos(angle), sin(angle)))
+    columns = len(along)
+    # Entries of nothing too, so that the programs of all directions have theirs in the same places.
+    gained = csr_matrix((along, np.arange(columns), (0, columns)), shape=(1, columns))
+    # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
+    matrix = bmat([[gained, [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
+    return ConicProgram(
+        np.append(-system.loads, FURTHEST),
+        matrix,
+        np.append(1.0, np.zeros(len(system.row_scale) + 1)),
+        1,
+        [3] * len(system.round),
+        len(system.flat) + 1,
+    )
+
+
+def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
+    """The reach that forces prove, a little below the solver's value if need be, and these forces.
+
+    At the reach itself some contacts are about to open, so whatever rounding is mended puts others out of their cones.
+    A share of the forces at rest, which are deep inside, brings all back in, and lowers the reach by the same share.
+    """
+    system = case.at(value * along[0], value * along[1])
+    balanced = mended(system, rows)
+    shares = list(_shares(case, balanced))
+    at_the_brink = not shares or shares[0] > TOO_MUCH
+    reach, found = _at_the_brink(case, along, value, balanced) if at_the_brink else (0.0, case.rest)
+    if reach > 0.0:
+        return reach, found
+    for share in shares:
+        mixed = balanced + share * (case.rest - balanced)
+        reach = value * (1.0 - share)
+        if case.holds(reach * along[0], reach * along[1], mixed):
+            return reach, mixed
+    return 0.0, case.rest
+
+
+def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanced: Array) -> tuple[float, Array]:
+    """The reach where what is at the brink already leaves contacts that press with nothing, whatever is mixed in.
+
+    There forces are brought into their cones one by one, and balanced anew by those that press.
+    """
+    for share in AT_THE_BRINK:
+        x, y = ((1.0 - share) * value * part for part in along)
+        mixed = balanced + share * (case.rest - balanced)
+        forces = proven_forces(case.loaded(x, y), case.at(x, y), mixed, case.tolerances)
+        if forces is not None:
+            each = [force for of_contact in forces.of_contacts for of_point in of_contact for force in of_point]
+            return (1.0 - share) * value, case.system.rows_of(np.array(each))
+    return 0.0, case.rest
+
+
+def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
+    """Shares of the forces at rest that bring others into their cones, the least of them first."""
+    least = least_share(balanced, case.rest, len(case.system.round))
+    if least == 0.0:
+        yield 0.0
+    least = max(SURELY * least, LEAST)
+    yield from (more * least for more in MORE if more * least < 1.0)
+
+
+def least_share(rows: Array, deep: Array, round_cones: int) -> float:
+    """The least share of forces deep in their cones, all of unit slope, that brings others into these."""
+    held = 3 * round_cones
+    own, change = rows[:held].reshape(-1, 3), (deep - rows)[:held].reshape(-1, 3)
+    outside = np.hypot(own[:, 1], own[:, 2]) > own[:, 0]
+    own, change = own[outside], change[outside]
+    # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
+    signs = np.array([-1.0, 1.0, 1.0])
+    squared, mixed, first = ((x * y) @ signs for x, y in ((change, change), (own, change), (own, own)))
+    root = np.sqrt(np.maximum(mixed * mixed - squared * first, 0.0))
+    larger = -(mixed + np.copysign(root, mixed))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.stack([larger / squared, first / larger])
+        flat = -rows[held:] / (deep - rows)[held:]
+    crossings[~((crossings >= 0.0) & (crossings <= 1.0))] = 0.0
+    flat = np.where(rows[held:] < 0.0, flat, 0.0)
+    return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
+
+
+def mended(system: WrenchMatrix, rows: Array) -> Array:
+    """The nearest forces that balance the loads, cones or no cones; what presses more gives more."""
+    from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
+    held = 3 * len(system.round)
+    weight = FAINT + np.abs(np.append(np.repeat(rows[:held:3], 3), rows[held:]))
+    weighted = diags(weight) @ system.matrix
+    square = (system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()
+    # Symmetric and positive definite: no pivots need be looked for, which takes a third of the time.
+    solve = splu(square, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve
+    for _ in range(MENDINGS):
+        rows = rows - weighted @ solve(system.matrix.T @ rows + system.loads)
+    return rows
+
+
+def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array) -> Cut | None:
+    """The half-plane that a motion proves, a little further out than the solver has it: a proof must gain something."""
+    if value > 0.5 * FURTHEST:
+        return None
+    for further in FURTHER:
+        x, y = ((value + further) * part for part in along)
+        loaded = case.loaded(x, y)
+        motion = proven_motion(loaded, case.at(x, y), columns, case.tolerances)
+        if motion is not None:
+            break
+    else:
+        return None
+    momentum = np.zeros(2)
+    for name, (velocity, _) in sorted(motion.velocity.items()):
+        momentum += case.weights.get(name, 0.0) * np.array(velocity[:2])
+    size = hypot(*momentum)
+    normal = (float(momentum[0]) / size, float(momentum[1]) / size)
+    share = along[0] * normal[0] + along[1] * normal[1]
+    return Cut(normal, value * share, further * share, motion)
+
+
+def proven_distance(case: Shaken, cut: Cut) -> float:
+    """The least distance of a cut that its motion proves [g]; the gain that this takes is known only by trial."""
+    x, y = cut.normal
+    furthest = cut.distance + cut.further
+    if cut.further == 0.0:
+        return furthest
+    gained = case.falls(furthest * x, furthest * y, cut.motion).gain
+    for multiple in CLOSER if gained > 0.0 else ():
+        distance = cut.distance + cut.further * min(1.0, multiple * case.tolerances.gain / gained)
+        if case.falls(distance * x, distance * y, cut.motion).holds:
+            return distance
+    return furthest
+
+
+def distance_of(cut: Cut | None) -> float:
+    """How far a cut is from no acceleration [g]; infinite if there is none."""
+    return inf if cut is None else cut.distance
+
+
+# Bricks that touch none of each other's, directly or through others: what shakes one group leaves the next alone.
+
+
+def groups_apart(problem: Problem) -> list[Problem]:
+    """The groups of bricks that touch none of each other's, each with its contacts and loads."""
+    touching: dict[BodyId, set[BodyId]] = {name: set() for name in problem.bricks}
+    for contact in problem.contacts:
+        if contact.lower in touching and contact.upper in touching:
+            touching[contact.lower].add(contact.upper)
+            touching[contact.upper].add(contact.lower)
+    found = []
+    for members in components(problem.bricks, touching.__getitem__):
+        found.append(
+            replace(
+                problem,
+                bricks={name: placed for name, placed in problem.bricks.items() if name in members},
+                contacts=[each for each in problem.contacts if each.lower in members or each.upper in members],
+                loads={name: load for name, load in problem.loads.items() if name in members},
+            )
+        )
+    return found

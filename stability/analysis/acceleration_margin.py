@@ -1,0 +1,638 @@
+"""Finds the greatest horizontal acceleration that an assembly survives in every direction, with proof."""
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from math import atan, atan2, comb, cos, hypot, inf, pi, sin, tan
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.analysis.acceleration_cut import (
+    Cut,
+    Heading,
+    Shaken,
+    distance_of,
+    groups_apart,
+    heading,
+    mended,
+    proven_distance,
+    shaken,
+)
+from stability.blas_threads import one_thread
+from stability.geometry.polygons import Point2, hull
+from stability.geometry.rows import Array, Indices
+from stability.model import BodyId
+from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
+from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
+from stability.statics.proof import check_forces, check_motion
+from stability.statics.wrench_matrix import Sparse, WrenchMatrix
+
+# Do forces that were found in some directions hold in all directions between?
+#
+# With t = tan(angle / 2), (1 + t^2) (1, cos angle, sin angle) is a polynomial of degree 2 in t. What balances 1 and an
+# acceleration of a given size in three directions or more therefore balances it, times 1 + t^2, in all directions, if
+# interpolated as a polynomial after being multiplied with 1 + t^2. Whether that stays within the cones on an arc is
+# shown by coefficients in Bernstein's basis: a polynomial of which none is negative is not negative between 0 and 1.
+
+
+# Of forces in units of what bricks may carry: what is outside a cone by less is rounding, as it is for `proof`.
+ROUNDING = 1e-12
+
+
+def stay_inside(forces: Array, round_cones: int, angles: Sequence[float], half: float) -> bool:
+    """Whether forces interpolated between those at `angles` are within their cones from -`half` to `half` [rad].
+
+    `forces` (angles, rows): three rows for each round cone, which is of unit slope, then the normals of the others.
+    """
+    edge = tan(0.5 * half)
+    nodes = np.array([tan(0.5 * angle) for angle in angles])
+    degree = len(angles) - 1
+    basis = _bernstein(degree, 0.5 + 0.5 * nodes / edge)
+    controls = np.linalg.solve(basis, forces * (1.0 + nodes * nodes)[:, None])
+    held = 3 * round_cones
+    if (controls[:, held:] < -ROUNDING).any():
+        return False
+    cones = controls[:, :held].reshape(degree + 1, -1, 3)
+    if (cones[:, :, 0] < -ROUNDING).any():
+        return False
+    signed = cones * np.array([1.0, -1.0, -1.0])
+    spare = np.einsum("mij,ikc,jkc->mk", _products(degree), signed, cones, optimize=True)
+    return bool((spare >= -ROUNDING * np.maximum(cones[:, :, 0].max(axis=0), 1.0)).all())
+
+
+def _bernstein(degree: int, at: Array) -> Array:
+    """(points, degree + 1) Bernstein's polynomials."""
+    return np.stack([comb(degree, i) * at**i * (1.0 - at) ** (degree - i) for i in range(degree + 1)], axis=1)
+
+
+@cache
+def _products(degree: int) -> Array:
+    """(2 degree + 1, degree + 1, degree + 1): the coefficients of a product of two polynomials."""
+    table = np.zeros((2 * degree + 1, degree + 1, degree + 1))
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            table[i + j, i, j] = comb(degree, i) * comb(degree, j) / comb(2 * degree, i + j)
+    return table
+
+
+# Of all forces that hold an assembly at its reach, those in the middle.
+#
+# Forces in indeterminate contacts are many, and where among them a solver ends is an accident. Those that maximise the
+# product of what all cones have to spare are one, and turn smoothly with the direction; so they can be interpolated.
+# Where bodies slip the force lies on the far side of its cone, against the slip; where they part there is none.
+
+
+MOST_STEPS = 16  # of Newton's; half of them are usual
+CENTRED = 1e-14  # Newton's decrement squared below which a further step changes nothing that counts
+BALANCED = 1e-11  # what may be left over, in units of what bricks carry
+BOUND = 0.7  # share of the way to the border that a step may go
+TINIEST = 1e-300  # close to the smallest normal float, 2e-308: no division by zero where nothing slips at all
+FAINT = 1e-9  # keeps directions in which no force can act out of the way
+
+Places: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]  # rows of entries, and where each column begins
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Face:
+    """The forces that are left: three parts where bodies stick, one along a ray where they slip or have no friction."""
+
+    basis: Sparse  # (rows, values)
+    sticking: int  # cones, whose values come first
+    start: Array  # (values,)
+
+
+def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
+    """The forces in the middle of those that balance the same loads as `rows`, against these slips."""
+    from scipy.sparse import identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
+    face = _face(len(system.round), rows, slips)
+    balance = (system.matrix.T @ face.basis).tocsc()
+    transposed, faint = balance.T, FAINT * identity(balance.shape[0], format="csc")
+    blocks = _blocks(face.sticking, len(face.start))
+    wanted = system.matrix.T @ rows
+    values = face.start
+    for _ in range(MOST_STEPS):
+        gradient, inverse = _barrier(values, face.sticking, blocks)
+        pull = inverse @ gradient
+        normal = (balance @ inverse @ transposed + faint).tocsc()
+        missing = wanted - balance @ values
+        step = inverse @ (transposed @ splu(normal).solve(missing + balance @ pull)) - pull
+        share = _share(values, step, face.sticking)
+        values = values + share * step
+        if share == 1.0 and abs(step @ gradient) < CENTRED and np.abs(missing).max(initial=0.0) < BALANCED:
+            break
+    return np.asarray(face.basis @ values)
+
+
+def _face(held: int, rows: Array, slips: Array) -> _Face:
+    """Which cones stick, slip or are open: of force and slip one is on the border of its cone, the lesser one."""
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    slips = slips / max(float(np.abs(slips).max(initial=0.0)), TINIEST)
+    forces, sliding = rows[: 3 * held].reshape(-1, 3), slips[: 3 * held].reshape(-1, 3)
+    tangential, across = np.hypot(forces[:, 1], forces[:, 2]), np.hypot(sliding[:, 1], sliding[:, 2])
+    opens = sliding[:, 0] - across > forces[:, 0] + tangential
+    slides = ~opens & (sliding[:, 0] > forces[:, 0] - tangential)
+    sticks, slipping = np.flatnonzero(~opens & ~slides), np.flatnonzero(slides)
+    presses = np.flatnonzero(rows[3 * held :] >= slips[3 * held :])
+    stuck = (3 * sticks[:, None] + np.arange(3)).ravel()
+    # The force's own direction, not the slip's: the two agree to what the solver gives, but forces balance exactly.
+    rays = forces[slipping] / np.where(forces[slipping, :1] > 0.0, forces[slipping, :1], 1.0)
+    row = np.concatenate([stuck, (3 * slipping[:, None] + np.arange(3)).ravel(), 3 * held + presses])
+    entry = np.concatenate([np.ones(len(stuck)), rays.ravel(), np.ones(len(presses))])
+    singles = len(stuck) + np.concatenate(
+        [np.repeat(np.arange(len(slipping)), 3), len(slipping) + np.arange(len(presses))]
+    )
+    column = np.concatenate([np.arange(len(stuck)), singles])
+    count = len(stuck) + len(slipping) + len(presses)
+    start = np.concatenate([rows[stuck], rows[3 * slipping], rows[3 * held + presses]])
+    return _Face(
+        csc_matrix((entry, (row, column)), shape=(len(rows), count)), len(sticks), _off_the_border(start, len(sticks))
+    )
+
+
+def _off_the_border(values: Array, sticking: int) -> Array:
+    """Values strictly within their cones."""
+    values = values.copy()
+    cones = values[: 3 * sticking].reshape(-1, 3)
+    cones[:, 0] = np.maximum(cones[:, 0], np.hypot(cones[:, 1], cones[:, 2]) * (1.0 + FAINT) + FAINT)
+    values[3 * sticking :] = np.maximum(values[3 * sticking :], FAINT)
+    return values
+
+
+def _blocks(sticking: int, count: int) -> Places:
+    """Where the entries of a matrix are that has a block of three for each part that sticks, then single values.
+
+    By column, as sparse matrices keep them.
+    """
+    first = 3 * np.arange(sticking, dtype=np.int32)
+    rows = np.repeat(first, 9) + np.tile(np.arange(3, dtype=np.int32), 3 * sticking)
+    singles = np.arange(3 * sticking, count, dtype=np.int32)
+    sizes = np.concatenate([np.full(3 * sticking, 3), np.ones(len(singles), dtype=int)])
+    return np.concatenate([rows, singles]), np.append(0, np.cumsum(sizes)).astype(np.int32)
+
+
+def _barrier(values: Array, sticking: int, at: Places) -> tuple[Array, Sparse]:
+    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian, z z' - (q/2) J.
+
+    `at` are the places of the entries of the latter, which stay the same from step to step.
+    """
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
+
+    cones, singles = values[: 3 * sticking].reshape(-1, 3), values[3 * sticking :]
+    signs = np.array([1.0, -1.0, -1.0])
+    spare = (cones * cones) @ signs
+    gradient = np.append((-2.0 * signs * cones / spare[:, None]).ravel(), -1.0 / singles)
+    blocks = cones[:, :, None] * cones[:, None, :] - 0.5 * spare[:, None, None] * np.diag(signs)
+    entries = np.append(blocks.ravel(), singles * singles)  # the blocks are symmetric
+    return gradient, csc_matrix((entries, *at), shape=(len(values), len(values)))
+
+
+def _share(values: Array, step: Array, sticking: int) -> float:
+    """The whole step, or as much of it as stays well within the cones."""
+    share = 1.0
+    while share > FAINT:
+        cones = (values + share / BOUND * step)[: 3 * sticking].reshape(-1, 3)
+        if (cones[:, 0] > np.hypot(cones[:, 1], cones[:, 2])).all() and (
+            (values + share / BOUND * step)[3 * sticking :] > 0.0
+        ).all():
+            return share
+        share *= BOUND
+    return 0.0
+
+
+# Does an assembly slide alike in all directions, and does it hold up to that?
+#
+# Lift some bricks and all they carry along a slope of the greatest friction below them: no contact resists, in whatever
+# direction. So none survives more than that friction [g]; below it, forces parallel to the apparent gravity are tried.
+#
+# Seen from a ground that accelerates, gravity leans: a brick of weight w is pulled by w (a u, -1), u a level unit
+# vector, a in g. Let every contact force be n (-a u, 1), parallel to that. It is within its friction cone wherever the
+# angle of friction is at least atan(a) and the lean of the normal, whatever u is; where bodies are about to slide,
+# there are no others. With n = n_0 + n_1 . u for each force, balance of every brick in all directions at once is
+# linear. Sums over its contacts, those above it counted negative, of what acts at (p, z) from its centre:
+#
+#     sum n_0 = w, sum n_1 = 0            forces
+#     sum n_0 p = 0, sum z n_1 = 0        torques that do not turn with u, and those that turn twice as fast
+#     sum (p n_1^T + a z n_0 I) = 0       torques that turn with u
+#
+# Then there is no torque about the vertical either. A force that pushes at both ends of an arc of directions and where
+# its tangents meet pushes all along it, since n is affine and the arc lies within that triangle.
+#
+# A linear program finds such forces. In five directions they are then checked by plain arithmetic: what they leave of
+# balance is a polynomial of degree 2 in u, on a circle nothing everywhere if nothing in five places.
+
+
+ACCURACY = 1e-11  # asked of the solver
+LEVEL = 1e-9  # level part of a unit normal that counts as none
+WEIGHT = 1e-12  # share by which a load may differ from what its brick weighs: rounding
+GAINS = 100.0  # times what a proof must gain, to begin with
+WIDEST_ARC = 0.75 * pi  # [rad] of an arc; its tangents meet too far out beyond
+# [rad] of an arc; its tangents meet 0.3 % further out than the arc, and a narrower one would only be less exact.
+NARROWEST = pi / 20.0
+EQUATIONS = 11  # of each brick
+HOPELESS = 1e-6  # of what a brick may carry: what the solver's point is off by more is no rounding
+MENDINGS = 2  # the second mends what the first left of rounding
+SINGULAR = 1e-12  # share of the largest equation that is added to all, since some may follow from others
+# Of half an arc, from its middle: a polynomial of degree 4 is nowhere much more than twice its largest value there.
+PLACES = tuple(cos((2 * k + 1) * pi / 10.0) for k in range(5))
+
+
+def slide(case: Shaken, bearing: float) -> Cut | None:
+    """The cut of bricks that slide alike in all directions, here along `bearing`; None if none do."""
+    if not all(_is_weight(case, name) for name in case.system.names):
+        return None
+    problem = case.problem
+    frictions = sorted({contact.friction for contact in problem.contacts})
+    least = bisect_left(frictions, 1, key=lambda friction: min(1, len(_sliding(problem, friction))))
+    if least == len(frictions):
+        return None
+    friction = frictions[least]
+    x, y = cos(bearing), sin(bearing)
+    motion = Motion(dict.fromkeys(_sliding(problem, friction), ((x, y, friction), ZERO)))
+    further = GAINS * case.tolerances.gain * (1.0 + friction * friction)
+    furthest = friction + further
+    proven = check_motion(case.loaded(furthest * x, furthest * y), motion, case.tolerances).holds
+    return Cut((x, y), friction, further, motion) if proven else None
+
+
+def _is_weight(case: Shaken, name: BodyId) -> bool:
+    weight = case.weights.get(name, 0.0)
+    load = case.problem.loads.get(name, Wrench(ZERO))
+    x, y, z = load.force_W
+    return x == y == 0.0 and load.torque_W == ZERO and abs(z + weight) <= WEIGHT * weight
+
+
+def _sliding(problem: Problem, friction: float) -> list[BodyId]:
+    """The bricks that rest on others than themselves by level contacts of no more friction than this."""
+    held_by: dict[BodyId, list[BodyId]] = {}
+    for contact in problem.contacts:
+        held_by.setdefault(contact.upper, []).append(contact.lower)
+        if contact.friction > friction or not _is_level(contact):
+            held_by.setdefault(contact.lower, []).append(contact.upper)
+    waiting = sorted(name for name in held_by if name not in problem.bricks)
+    held = set(waiting)
+    while waiting:
+        for name in held_by.get(waiting.pop(), ()):
+            if name not in held:
+                held.add(name)
+                waiting.append(name)
+    return sorted(name for name in problem.bricks if name not in held)
+
+
+def _is_level(contact: Contact) -> bool:
+    return all(abs(x) <= LEVEL and abs(y) <= LEVEL and z > 0.0 for x, y, z in contact.normals_W)
+
+
+def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
+    """Whether parallel forces are proven to hold `acceleration` [g] on an arc of `width` about the bearing `middle`."""
+    if width <= WIDEST_ARC and _hold_along(case, acceleration, middle, max(width, NARROWEST)):
+        return True
+    half = 0.5 * width
+    return half >= NARROWEST and all(hold_along(case, acceleration, middle + side * half, half) for side in (-0.5, 0.5))
+
+
+def _hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
+    """The same, by forces that are given by the same n_0 and n_1 on all of the arc."""
+    cones = _admitting(case, acceleration)
+    matrix, loads = _balance(case, acceleration, middle, cones, _parts(width))
+    pushes = _pushes(matrix, loads)
+    return pushes is not None and all(
+        check_forces(case.loaded(*at), case.system.forces(rows), case.tolerances).holds
+        for at, rows in _places(case, acceleration, middle, width, cones, pushes)
+    )
+
+
+def _admitting(case: Shaken, acceleration: float) -> Indices:
+    """Which of the cones with friction admit forces parallel to the apparent gravity, in all directions."""
+    cones, with_friction = case.system.cones, case.system.round
+    x, y, z = cones.axes_W[with_friction, 0].T
+    lean = np.arctan2(np.hypot(x, y), z)
+    admitting: Indices = np.flatnonzero(atan(acceleration) + lean <= np.arctan(cones.friction[with_friction]))
+    return admitting
+
+
+def _parts(width: float) -> Array:
+    """(3, 3) n_0 and n_1 from n at the ends of an arc about the first axis, and where its tangents meet."""
+    x, y = cos(0.5 * width), sin(0.5 * width)
+    parts: Array = np.linalg.inv(np.array([[1.0, x, -y], [1.0, 1.0 / x, 0.0], [1.0, x, y]]))
+    return parts
+
+
+def _balance(case: Shaken, acceleration: float, middle: float, cones: Indices, parts: Array) -> tuple[Sparse, Array]:
+    """The matrix, and what its product with forces at the three corners must be; scaled as a `WrenchMatrix` is.
+
+    `parts`: n_0 and n_1 from the forces at the corners, in axes of which the first points to the middle of the arc.
+    """
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    system = case.system
+    bricks = len(system.names)
+    force, length = system.column_scale[0::6], system.column_scale[3::6] / system.column_scale[0::6]
+    centres = np.array([case.problem.bricks[name].pose.position_W for name in system.names])
+    c, s = cos(middle), sin(middle)
+    axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    which, size = system.round[cones], system.row_scale[3 * cones]
+    shape = (EQUATIONS * bricks, 3 * len(cones))
+    matrix = csc_matrix(shape)
+    for body, sign in ((system.cones.upper[which], 1.0), (system.cones.lower[which], -1.0)):
+        free = np.flatnonzero(body < bricks)
+        brick = body[free]
+        arms = (system.cones.points_W[which[free]] - centres[brick]) @ axes.T / length[brick, None]
+        sums = (sign * size[free] / force[brick])[:, None, None] * (_sums(arms, acceleration) @ parts)
+        rows = np.broadcast_to(EQUATIONS * brick[:, None, None] + np.arange(EQUATIONS)[:, None], sums.shape)
+        columns = np.broadcast_to(3 * free[:, None, None] + np.arange(3), sums.shape)
+        matrix += csc_matrix((sums.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+    loads = np.zeros(EQUATIONS * bricks)
+    loads[::EQUATIONS] = np.array([case.weights.get(name, 0.0) for name in system.names]) / force
+    return matrix, loads
+
+
+def _sums(arms: Array, acceleration: float) -> Array:
+    """(n, 11, 3) what n_0 and the two parts of n_1 of a force add to each of the sums."""
+    sums = np.zeros((len(arms), EQUATIONS, 3))
+    x, y, z = arms.T
+    for part in range(3):
+        sums[:, part, part] = 1.0
+    sums[:, 3, 0], sums[:, 4, 0] = x, y
+    sums[:, 5, 1] = sums[:, 6, 2] = z
+    sums[:, 7, 1] = sums[:, 8, 2] = x
+    sums[:, 9, 1] = sums[:, 10, 2] = y
+    sums[:, 7, 0] = sums[:, 10, 0] = acceleration * z
+    return sums
+
+
+def _pushes(matrix: Sparse, loads: Array) -> Array | None:
+    """(cones, 3) forces at the corners, in units of what upper bricks may carry; None if some pull."""
+    from scipy.sparse import diags, identity, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
+    count = matrix.shape[1]
+    least = np.append(loads, np.zeros(count))
+    stacked = vstack([matrix, -identity(count)], format="csc")
+    point = solve(ConicProgram(np.zeros(count), stacked, least, len(loads), (), count), ACCURACY, clarabel_solve)
+    if isinstance(point, str) or not np.isfinite(point.x).all():
+        return None
+    pushes, residual = point.x, matrix @ point.x - loads
+    if (pushes < -HOPELESS).any() or np.abs(residual).max(initial=0.0) > HOPELESS:
+        return None
+    weighted = diags(np.maximum(pushes, 0.0) + FAINT) @ matrix.T
+    square = matrix @ weighted
+    try:
+        factorized = splu((square + SINGULAR * square.diagonal().max() * identity(len(loads))).tocsc()).solve
+    except RuntimeError:  # singular, as far as it can tell
+        return None
+    for _ in range(MENDINGS):
+        closer = pushes - weighted @ factorized(residual)
+        left = matrix @ closer - loads
+        if np.abs(left).max(initial=0.0) >= np.abs(residual).max(initial=0.0):
+            break
+        pushes, residual = closer, left
+    return pushes.reshape(-1, 3) if (pushes >= -ROUNDING).all() else None
+
+
+def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
+    case: Shaken, acceleration: float, middle: float, width: float, cones: Indices, pushes: Array
+) -> Iterator[tuple[tuple[float, float], Array]]:
+    """Accelerations along an arc, and the forces for each, in units of the rows of the system."""
+    system = case.system
+    axes = system.cones.axes_W[system.round[cones]]
+    units = system.row_scale[: 3 * len(system.round)].reshape(-1, 3)[cones]
+    parts = _parts(width)
+    for place in PLACES:
+        turn = 0.5 * width * place
+        pushed = units[:, 0] * (pushes @ (np.array([1.0, cos(turn), sin(turn)]) @ parts))
+        x, y = acceleration * cos(middle + turn), acceleration * sin(middle + turn)
+        rows = np.zeros(len(system.row_scale))
+        rows[: 3 * len(system.round)].reshape(-1, 3)[cones] = pushed[:, None] * (axes @ np.array([-x, -y, 1.0])) / units
+        yield (x, y), rows
+
+
+# Which horizontal acceleration does an assembly survive, in whatever direction?
+#
+# Every brick is pulled sideways by its mass times the acceleration, besides its weight. The accelerations that contact
+# forces can hold against are a convex set around none. Directions that were solved are points of it, motions cut it
+# from outside (see `acceleration_cut`); the margin lies between the largest disc within what the points span and the
+# nearest cut. The next direction is the foot of the perpendicular on the nearest cut, else the corner where two cuts
+# meet.
+#
+# Chords alone are slow where the set is round. Where bodies slide alike in all directions, other forces prove whole
+# arcs (see `sliding_all_ways`). Elsewhere the forces between solved directions are interpolated: with t = tan(angle /
+# 2), (1 + t^2) (1, cos, sin) are polynomials in t, so polynomials through (1 + t^2) times the solved forces balance
+# every direction between. That they stay within their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, is shown by the
+# coefficients of these polynomials in Bernstein's basis, none of which is negative.
+
+
+MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
+NOTHING = 1e-7  # [g] a margin below is none
+ALIKE = 1e-6  # share by which mechanisms or groups must differ: rounding does not choose which is named
+INEXACT = 1e-4  # share by which the solver may have a cut too near
+ROUND = 0.9  # share of the friction at which all slides: what survives less is reached by a few chords
+SAME_BEARING = 6  # digits of a bearing [rad]
+NODES = (4, 8)  # headings through which forces are interpolated
+WIDEST = 3.0  # [rad] angle over which they are
+NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
+
+
+@dataclass(frozen=True, slots=True)
+class AccelerationMargin:
+    """The horizontal acceleration that is survived in every direction, in units of g."""
+
+    value: float  # proven by forces in every direction; inf if it is held on all sides
+    upper: float  # proven by `motion` not to be survived
+    bearing: float  # the worst direction, from x towards y [rad]
+    motion: Motion | None  # how it then moves
+    headings: int  # directions that were solved
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arc:
+    """All directions between two that were solved, counter-clockwise."""
+
+    start: Heading
+    end: Heading
+    smooth: float = 0.0  # [g] proven by interpolated forces
+
+    @property
+    def width(self) -> float:
+        return (self.end.angle - self.start.angle) % (2.0 * pi) or 2.0 * pi
+
+    @property
+    def proven(self) -> float:
+        """The acceleration that is survived in all these directions."""
+        if self.width >= pi:
+            return self.smooth
+        (ax, ay), (bx, by) = self.start.point, self.end.point
+        dx, dy = bx - ax, by - ay
+        length = dx * dx + dy * dy
+        part = min(1.0, max(0.0, -(ax * dx + ay * dy) / length)) if length > 0.0 else 0.0
+        return max(self.smooth, hypot(ax + part * dx, ay + part * dy))
+
+
+@one_thread()
+def acceleration(
+    problem: Problem,
+    tolerance: float = 1e-6,
+    gravity: float | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> AccelerationMargin | None:
+    """The acceleration survived in the worst direction, to a relative `tolerance`; None if it is not proven to stand.
+
+    Ten directions are enough for it where bodies tip; four to eight where they slide alike in all directions.
+    `gravity` [m/s2] is needed where loads are more than weights; else every brick weighs what its load pulls down with.
+    What does not touch is solved apart: together it survives what the weakest does.
+    """
+    weakest: AccelerationMargin | None = None
+    for part in groups_apart(problem):
+        found = _of_one_group(part, tolerance, gravity, tolerances)
+        if found is None:
+            return None
+        weakest = found if weakest is None else _weaker(weakest, found)
+    return weakest
+
+
+def _weaker(one: AccelerationMargin, other: AccelerationMargin) -> AccelerationMargin:
+    """What two groups survive together, and what ends it."""
+    first = other if other.upper < one.upper * (1.0 - ALIKE) else one
+    return replace(first, value=min(one.value, other.value), headings=one.headings + other.headings)
+
+
+def _of_one_group(
+    problem: Problem, tolerance: float, gravity: float | None, tolerances: Tolerances
+) -> AccelerationMargin | None:
+    case = shaken(problem, gravity, tolerances)
+    if case is None:
+        return None
+    first = _facing(problem)
+    sliding = slide(case, 0.0)  # alike in all directions: any is the worst
+    solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
+    arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
+    middles: dict[float, Array] = {}
+    while True:
+        nearest = _nearest(case, solved, sliding)
+        upper = distance_of(nearest)
+        enough = upper * (1.0 - tolerance)
+        weakest = min(range(len(arcs)), key=lambda i: arcs[i].proven)
+        arc = arcs[weakest]
+        if arc.proven >= enough or upper <= NOTHING or upper == inf or len(solved) >= MOST_HEADINGS:
+            return _margin(case, arc.proven, nearest, solved)
+        is_round = sliding is not None and upper >= ROUND * sliding.distance
+        middle = arc.start.angle + 0.5 * arc.width
+        slides = is_round and hold_along(case, enough, middle, arc.width)
+        if slides or _is_smooth(arcs, weakest, case, enough, middles):
+            arcs[weakest] = replace(arc, smooth=enough)
+        else:
+            solved.append(heading(case, _next(arc, nearest)))
+            arcs[weakest : weakest + 1] = [_Arc(arc.start, solved[-1]), _Arc(solved[-1], arc.end)]
+
+
+def _nearest(case: Shaken, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:
+    """The nearest of all cuts. Those of the solver are known to its accuracy only, so that near ones must be proven."""
+    cut = min((one.cut for one in solved), key=distance_of)
+    if sliding is None or distance_of(cut) < sliding.distance * (1.0 - INEXACT):
+        return cut
+    return cut if cut is not None and proven_distance(case, cut) < sliding.distance else sliding
+
+
+def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[Heading]) -> AccelerationMargin:
+    if nearest is None:
+        return AccelerationMargin(inf, inf, solved[0].angle, None, len(solved))
+    upper = proven_distance(case, nearest)
+    value = proven if upper > NOTHING else 0.0
+    nearest = _first_alike(case, nearest, upper, solved)
+    return AccelerationMargin(value, upper, atan2(nearest.normal[1], nearest.normal[0]), nearest.motion, len(solved))
+
+
+def _first_alike(case: Shaken, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
+    """Of cuts that are as near, such as those of a symmetric structure, the first counter-clockwise from +x."""
+    most = upper * (1.0 + ALIKE)
+    found = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
+    alike = [nearest, *(cut for cut in found if proven_distance(case, cut) <= most)]
+    return min(alike, key=_turn)
+
+
+def _turn(cut: Cut) -> float:
+    """The bearing of a cut, from 0 to 2 pi [rad]; what is +x but for rounding is 0."""
+    return round(atan2(cut.normal[1], cut.normal[0]), SAME_BEARING) % (2.0 * pi)
+
+
+def tilt(acceleration: float) -> float:
+    """The angle [rad] of the ground up to which an assembly stands that survives this acceleration [g].
+
+    Seen from a ground tilted by a, weights pull with g cos(a) into it and with g sin(a) along it: as on level ground
+    with an acceleration of tan(a), all loads times cos(a). Contact forces only scale with that, and cones do not care.
+    """
+    return atan(acceleration)
+
+
+def _facing(problem: Problem) -> float:
+    """The direction in which the weight is nearest to the border of its support: a first guess that turns with it."""
+    fixed = [c for c in problem.contacts if c.lower not in problem.bricks or c.upper not in problem.bricks]
+    support = hull((x, y) for contact in fixed for x, y, _ in contact.points_W)
+    total = sum(-load.force_W[2] for load in problem.loads.values())
+    if not support or not total > 0.0:
+        return 0.0
+    centre = [
+        sum(-load.force_W[2] * problem.bricks[name].pose.position_W[axis] for name, load in problem.loads.items())
+        / total
+        for axis in (0, 1)
+    ]
+    return min((_beyond(a, b, centre) for a, b in pairwise([*support, support[0]])))[1]
+
+
+def _beyond(a: Point2, b: Point2, centre: Sequence[float]) -> tuple[float, float]:
+    """How far a border line is from a point inside, and the bearing out across it."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return (dx * (centre[1] - a[1]) - dy * (centre[0] - a[0])) / hypot(dx, dy), atan2(-dx, dy)
+
+
+def _next(arc: _Arc, nearest: Cut | None) -> float:
+    """The direction within an arc that promises most."""
+    choices = []
+    if nearest is not None:
+        choices.append(atan2(nearest.normal[1], nearest.normal[0]))
+    corner = _corner(arc)
+    if corner is not None:
+        choices.append(atan2(corner[1], corner[0]))
+    for angle in choices:
+        share = ((angle - arc.start.angle) % (2.0 * pi)) / arc.width
+        if NEAR < share < 1.0 - NEAR:
+            return arc.start.angle + share * arc.width
+    return arc.start.angle + 0.5 * arc.width
+
+
+def _corner(arc: _Arc) -> Point2 | None:
+    """Where the cuts of the two ends meet."""
+    if arc.start.cut is None or arc.end.cut is None:
+        return None
+    (ax, ay), (bx, by) = arc.start.cut.normal, arc.end.cut.normal
+    turn = ax * by - ay * bx
+    if turn <= NEAR * NEAR:
+        return None
+    a, b = arc.start.cut.distance, arc.end.cut.distance
+    return ((a * by - b * ay) / turn, (b * ax - a * bx) / turn)
+
+
+def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, middles: dict[float, Array]) -> bool:
+    """Whether interpolated forces prove a radius along an arc; `middles` are forces by heading, as they are needed."""
+    arc = arcs[index]
+    middle = arc.start.angle + 0.5 * arc.width
+    for count in NODES:
+        if count > len(arcs):
+            return False
+        nodes = [arcs[(index + shift) % len(arcs)].start for shift in range(1 - count // 2, 1 + count // 2)]
+        angles = [(node.angle - middle + pi) % (2.0 * pi) - pi for node in nodes]
+        if angles != sorted(angles) or angles[-1] - angles[0] > WIDEST or min(node.reach for node in nodes) < radius:
+            continue
+        for node in nodes:
+            if node.angle not in middles:
+                middles[node.angle] = mended(case.at(*node.point), centred(case.system, node.rows, node.slips))
+        forces = np.stack([case.rest + radius / node.reach * (middles[node.angle] - case.rest) for node in nodes])
+        if stay_inside(forces, len(case.system.round), angles, 0.5 * arc.width):
+            return True
+    return False

@@ -1,0 +1,205 @@
+"""A building order of a finished design that stands at each step, and the least props where there is none.
+
+Which bricks need a prop at all is a question of hitting sets: where no order exists with some props, every order that
+exists with others must pass an end of that search, and so has a prop that resists one of the falls that proved an end.
+Each search that fails is so a clause, and the smallest set that meets all clauses is tried next.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from stability.analysis.subset_search import Answer, Clause, Descent, Known, Part, Parts, descend, nobody, smallest
+from stability.model import BodyId
+from stability.problem import Stability
+
+MOST_ROUNDS = 200  # sets of props
+BRIEFLY = 3  # verdicts a brick
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One brick that is set down."""
+
+    brick: BodyId
+    propped: bool  # whether a prop is put under it as it comes
+    struck: tuple[BodyId, ...] = ()  # the bricks whose props are taken away after it
+
+
+@dataclass(frozen=True, slots=True)
+class BuildingOrder:
+    """How to build a design."""
+
+    steps: tuple[Step, ...]  # empty if none was found
+    impossible: bool = False  # whether it is proven that there is none, with any props that were allowed
+    props_at_least: int = 0  # in every order, proven
+    without: Descent | None = None  # the search for an order without props
+
+    @property
+    def props(self) -> tuple[BodyId, ...]:
+        """The bricks that have a prop for a while."""
+        return tuple(step.brick for step in self.steps if step.propped)
+
+    @property
+    def props_at_once(self) -> int:
+        """How many stand at a time, at most."""
+        standing = most = 0
+        for step in self.steps:
+            standing += step.propped
+            most = max(most, standing)
+            standing -= len(step.struck)
+        return most
+
+
+def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOrder:
+    """An order with the fewest props of those that `parts` allows; the design stands."""
+    return OrderSearch(parts, most, known).run()
+
+
+class OrderSearch:
+    """A search for an order with the fewest props, which may be interrupted: `best` is what is known by then."""
+
+    def __init__(self, parts: Parts, most: int, known: Known = nobody) -> None:
+        """`most` verdicts are asked, besides those for a first order with props under all; `known` is told of them."""
+        self.best = BuildingOrder(())
+        self._parts, self._known = parts, known
+        self._last = parts.asked + most
+        self._pieces = parts.components(parts.whole)
+
+    def run(self) -> BuildingOrder:
+        """Search to the end."""
+        clauses: list[Clause] = []
+        bounded = True
+        for _ in range(MOST_ROUNDS):
+            kept = smallest(len(self._parts.names), clauses)
+            if kept.chosen is None:
+                self.best = replace(self.best, impossible=bounded and not self.best.steps)
+                break
+            if bounded:
+                self.best = replace(self.best, props_at_least=max(self.best.props_at_least, kept.at_least))
+            failed = self._with(kept.chosen)
+            if not failed:
+                return self.best
+            if self._parts.asked >= self._last:
+                break
+            bounded &= all(each.exhausted for each in failed)
+            clauses += [Clause(_would_help(self._parts, each)) for each in failed]
+        self._spare()
+        return self.best
+
+    def _with(self, propped: Part) -> list[Descent]:
+        """Look for an order with props under these; the searches that failed, or none, and it is the best."""
+        parts = self._parts
+        parts.propped = propped
+        found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
+        failed = [each for each in found if each.order is None]
+        if self.best.without is None:
+            self.best = replace(self.best, without=next(iter(failed), found[0]))
+            if failed:
+                self._under_all()
+            parts.propped = propped
+        if not failed:
+            order = [name for each in found for name in reversed(each.order or ())]
+            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+        return failed
+
+    def _under_all(self) -> None:
+        """Look for an order with props under all bricks: more than are needed, and known early."""
+        before = self._parts.asked
+        self._parts.propped = self._parts.part_of(self._parts.props)
+        if self._parts.propped:
+            self._take(self._brief())
+        self._last += self._parts.asked - before
+
+    def _spare(self) -> None:
+        """Spare props one after the other: few are left, and not the fewest."""
+        parts = self._parts
+        parts.propped = parts.part_of(self.best.props)
+        for name in parts.names_of(parts.propped):
+            before = parts.propped
+            parts.propped &= ~parts.part_of([name])
+            fewer = self._brief()
+            if fewer is None:
+                parts.propped = before
+            else:
+                self._take(fewer)
+        if self.best.steps:
+            order = [step.brick for step in self.best.steps]
+            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+
+    def _take(self, order: list[BodyId] | None) -> None:
+        """Keep an order with the props that there are, all of which stay to the end: the design stands without."""
+        if order is None:
+            return
+        held = tuple(self._parts.names_of(self._parts.propped))
+        steps = [Step(name, name in held) for name in order]
+        self.best = replace(self.best, steps=(*steps[:-1], replace(steps[-1], struck=held)))
+
+    def _brief(self) -> list[BodyId] | None:
+        """An order with the props that there are, looked for briefly."""
+        most = BRIEFLY * len(self._parts.names)
+        found = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
+        return None if None in found else [name for order in found for name in reversed(order or ())]
+
+
+def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
+    """The fewest bricks with a prop under each of which all these parts stand; None if none are found.
+
+    They are cheapest to ask where each is within the one before it.
+    """
+    clauses: list[Clause] = []
+    for _ in range(MOST_ROUNDS):
+        kept = smallest(len(parts.names), clauses)
+        if kept.chosen is None:
+            return None
+        parts.propped = kept.chosen
+        ends = _falling(parts, states, known)
+        if not ends:
+            return tuple(parts.names_of(kept.chosen))
+        clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
+    return None
+
+
+def _falling(parts: Parts, states: Sequence[Part], known: Known) -> list[tuple[Part, Answer]]:
+    """Those parts that do not stand."""
+    ends: list[tuple[Part, Answer]] = []
+    larger = parts.whole
+    for part in states:
+        answer = parts.ask(part, larger if part & larger == part else None)
+        known(parts.asked)
+        if answer.stability is not Stability.STABLE:
+            ends.append((part, answer))
+        larger = part
+    return ends
+
+
+def _would_help(parts: Parts, search: Descent) -> Part:
+    """The bricks of which a prop could resist one of the falls at which a search ended."""
+    every, found = parts.part_of(parts.props), 0
+    for part, answer in search.ends:
+        found |= answer.fall.resisting if answer.fall is not None else every & part
+    return found & ~parts.propped
+
+
+def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, ...]:
+    """The steps, each prop for as short as what comes later stands without it."""
+    present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
+    held = [parts.propped & part for part in present]
+    struck: list[list[BodyId]] = [[] for _ in order]
+    for name in reversed(parts.names_of(parts.propped)):
+        bit = parts.part_of([name])
+        turn = len(order)
+        while turn > 0 and held[turn - 1] & bit and _stands(parts, present[turn - 1], held[turn - 1] & ~bit, known):
+            turn -= 1
+            held[turn] &= ~bit
+        if turn < len(order) and any(part & bit for part in held):
+            struck[turn].append(name)
+    return tuple(
+        Step(name, bool(parts.part_of([name]) & held[turn]) or name in struck[turn], tuple(sorted(struck[turn])))
+        for turn, name in enumerate(order)
+    )
+
+
+def _stands(parts: Parts, part: Part, propped: Part, known: Known) -> bool:
+    parts.propped = propped
+    known(parts.asked)
+    return parts.ask(part).stability is Stability.STABLE

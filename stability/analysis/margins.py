@@ -1,0 +1,319 @@
+"""Margins of a stable assembly: friction, acceleration, placement, counterweight. Each solves a program on request."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+
+import numpy as np
+
+from stability.analysis.acceleration_cut import least_prestress
+from stability.analysis.acceleration_margin import AccelerationMargin, acceleration, tilt
+from stability.analysis.placement_margin import PlacementMargin, placement
+from stability.analysis.weakest import Weakest, weakest, weakest_at
+from stability.blas_threads import one_thread
+from stability.geometry.vectors import add, admit_in_range, listed
+from stability.model import GROUND, BodyId
+from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench, rounded
+from stability.statics.assembly import STRONGEST, WEAKEST, admit_name, admit_problem
+from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
+from stability.statics.equilibrium import balance, proven_forces, proven_motion
+from stability.statics.proof import check_forces
+from stability.statics.wrench_matrix import wrench_matrix
+
+# How little friction is enough? The least factor on all friction coefficients with which contact forces still balance.
+#
+# Less friction means smaller cones, so what stands with a factor stands with any larger one. Each step asks, for one
+# factor k, for the least prestress s (see `prestress`), positive where forces within the cones do not balance. By the
+# envelope theorem ds/dk is the power of tangential forces on slips, over k. So each step yields a verdict with its
+# proof, forces or a motion, and by Newton's rule the next factor to ask for, a little beyond the root, so that proofs
+# close in on it from both sides.
+
+
+MOST_STEPS = 60
+MOST_FRICTION = 1e4  # a coefficient that no material has: what needs more stands with none
+WIDER = 4.0  # by how much the next question keeps away from the root after one that had no proof
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionMargin:
+    """The least friction with which contact forces can still hold."""
+
+    factor: float  # on all coefficients, proven by `forces`; inf if no friction is enough
+    too_little: (
+        float  # a factor proven not to be enough, by `motion`; equal to `factor` within the tolerance; 0 if none is
+    )
+    coefficient: float  # the largest coefficient of the problem, times the factor
+    forces: Forces | None
+    motion: Motion | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """What was proven at one factor."""
+
+    forces: Forces | None
+    motion: Motion | None
+    guess: float  # of the least factor
+
+
+@one_thread()
+def least_friction(
+    problem: Problem,
+    tolerance: float = 1e-7,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> FrictionMargin:
+    """The least factor on all friction coefficients that still allows equilibrium, to a relative `tolerance`.
+
+    This asks for equilibrium alone, and not whether it rests on self-stress.
+    """
+    smooth = balance(_with_friction(problem, 0.0), tolerances)
+    if smooth.forces is not None:
+        return FrictionMargin(0.0, 0.0, 0.0, smooth.forces, None)
+    largest = max((contact.friction for contact in problem.contacts), default=0.0)
+    too_little, enough = _Step(None, smooth.motion, 0.0), _Step(None, None, inf)
+    low, high, factor, aside = 0.0, inf, 1.0, tolerance / 3.0
+    for _ in range(MOST_STEPS if largest > 0.0 else 0):
+        step = _asked(problem, factor, tolerances)
+        if step.forces is not None:
+            high, enough = factor, step
+        elif step.motion is not None:
+            low, too_little = factor, step
+        else:
+            aside *= WIDER
+        closed = high < inf and high - low <= max(tolerance, 2.0 * aside) * high
+        if closed or (high == inf and factor * largest >= MOST_FRICTION):
+            break
+        factor = min(_next(step, low, high, aside), MOST_FRICTION / largest)
+    return FrictionMargin(high, low, largest * high if high < inf else inf, enough.forces, too_little.motion)
+
+
+def _next(step: _Step, low: float, high: float, aside: float) -> float:
+    """A little beyond the root that Newton's rule sees, to prove the other side next; else between the bounds."""
+    factor = step.guess * (1.0 + aside if step.forces is None else 1.0 - aside)
+    if isfinite(factor) and low < factor < high:
+        return factor
+    return 0.5 * (low + high) if high < inf else WIDER * max(low, factor)
+
+
+def _with_friction(problem: Problem, factor: float) -> Problem:
+    contacts = [replace(contact, friction=factor * contact.friction) for contact in problem.contacts]
+    return replace(problem, contacts=contacts)
+
+
+def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
+    """What one factor proves, and the next guess of the least factor."""
+    scaled = _with_friction(problem, factor)
+    system = wrench_matrix(scaled)
+    found = least_prestress(system)
+    guess = factor * (1.0 - found.least / found.sliding) if found.sliding < 0.0 else inf
+    forces = proven_forces(scaled, system, found.rows, tolerances) if found.least <= 0.0 else None
+    motion = None if forces else proven_motion(scaled, system, found.columns, tolerances)
+    return _Step(forces, motion, guess)
+
+
+# By how much does an assembly stand? A margin costs a program of its own, so it is worked out only on request.
+
+
+__all__ = [
+    "AccelerationMargin",
+    "FrictionMargin",
+    "Margins",
+    "PlacementMargin",
+    "Weakest",
+    "acceleration",
+    "least_friction",
+    "margins",
+    "placement",
+    "tilt",
+    "weakest",
+    "weakest_at",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """All margins of an assembly that stands."""
+
+    acceleration_g: float  # horizontal, in the worst direction, in units of g
+    bearing: float  # that direction, from x towards y [rad]
+    tilt: float  # of the ground, in the worst direction [rad]
+    friction: float  # the least coefficient, of brick on brick, that still allows equilibrium
+    placement: float  # the error of every brick's place in plan that is survived for certain [m]
+    weakest: Weakest | None  # the mechanism that opens first at that acceleration; None of what is held on all sides
+
+
+def margins(
+    problem: Problem,
+    tolerance: float = 1e-6,
+    gravity: float | None = None,
+    planes: Collection[BodyId] = (GROUND,),
+) -> Margins | None:
+    """All margins; None if the problem is not proven to stand. See `acceleration`, `least_friction` and `placement`."""
+    admit_problem(problem)
+    admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a share of the limit, from 1e-15 to 0.5")
+    if gravity is not None:
+        admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, "write m/s2, as a number that is more than 0")
+    planes = listed(planes, f"names of planes, such as ['{GROUND}']")
+    for plane in planes:
+        admit_name("a plane", plane)
+    shaken = acceleration(problem, tolerance, gravity)
+    if shaken is None:
+        return None
+    friction = least_friction(problem, tolerance).coefficient
+    place = placement(problem, tolerance, planes).value
+    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place, weakest_at(problem, shaken))
+
+
+# How little more weight on one brick lets an assembly stand that falls?
+#
+# One conic program a brick: the most power of the loads along a motion that no contact resists, where the brick may not
+# rise faster than a unit. That power is the weight: forces, the duals of the program, balance the loads and as much
+# more on the brick, and the motion still gains where it weighs less. Where the power has no end, no weight is enough.
+#
+# The solver's point decides nothing. The weight that is handed out has forces that arithmetic has checked, and a share
+# of it that is as near as asked has a motion that falls.
+
+
+ACCURACY = 1e-12  # asked of the solver
+SHARES = (1e-8, 1e-6, 1e-4)  # by which a weight may be more than the least, tried in turn until forces are proven
+
+
+@dataclass(frozen=True, slots=True)
+class Counterweight:
+    """The least weight at the centre of a brick with which contact forces balance."""
+
+    brick: BodyId
+    weight: float  # [N] proven to be enough for balance
+    too_little: float  # [N] proven not to be; less than `weight` by a share of 1e-4 at most
+
+
+@one_thread()
+def counterweight(
+    problem: Problem,
+    brick: BodyId,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> Counterweight | None:
+    """The least weight on a brick that balances a problem which nothing balances as it is; None if none is found.
+
+    This asks for equilibrium alone, and not whether it rests on self-stress. Raises LookupError for an unknown brick.
+    """
+    if brick not in problem.bricks:
+        raise LookupError(f"there is no brick '{brick}'")
+    from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    system = wrench_matrix(problem, whole=True)
+    unit = sum(-load.force_W[2] for load in problem.loads.values()) / max(1, len(problem.loads))  # [N] a usual weight
+    pressing = system.wrench_of({brick: Wrench((0.0, 0.0, -unit))})
+    program = ConicProgram(
+        -system.loads,
+        vstack([-system.matrix, csc_matrix(-pressing)], format="csc"),
+        np.append(np.zeros(len(system.row_scale)), 1.0),
+        0,
+        [3] * len(system.round),
+        len(system.flat) + 1,
+    )
+    point = solve(program, ACCURACY, clarabel_solve)
+    if isinstance(point, str) or not np.isfinite(point.dual).all() or not point.dual[-1] > 0.0:
+        return None
+    least, rows = float(point.dual[-1]) * unit, point.dual[:-1]
+    for share in SHARES:
+        enough, too_little = (_with_weight(problem, brick, factor * least) for factor in (1.0 + share, 1.0 - share))
+        heavier, lighter = wrench_matrix(enough), wrench_matrix(too_little, whole=True)
+        # Rows and columns are told in units that depend on what bricks carry, so each system has them in its own.
+        forces = proven_forces(enough, heavier, rows * system.row_scale / heavier.row_scale, tolerances)
+        columns = lighter.columns_of(system.motion(point.x))
+        if forces is not None and proven_motion(too_little, lighter, columns, tolerances) is not None:
+            return Counterweight(brick, (1.0 + share) * least, (1.0 - share) * least)
+    return None
+
+
+@one_thread()
+def least_counterweight(problem: Problem, bricks: Collection[BodyId]) -> Counterweight | None:
+    """The least of the weights on these bricks that balance a problem, ties by name; None if none does."""
+    found = [weight for brick in sorted(bricks) if (weight := counterweight(problem, brick)) is not None]
+    return min(found, key=lambda each: (each.weight, each.brick), default=None)
+
+
+def _with_weight(problem: Problem, brick: BodyId, weight: float) -> Problem:
+    load = problem.loads.get(brick, Wrench(ZERO))
+    heavier = replace(load, force_W=add(load.force_W, (0.0, 0.0, -weight)))
+    return replace(problem, loads={**problem.loads, brick: heavier})
+
+
+# Is rest the only thing that can happen, or one that can? Balance with friction shows that rest is possible, no more.
+#
+# Let every brick be at rest, and a be any acceleration that the laws of contact allow: no contact closes (a_n >= 0), a
+# normal force acts only where none opens (f_n a_n = 0), and friction does not push along a slip (f_t . a_t <= 0). Then
+#
+#     a' M a = a' g + sum f_n a_n + sum f_t . a_t <= a' g.
+#
+# If forces N >= 0 along the normals alone balance the loads g, then a' g = - sum N a_n <= 0, so that a' M a <= 0 and a
+# = 0: nothing moves, whatever the friction and whichever of the possible forces act. The same holds of a change of
+# velocity by impulses. So such forces are a certificate, which `proof` checks by arithmetic as forces without friction.
+#
+# No force at a point where the bodies are apart is counted on either: there the laws of contact hold once the gap has
+# closed, if at all.
+#
+# Where a contact has several normals at a point, edges or corners meet, and a body leaves it along one of them: there
+# a_n >= 0 does not hold for all, and no force of such a contact is counted on.
+
+
+@one_thread()
+def guarantee(
+    problem: Problem,
+    known: Forces | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> Forces | None:
+    """Forces along normals alone that balance a problem, one entry for each contact with a single normal; or None.
+
+    `known` are forces that balance it with friction: most often these are along the normals already.
+    """
+    tolerances = rounded(problem, tolerances)
+    kept = [number for number, contact in enumerate(problem.contacts) if len(contact.normals_W) == 1]
+    smooth = replace(problem, contacts=[_smooth(problem.contacts[number]) for number in kept])
+    touching = without_gaps(smooth)
+    if known is not None and len(known.of_contacts) == len(problem.contacts):
+        same = Forces(tuple(_without(known.of_contacts[number], problem.contacts[number]) for number in kept))
+        if check_forces(smooth, same, tolerances).holds:
+            return same
+    found = balance(touching, tolerances).forces
+    return found if found is None or touching is smooth else _at_all_points(found, touching, smooth)
+
+
+def without_gaps(problem: Problem) -> Problem:
+    """The problem without the points of contacts at which there is a gap; itself if there are none."""
+    if not any(contact.gaps for contact in problem.contacts):
+        return problem
+    return replace(problem, contacts=[touching for c in problem.contacts if (touching := _touching(c)).points_W])
+
+
+def _touching(contact: Contact) -> Contact:
+    if not contact.gaps:
+        return contact
+    points = tuple(point for point, gap in zip(contact.points_W, contact.gaps, strict=True) if gap == 0.0)
+    return replace(contact, points_W=points, gaps=())
+
+
+def _without(forces: ConeForces, contact: Contact) -> ConeForces:
+    """The forces of a contact, with none where there is a gap."""
+    if not contact.gaps:
+        return forces
+    return tuple(
+        of_point if gap == 0.0 else (ZERO,) * len(of_point) for of_point, gap in zip(forces, contact.gaps, strict=True)
+    )
+
+
+def _at_all_points(found: Forces, touching: Problem, smooth: Problem) -> Forces:
+    """Forces at the points that touch, with none at the others."""
+    of_pair = {(c.lower, c.upper): iter(forces) for c, forces in zip(touching.contacts, found.of_contacts, strict=True)}
+
+    def of(contact: Contact) -> ConeForces:
+        own = of_pair.get((contact.lower, contact.upper), iter(()))
+        gaps = contact.gaps or (0.0,) * len(contact.points_W)
+        return tuple(next(own) if gap == 0.0 else (ZERO,) for gap in gaps)
+
+    return Forces(tuple(map(of, smooth.contacts)))
+
+
+def _smooth(contact: Contact) -> Contact:
+    return replace(contact, friction=0.0)

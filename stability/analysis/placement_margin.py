@@ -1,0 +1,508 @@
+"""Finds the largest placement error that every brick may have at once before a verdict changes."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from math import hypot, inf
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.blas_threads import one_thread
+from stability.geometry.polygons import Point2, Polygon, hull, inset
+from stability.geometry.rows import Array
+from stability.model import GROUND, BodyId, Vec3
+from stability.problem import ZERO, Contact, Problem, Wrench
+from stability.statics.conic_program import ConicProgram, clarabel_solve
+from stability.statics.wrench_matrix import passed_down
+
+# Which contacts still carry after every brick was put down a little off its place, in plan.
+#
+# A contact counts where vertical forces are admissible (its slope is less than its friction) on a patch that has area
+# in plan; lines and single points vanish with the first error. A brick that is put down off its place must still lie on
+# all that it lay on, so the faces on which it rests must be parallel: if they are not, only its level ones count.
+
+
+LEVEL = 1e-6  # horizontal part of a unit normal up to which a face is level: a shift of 1 mm lifts a brick by 1 nm
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlanPatch:
+    """A contact in plan: its border as lines, and how far each line comes in when bricks are off their places."""
+
+    lower: BodyId
+    upper: BodyId
+    corners: Polygon  # [m]
+    height: float  # mean z of the corners [m]
+    friction: float
+    level: bool
+    moving: bool  # on a plane without end: the patch goes where its brick goes, and loses nothing
+    inward: NDArray[np.float64]  # (edges, 2) unit normals of the border lines
+    depth: NDArray[np.float64]  # (edges,) of `centre` behind them [m]
+
+    @property
+    def centre(self) -> Point2:
+        """The mean of the corners."""
+        xs, ys = zip(*self.corners, strict=True)
+        return (sum(xs) / len(xs), sum(ys) / len(ys))
+
+    @property
+    def reach(self) -> float:
+        """How far the corners lie from the centre, at most [m]."""
+        x, y = self.centre
+        return max(hypot(a - x, b - y) for a, b in self.corners)
+
+
+def plan_patches(problem: Problem, planes: Collection[BodyId]) -> list[PlanPatch]:
+    """The contacts that count, ordered by name and place so that no result depends on how they were listed."""
+    steep = _on_unlike_faces(problem)
+    patches = []
+    for contact in problem.contacts:
+        corners = hull((x, y) for x, y, _ in contact.points_W)
+        if not corners or not _carries_upright(contact):
+            continue
+        if not _is_level(contact) and not steep.isdisjoint((contact.lower, contact.upper)):
+            continue
+        patches.append(_patch(contact, corners, planes))
+    return sorted(patches, key=lambda patch: (patch.lower, patch.upper, patch.corners))
+
+
+def _patch(contact: Contact, corners: Polygon, planes: Collection[BodyId]) -> PlanPatch:
+    points = np.array(corners)
+    along = np.roll(points, -1, axis=0) - points
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.hypot(along[:, 0], along[:, 1])[:, None]
+    depth = ((points.mean(axis=0) - points) * inward).sum(axis=1)
+    height = sum(point[2] for point in contact.points_W) / len(contact.points_W)
+    return PlanPatch(
+        contact.lower,
+        contact.upper,
+        corners,
+        height,
+        contact.friction,
+        _is_level(contact),
+        not {contact.lower, contact.upper}.isdisjoint(planes),
+        inward,
+        depth,
+    )
+
+
+def _carries_upright(contact: Contact) -> bool:
+    """Whether a vertical force lies in the cone of its only normal."""
+    (x, y, z), *others = contact.normals_W
+    return not others and z > 0.0 and hypot(x, y) <= max(contact.friction, LEVEL) * z
+
+
+def _is_level(contact: Contact) -> bool:
+    x, y, _ = contact.normals_W[0]
+    return hypot(x, y) <= LEVEL
+
+
+def _on_unlike_faces(problem: Problem) -> set[BodyId]:
+    """The bodies whose faces that carry are not parallel."""
+    first: dict[BodyId, Vec3] = {}
+    unlike: set[BodyId] = set()
+    for contact in filter(_carries_upright, problem.contacts):
+        normal = contact.normals_W[0]
+        for body in (contact.lower, contact.upper):
+            known = first.setdefault(body, normal)
+            if body in problem.bricks and max(abs(a - b) for a, b in zip(normal, known, strict=True)) > LEVEL:
+                unlike.add(body)
+    return unlike
+
+
+# The program behind the placement margin: how far may loads be displaced, with patches inset by a given error?
+#
+# Every number is scaled, forces by what a brick may carry and lengths by its half diagonal, so that size, density and
+# gravity do not matter. The rule of recourse and the inequalities are those that `placement` explains.
+
+
+Sparse: TypeAlias = Any  # by row; scipy's matrices have no types
+
+ACCURACY = 1e-11  # asked of the solver
+BALANCED = 1e-9  # share of what a brick carries that may be left over: rounding
+FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without end
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What loads survive where patches are inset by an error."""
+
+    displacement: float  # of all loads at once [m], as the solver has it; inf where nothing limits it
+    survives: bool  # by plain arithmetic: a displacement of loads by the error itself
+    limit: tuple[BodyId, BodyId] | None  # the contact that limits it, lower body first
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recourse:
+    """Patches, and how their forces answer moments: everything that does not depend on the error while patches last."""
+
+    names: Sequence[BodyId]
+    patches: Sequence[PlanPatch]
+    force: Array  # (bricks,) unit of each brick's forces [N]
+    length: Array  # (bricks,) unit of its moments' arms [m]
+    unit: Array  # (patches, 2) units of each patch's force [N] and of its arms [m]
+    balance: Sparse  # (3 bricks, 3 patches) vertical force and first moments on a brick, of those of a patch
+    loads: Array  # (bricks, 3)
+    answer: Array  # (3 patches, 3 bricks): `balance @ answer = -1`
+    planar: NDArray[np.bool_]  # (bricks,) which of them patches go with
+    on_plane: Sparse  # (planar bricks, 3 patches) vertical force on such a brick from the patches that go with it
+
+
+def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
+    """The rule of least norm; None if the patches cannot answer every moment on every brick."""
+    names = sorted(problem.bricks)
+    number = {name: i for i, name in enumerate(names)}
+    carried = passed_down(problem)
+    heaviest = max(carried.values(), default=0.0) or 1.0
+    force = np.array([carried[name] or heaviest for name in names])
+    length = np.array([problem.bricks[name].brick.shape.bounding_radius for name in names])
+    unit = np.array([_units(patch, number, force) for patch in patches]).reshape(-1, 2)
+    balance, on_plane = _Entries(), _Entries()
+    for k, patch in enumerate(patches):
+        for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
+            if body in number:
+                i = number[body]
+                block = _block(problem, patch, body, unit[k], (force[i], length[i]))
+                balance.put(3 * i, 3 * k, sign * block)
+                if patch.moving:
+                    on_plane.put(i, 3 * k, sign * block[:1, :1])
+    columns = 3 * len(patches)
+    rows = balance.matrix(3 * len(names), columns)
+    answer = _solved(rows)
+    if answer is None:
+        return None
+    of_planes = on_plane.matrix(len(names), columns)
+    planar = np.diff(of_planes.indptr) > 0
+    loads = _loads(problem, names, force, length)
+    return Recourse(names, patches, force, length, unit, rows, loads, answer, planar, of_planes[planar])
+
+
+class _Entries:
+    """A sparse matrix of dense blocks: a brick touches few others, so nearly all entries are zero."""
+
+    def __init__(self) -> None:
+        self._blocks: list[tuple[int, int, Array]] = []
+
+    def put(self, row: int, column: int, block: Array) -> None:
+        """One more block, with its first row and column."""
+        self._blocks.append((row, column, block))
+
+    def matrix(self, rows: int, columns: int) -> Sparse:
+        """All of them, by row."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+        places = [np.indices(block.shape) for _, _, block in self._blocks]
+        of_rows = [row + place[0].ravel() for place, (row, _, _) in zip(places, self._blocks, strict=True)]
+        of_columns = [column + place[1].ravel() for place, (_, column, _) in zip(places, self._blocks, strict=True)]
+        values = [block.ravel() for _, _, block in self._blocks]
+        if not values:
+            return csr_matrix((rows, columns))
+        entries = np.concatenate(values), (np.concatenate(of_rows), np.concatenate(of_columns))
+        return csr_matrix(entries, shape=(rows, columns))
+
+
+def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[float, float]:
+    held = patch.upper if patch.upper in number else patch.lower
+    return force[number[held]], patch.reach
+
+
+def _block(problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale: tuple[float, float]) -> Array:
+    """Scaled vertical force and first moments about a brick's centre, of those of a patch about its own."""
+    x, y, _ = problem.bricks[body].pose.position_W
+    (px, py), arm = patch.centre, scale[1]
+    reach = unit[1] / arm
+    rows = [[1.0, 0.0, 0.0], [(px - x) / arm, reach, 0.0], [(py - y) / arm, 0.0, reach]]
+    block: Array = np.array(rows) * (unit[0] / scale[0])
+    return block
+
+
+def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Array) -> Array:
+    """(bricks, 3) vertical loads and their first moments, scaled."""
+    wrenches = [problem.loads.get(name, Wrench(ZERO)) for name in names]
+    loads = np.array([(w.force_W[2], -w.torque_W[1], w.torque_W[0]) for w in wrenches], dtype=float).reshape(-1, 3)
+    loads /= np.stack([force, force * length, force * length], axis=1)
+    return loads
+
+
+def _solved(balance: Sparse) -> Array | None:
+    """Minus the pseudo-inverse; None if some row cannot be answered."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    squared = (balance @ balance.T).tocsc()
+    each = np.eye(len(squared.indptr) - 1)
+    try:
+        factors = splu(squared)
+    except RuntimeError:  # it is singular
+        return None
+    inverse = factors.solve(each)
+    inverse += factors.solve(each - squared @ inverse)  # once more, for rounding
+    answer: Array = -(balance.T @ inverse)
+    return answer if np.abs(balance @ answer + each).max(initial=0.0) < BALANCED else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edges:
+    """The border lines of all patches, inset: what must not be negative."""
+
+    patch: NDArray[np.int64]  # (edges,)
+    rows: Sparse  # (edges, 3 patches) what a patch's force has to spare at a line
+    of_loads: Array  # (edges,) what displaced loads take from it, by unit of displacement
+    of_planes: Array  # (edges, planar bricks) what displaced forces of planes take, by unit of displacement and force
+
+
+def _edges(rule: Recourse, error: float) -> _Edges:
+    patch = np.concatenate([np.full(len(p.depth), k) for k, p in enumerate(rule.patches)]).astype(np.int64)
+    entries, edge = _Entries(), 0
+    for k, p in enumerate(rule.patches):
+        depth = (p.depth - (0.0 if p.moving else error)) / rule.unit[k, 1]
+        entries.put(edge, 3 * k, np.column_stack([depth, p.inward]))
+        edge += len(depth)
+    rows = entries.matrix(len(patch), 3 * len(rule.patches))
+    taken = _lengths(rule, rows @ rule.answer)
+    return _Edges(patch, rows, taken[:, ~rule.planar] @ np.abs(rule.loads[~rule.planar, 0]), taken[:, rule.planar])
+
+
+def _lengths(rule: Recourse, of_moments: Array) -> Array:
+    """(rows, bricks) by answers to moments: what a unit of force displaced by 1 m on a brick takes, at worst."""
+    pairs = of_moments.reshape(len(of_moments), of_moments.shape[1] // 3, 3)[:, :, 1:]
+    return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frictional:
+    """Forces at the corners of inset patches, in their cones, whatever the displacements: z, x and y each."""
+
+    friction: Array  # (corners,)
+    upright: Sparse  # (3 bricks, 3 corners) vertical force and first moments on the bricks
+    sideways: Sparse  # (3 bricks, 3 corners) horizontal force and twist
+
+
+def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
+    number = {name: i for i, name in enumerate(rule.names)}
+    corners = [
+        (k, (x, y, p.height))
+        for k, p in enumerate(rule.patches)
+        if p.level and p.friction > 0.0
+        for x, y in inset(p.corners, error)
+    ]
+    upright, sideways = _Entries(), _Entries()
+    for column, (k, point) in enumerate(corners):
+        patch = rule.patches[k]
+        for body, sign in ((patch.upper, 1.0), (patch.lower, -1.0)):
+            if body not in number:
+                continue
+            i = number[body]
+            x, y, z = (a - b for a, b in zip(point, problem.bricks[body].pose.position_W, strict=True))
+            arm = rule.length[i]
+            scale = sign * rule.unit[k, 0] / rule.force[i]
+            up = np.array([[1.0, 0.0, 0.0], [x / arm, -z / arm, 0.0], [y / arm, 0.0, -z / arm]])
+            upright.put(3 * i, 3 * column, scale * up)
+            along = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
+            sideways.put(3 * i, 3 * column, scale * along)
+    friction = np.array([rule.patches[k].friction for k, _ in corners])
+    rows, columns = 3 * len(rule.names), 3 * len(corners)
+    return _Frictional(friction, upright.matrix(rows, columns), sideways.matrix(rows, columns))
+
+
+def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
+    """The largest displacement of all loads at once that is survived where patches are inset by `error`.
+
+    The unknowns are the patch forces, the frictional forces, for each brick on a plane a bound on what it carries, and
+    the displacement. What a brick on a plane carries takes the place of its weight, but depends on the answer itself:
+    a bound that holds for what it implies holds (the answer is a fixed point within the bound).
+    """
+    from scipy.sparse import block_array, csc_matrix, diags  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    edges, frictional = _edges(rule, error), _frictional(rule, problem, error)
+    planar, on_plane = rule.planar, rule.on_plane
+    carried = _lengths(rule, on_plane @ rule.answer)
+    by_loads = (carried[:, ~planar] @ np.abs(rule.loads[~planar, 0]))[:, None]
+    by_planes = error * carried[:, planar] - np.eye(on_plane.shape[0])
+    unit = rule.length.max()
+    rows = [
+        [-rule.balance, -frictional.upright, None, None],
+        [None, -frictional.sideways, None, None],
+        [None, -diags(_cone_rows(frictional.friction)), None, None],
+        [-edges.rows, None, error * edges.of_planes, unit * edges.of_loads[:, None]],
+        [on_plane, None, by_planes, unit * by_loads],
+        [-on_plane, None, by_planes, unit * by_loads],
+        [None, None, None, np.array([[1.0]])],
+    ]
+    loads = rule.loads[planar, 0]
+    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + 3 * len(frictional.friction) + len(edges.patch))]
+    offset += [-loads, loads, np.array([FURTHEST])]
+    columns = 3 * len(rule.patches) + 3 * len(frictional.friction) + len(loads) + 1
+    cost = np.zeros(columns)
+    cost[-1] = -1.0
+    program = ConicProgram(
+        cost,
+        csc_matrix(block_array([[None if part is None else csc_matrix(part) for part in row] for row in rows])),
+        np.concatenate(offset),
+        6 * len(rule.names),
+        [3] * len(frictional.friction),
+        len(edges.patch) + 2 * len(loads) + 1,
+    )
+    point = clarabel_solve(program, ACCURACY)
+    return _judged(rule, edges, frictional, error, point.x)
+
+
+def _cone_rows(friction: Array) -> Array:
+    """What takes forces to what the solver's round cones want: what friction allows, and what it gives."""
+    scale = np.ones(3 * len(friction))
+    scale[::3] = friction
+    return scale
+
+
+def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> Answer:
+    """What a point is worth, by plain arithmetic: whether it survives `error` itself, and where it only just does."""
+    count = 3 * len(rule.patches)
+    forces = _inside(x[count : count + 3 * len(frictional.friction)], frictional.friction)
+    left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
+    patches = x[:count] + rule.answer @ left
+    spare = edges.rows @ patches
+    taken = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
+    worst = int(np.argmin(_share(spare, taken))) if len(spare) else -1
+    balanced = np.abs(frictional.sideways @ forces).max(initial=0.0) <= BALANCED
+    survives = bool(balanced and (spare - taken >= -BALANCED).all())
+    limit = rule.patches[edges.patch[worst]] if worst >= 0 else None
+    displacement = float(x[-1])
+    return Answer(
+        inf if displacement > 0.5 * FURTHEST else displacement * float(rule.length.max()),
+        survives,
+        None if limit is None else (limit.lower, limit.upper),
+    )
+
+
+def _inside(forces: Array, friction: Array) -> Array:
+    """The forces, those outside their cones taken to the nearest below: what is then left over shows in the balance."""
+    triples = forces.reshape(-1, 3).copy()
+    triples[:, 0] = np.maximum(triples[:, 0], 0.0)
+    tangential = np.hypot(triples[:, 1], triples[:, 2])
+    most = friction * triples[:, 0]
+    triples[:, 1:] *= np.where(tangential > most, most / np.where(tangential > 0.0, tangential, 1.0), 1.0)[:, None]
+    return triples.ravel()
+
+
+def _share(spare: Array, taken: Array) -> Array:
+    return np.where(taken > 0.0, spare / np.where(taken > 0.0, taken, 1.0), inf)
+
+
+def _carried(rule: Recourse, patches: Array, error: float) -> Array:
+    """(planar bricks,) a bound on what each carries, wherever it is; infinite if there is none."""
+    planar, on_plane = rule.planar, rule.on_plane
+    bound = np.zeros(np.count_nonzero(planar))
+    if len(bound):
+        taken = error * _lengths(rule, on_plane @ rule.answer)
+        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
+        feedback = taken[:, planar]
+        bound = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
+    return bound if (bound >= 0.0).all() else np.full(len(bound), inf)
+
+
+# How far may every brick sit from its place, all at once and each in its own direction, before a verdict changes?
+#
+# A guaranteed answer: whoever keeps every brick within the margin of its place in plan has an assembly that stands. It
+# is a lower bound; columns reach it exactly. Bricks are rigid, stay on what they lie on, and weigh what they weigh:
+# loads are taken to be vertical.
+#
+# With every brick i at its place plus d_i, |d_i| <= e, three things change.
+#
+# 1. Two faces that meet on a patch P, each moved by no more than e, still meet on P inset by e: around a point of the
+#   inset patch a disc of radius e lies in both faces, so neither can lose the point. Forces stand on those points,
+#   which stay where they are. A plane without end cannot lose a point: a patch on it goes with its brick, not inset.
+# 2. The weight w_i acts at a displaced centre: a first moment d_i w_i.
+# 3. A force G_i on a patch that goes with brick i is displaced too: d_i G_i. With 2 it makes d_i (w_i + G_i), which is
+#   d_i times what the brick carries; a brick alone on the ground may sit anywhere.
+#
+# These moments are met by a fixed linear rule: a change of the vertical patch forces N and of their first moments m
+# about the centre of the patch, of least norm relative to what the patches carry. A vertical patch force is admissible
+# if its resultant lies inside the patch: e_j.m + h_j N >= 0 for each border line j (inward normal e_j, h_j from the
+# centre). So written, the worst of all discs of displacements is a sum of lengths, without loss:
+#
+#     e_j.m + (h_j - e) N  >=  e * sum over i of |e_j.M_i + (h_j - e) N_i| w_i  (M_i, N_i: the rule's answer to d_i)
+#
+# which is linear in (N, m) for a given e. Friction may be needed to stand at all, so forces at the corners of the inset
+# patches, in their cones, are added; these are the same whatever the displacements. Where loads could be displaced by
+# just e with patches that are inset by e, there is the margin.
+
+
+MOST_STEPS = 60  # halvings end at the tolerance; a limit only against endless loops
+SIDEWAYS = 1e-9  # share of a load that may act sideways and still be rounding
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementMargin:
+    """The error of place that is survived by all bricks at once."""
+
+    value: float  # [m] guaranteed; 0 where nothing is, inf where no error in plan matters
+    limit: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
+    reason: str = ""  # why it is 0
+
+
+@one_thread()
+def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[BodyId] = (GROUND,)) -> PlacementMargin:
+    """The placement error in plan that a problem's bricks survive, to a relative `tolerance`.
+
+    `planes` are the fixed bodies without end; any other fixed body has borders that stay where they are.
+    """
+    if _pushed_sideways(problem):
+        return PlacementMargin(0.0, reason="a load acts sideways; placement errors are worked out for weights only")
+    patches = plan_patches(problem, planes)
+    whole = _answer(problem, patches, 0.0)
+    if whole is None or not whole.displacement > 0.0:  # nor if it is not a number
+        return PlacementMargin(0.0, reason=UNSAFE)
+    widest = max((patch.reach for patch in patches if not patch.moving), default=1.0)
+    if whole.displacement == inf and _survives(_answer(problem, patches, widest)):
+        return PlacementMargin(inf)
+    value, limit = _crossing(problem, patches, whole, min(whole.displacement, widest), tolerance)
+    return PlacementMargin(value, limit, "" if value > 0.0 else UNSAFE)
+
+
+UNSAFE = "it stands by edges, corners or leaning faces, which an error takes away, or only just"
+
+
+def _pushed_sideways(problem: Problem) -> bool:
+    forces = [load.force_W for load in problem.loads.values()]
+    return any(max(abs(x), abs(y)) > SIDEWAYS * abs(z) for x, y, z in forces)
+
+
+def _answer(problem: Problem, patches: list[PlanPatch], error: float) -> Answer | None:
+    """What is survived by the patches that are left where every brick is off its place by `error`."""
+    rule = recourse(problem, [patch for patch in patches if patch.moving or inset(patch.corners, error)])
+    return None if rule is None else displaced(rule, problem, error)
+
+
+def _survives(answer: Answer | None) -> bool:
+    return answer is not None and answer.survives
+
+
+def _crossing(
+    problem: Problem, patches: list[PlanPatch], whole: Answer, most: float, tolerance: float
+) -> tuple[float, tuple[BodyId, BodyId] | None]:
+    """The largest error that is survived, and what limits it: where it equals the displacement that loads survive.
+
+    That displacement falls with the error, mostly along a straight line: hence chords, and halves where they fail.
+    """
+    low, high, limit = 0.0, most, whole.limit
+    over = (min(whole.displacement, 2.0 * most), -inf)  # displacement less error, at `low` and `high`
+    error = 0.5 * most
+    for step in range(MOST_STEPS):
+        answer = _answer(problem, patches, error)
+        excess = -inf if answer is None else min(answer.displacement, 2.0 * most) - error
+        if answer is not None and answer.survives:
+            low, over, limit = error, (excess, over[1]), answer.limit
+        else:
+            high, over = error, (over[0], min(excess, 0.0))
+        if high - low <= tolerance * high or (low == error and excess <= 0.5 * tolerance * error):
+            break
+        error = _next(low, high, over, step, tolerance)
+    return low, limit
+
+
+def _next(low: float, high: float, over: tuple[float, float], step: int, tolerance: float) -> float:
+    """Where the chord crosses, a little to its safe side; the middle if there is no chord, or every third time."""
+    middle = 0.5 * (low + high)
+    if over[1] == -inf or step % 3 == 2:  # noqa: PLR2004 -- chords may creep up on one side
+        return middle
+    crossing = low + (high - low) * over[0] / (over[0] - over[1]) if over[0] > over[1] else middle
+    return min(max(crossing * (1.0 - 0.25 * tolerance), low + 0.25 * (tolerance * high)), high)

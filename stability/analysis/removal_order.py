@@ -1,0 +1,211 @@
+"""Pulling bricks out of what stands: which can be, how many one after the other, and how soon it may fall.
+
+The longest order is bounded from both sides. From below by orders that were found, each part on the way proven. From
+above by the least that must stay: whatever stays must stand, so each fall that is proven rules out all parts that it
+holds for, and the smallest set of bricks that none of them rules out has as few bricks as any part that stands, or
+fewer. Such sets are asked, and what falls of them adds to what is ruled out, until one stands or nothing is left.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+from stability.analysis.subset_search import Clause, Known, Part, Parts, descend, from_the_top, nobody, smallest
+from stability.model import BodyId
+from stability.name_order import in_order
+from stability.problem import Contact, Stability, Verdict
+from stability.statics.assembly import Assembly
+
+WALL = 0.01  # vertical part of a normal up to which a contact is a wall: half a degree
+MOST_ABREAST = 3
+MOST_ROUNDS = 60  # of the integer program
+MOST_DESCENTS = 20  # sets of bricks that may stay for which an order is looked for
+
+
+@dataclass(frozen=True, slots=True)
+class Pull:
+    """What comes of pulling one brick out of the whole."""
+
+    brick: BodyId
+    carries: bool  # whether another brick rests on it
+    verdict: Verdict  # of all others
+
+
+@dataclass(frozen=True, slots=True)
+class Longest:
+    """The longest order of pulls after each of which the rest stands."""
+
+    order: tuple[BodyId, ...]
+    at_most: int  # pulls in any such order, proven
+    reason: str = ""  # why it is not known to be the longest
+
+    @property
+    def proven(self) -> bool:
+        """Whether no order is longer."""
+        return len(self.order) == self.at_most
+
+
+@dataclass(frozen=True, slots=True)
+class Soonest:
+    """The fewest pulls that bring it down."""
+
+    at_least: int  # pulls until it falls, whichever they are, proven
+    order: tuple[BodyId, ...] = ()  # by which it falls with the last; empty if none was found
+    undecided: int = 0  # pulls of so many bricks or fewer of which nothing was proven
+
+
+def carrying(design: Assembly) -> list[BodyId]:
+    """The bricks on which others rest or lean, in natural order."""
+    return in_order([name for name in design.bricks if any(_bears(c, name) for c in design.contacts(name))])
+
+
+def _bears(contact: Contact, brick: BodyId) -> bool:
+    """Whether a brick presses the other upwards, more than a wall does."""
+    return contact.lower == brick and max(normal[2] for normal in contact.normals_W) > WALL
+
+
+def single_pulls(design: Assembly) -> Iterator[Pull]:
+    """The verdict on all others, for each brick of an assembly that stands."""
+    load_bearing = set(carrying(design))
+    for name in in_order(design.bricks):
+        yield Pull(name, name in load_bearing, design.would_without([name]))
+
+
+def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Longest:
+    """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
+    return LongestSearch(parts, may_go, most, known).run()
+
+
+class LongestSearch:
+    """A search for the longest order, from both sides, which may be interrupted: `best` is what is known by then."""
+
+    def __init__(self, parts: Parts, may_go: Part, most: int, known: Known = nobody) -> None:
+        """Of pulls of some bricks, by at most so many verdicts, of which `known` is told."""
+        self.parts, self.may_go, self.known = parts, may_go, known
+        self.last = parts.asked + most  # how many verdicts may be asked
+        self.order: tuple[BodyId, ...] = ()
+        self.at_most = may_go.bit_count()
+        self.clauses: list[Clause] = []  # which sets may stay
+        self.reason = ""  # why it goes on no more
+        self.used = 0  # of the falls of the parts
+        self.descents = 0
+        self.bounded = True  # whether all sets that were ruled out were so by proof
+
+    @property
+    def best(self) -> Longest:
+        """What is known so far."""
+        reason = self.reason or ("" if self.closed else "the bound was not closed")
+        return Longest(self.order, max(self.at_most, len(self.order)), reason)
+
+    @property
+    def closed(self) -> bool:
+        """Whether no order is longer."""
+        return len(self.order) >= self.at_most
+
+    def run(self) -> Longest:
+        """Search to the end."""
+        self._pull_greedily()
+        if not self.closed:
+            self.clauses = [
+                Clause(self.parts.part_of([n])) for n in self.parts.names_of(self.parts.whole & ~self.may_go)
+            ]
+            _learn_of_rows(self.parts, self.last)
+        for _ in range(MOST_ROUNDS):
+            if self.closed or self.reason:
+                break
+            self._step()
+        return self.best
+
+    def _pull_greedily(self) -> None:
+        """The longer of two orders: always the highest brick that can go, or the lowest."""
+        parts = self.parts
+        names = from_the_top(parts, self.may_go)
+        for turn in (names, names[::-1]):
+            part, order, tried = parts.whole, list[BodyId](), True
+            while tried:
+                tried = False
+                for name in turn:
+                    less = part & ~parts.part_of([name])
+                    if less == part or parts.asked >= self.last:
+                        continue
+                    if parts.ask(less, part).stability is Stability.STABLE:
+                        part, tried = less, True
+                        order.append(name)
+                        self.order = max(self.order, tuple(order), key=len)
+                    self.known(parts.asked)
+
+    def _step(self) -> None:
+        """Ask for the smallest set that may stay."""
+        parts, count = self.parts, len(self.parts.names)
+        self.clauses += [Clause(fall.absent, fall.moving) for fall in parts.falls[self.used :]]
+        self.used = len(parts.falls)
+        kept = smallest(count, self.clauses)
+        if self.bounded:
+            self.at_most = min(self.at_most, count - kept.at_least)
+        if kept.chosen is None or len(self.order) >= count - kept.chosen.bit_count():
+            self.reason = "" if self.closed else "nothing longer was found, and not all of it was proven"
+            return
+        if parts.asked >= self.last:
+            self.reason = "as many verdicts were asked as may be"
+            return
+        stands = parts.ask(kept.chosen).stability is Stability.STABLE
+        self.known(parts.asked)
+        if not stands:
+            parts.learn(kept.chosen)
+            if len(parts.falls) > self.used:
+                return
+        if stands and self._way_to(kept.chosen):
+            return
+        self.bounded &= stands
+        self.clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
+
+    def _way_to(self, kept: Part) -> bool:
+        """Look for an order that leaves just these; whether there is one."""
+        self.descents += 1
+        if self.descents > MOST_DESCENTS:
+            self.reason = "what may stay was found, but no way there"
+        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.asked, self.known)
+        self.bounded &= found.order is not None or found.impossible
+        self.order = found.order or self.order
+        return found.order is not None
+
+
+def _learn_of_rows(parts: Parts, last: int) -> None:
+    """Learn that what nothing is under falls: bricks by themselves, and two or three side by side."""
+    beside = {name: parts.part_of(_beside(parts, name)) for name in parts.names}
+    rows = {parts.part_of([name]) for name in parts.names}
+    for _ in range(MOST_ABREAST - 1):
+        wider = set()
+        for row in rows:
+            neighbours = 0
+            for name in parts.names_of(row):
+                neighbours |= beside[name]
+            wider |= {row | parts.part_of([name]) for name in parts.names_of(neighbours & ~row)}
+        rows |= wider
+    for row in sorted(rows):
+        if parts.asked >= last:
+            break
+        parts.learn(row)
+
+
+def _beside(parts: Parts, name: BodyId) -> list[BodyId]:
+    contacts = parts.design.contacts(name)
+    walls = [c for c in contacts if not _bears(c, c.lower)]
+    return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
+
+
+def soonest_fall(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Soonest:
+    """The fewest pulls that bring a design down that stands, by at most so many verdicts."""
+    last, undecided = parts.asked + most, 0
+    names = from_the_top(parts, may_go)[::-1]
+    for count in range(1, len(names) + 1):
+        for chosen in combinations(names, count):
+            part = parts.whole & ~parts.part_of(chosen)
+            if parts.asked >= last:
+                return Soonest(1 if undecided else count, (), undecided)
+            answer = parts.ask(part, part | parts.part_of(chosen[-1:]))
+            known(parts.asked)
+            if answer.stability is Stability.UNSTABLE:
+                return Soonest(1 if undecided else count, chosen, undecided)
+            undecided += answer.stability is Stability.UNDECIDED
+    return Soonest(len(names) + 1, (), undecided)

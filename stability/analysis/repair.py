@@ -1,0 +1,419 @@
+"""Searches for repairs of a build that falls: shifts of bricks in plan, and props."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import atan2, ceil, cos, floor, hypot, inf, log10, pi, sin
+from typing import TypeAlias
+
+from stability.analysis.building_order import least_props
+from stability.analysis.subset_search import Known, Part, Parts, nobody, props_of
+from stability.contact_law import GivenFriction
+from stability.geometry.box_distance import reach_between
+from stability.geometry.placed_shape import apart, apart_from_plane
+from stability.geometry.vectors import add, add_scaled, cross, unit
+from stability.model import GROUND, BodyId, Plane, Vec3
+from stability.name_order import in_order
+from stability.problem import UP, Placed, Stability, Tolerances, Verdict
+from stability.statics.assembly import Assembly
+
+# A build whose bricks may lie beside their places: what stands of it with some bricks shifted in plan.
+#
+# A brick that is shifted carries along what rests on it. Shifts are along the ground, or level where there is none.
+
+
+EXACT = 1e-4  # of how near counts as touching: bodies that near lie on each other, but for rounding
+
+Shift: TypeAlias = tuple[float, float]  # along the ground, towards +x and +y [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Piling:
+    """What is set down together, in order, on which fixed bodies, and what is pulled out again."""
+
+    planes: Sequence[Plane]
+    friction: GivenFriction
+    gravity: float
+    stages: Sequence[Sequence[Placed]]
+    pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the stage that comes next
+    tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
+
+    @property
+    def bricks(self) -> list[Placed]:
+        """All that is ever set down."""
+        return [placed for stage in self.stages for placed in stage]
+
+    def states(self) -> Iterator[frozenset[BodyId]]:
+        """What is there, after each time that something was set down or pulled out."""
+        there: frozenset[BodyId] = frozenset()
+        for turn, stage in enumerate(self.stages):
+            if turn in self.pulled:
+                there -= frozenset(self.pulled[turn])
+                yield there
+            if stage:
+                there |= {placed.brick.id for placed in stage}
+                yield there
+
+    def there(self, turn: int) -> frozenset[BodyId]:
+        """What is there with a stage, unless it is pulled out by then."""
+        gone = {name for before, names in self.pulled.items() if before <= turn for name in names}
+        return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - gone
+
+    def carried(self) -> dict[BodyId, frozenset[BodyId]]:
+        """Each brick, with all that rests on it."""
+        whole = self.whole()
+        return {name: frozenset(whole.with_all_above([name])) for name in whole.bricks}
+
+    def whole(self) -> Assembly:
+        """All that is ever set down, at once."""
+        whole = self.assembly()
+        whole.add_all(self.bricks, names_smallest=False)
+        return whole
+
+    def assembly(self) -> Assembly:
+        """Nothing but what is fixed."""
+        return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
+
+    def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
+        """The same with each brick moved by its own sum of shifts."""
+        along, across = self._axes()
+
+        def moved(placed: Placed) -> Placed:
+            if placed.brick.id not in shifts:
+                return placed
+            x, y = shifts[placed.brick.id]
+            position = add_scaled(add_scaled(placed.pose.position_W, x, along), y, across)
+            return replace(placed, pose=replace(placed.pose, position_W=position))
+
+        return replace(self, stages=[[moved(placed) for placed in stage] for stage in self.stages])
+
+    def way(self, shift: Shift) -> Vec3:
+        """A shift as a vector in W [m]."""
+        along, across = self._axes()
+        return add(add_scaled((0.0, 0.0, 0.0), shift[0], along), add_scaled((0.0, 0.0, 0.0), shift[1], across))
+
+    def _axes(self) -> tuple[Vec3, Vec3]:
+        normal = next((plane.normal_W for plane in self.planes if plane.id == GROUND), UP)
+        across = unit(cross(normal, (1.0, 0.0, 0.0)))
+        return cross(across, normal), across
+
+    def falls_at_once(self) -> bool:
+        """Whether all that is there in the end is proven to fall if set down together: then it falls by then."""
+        assembly = self.assembly()
+        gone = {name for names in self.pulled.values() for name in names}
+        last = [placed for placed in self.bricks if placed.brick.id not in gone]
+        return assembly.add_all(last, names_smallest=False).stability is Stability.UNSTABLE
+
+    def first_fall(self, upto: int | None = None, *, names_smallest: bool = False) -> tuple[int, Verdict] | None:
+        """The first stage with which not all stands, of so many, and its verdict; None if all stand.
+
+        With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+        """
+        assembly = self.assembly()
+        for turn, stage in enumerate(self.stages[:upto]):
+            if turn in self.pulled:
+                verdict = assembly.remove(self.pulled[turn], names_smallest=names_smallest)
+                if verdict.stability is not Stability.STABLE:
+                    return turn, verdict
+            if stage:
+                verdict = assembly.add_all(stage, names_smallest=names_smallest)
+                if verdict.stability is not Stability.STABLE:
+                    return turn, verdict
+        return None
+
+    def touching(self) -> frozenset[tuple[BodyId, BodyId]]:
+        """All pairs that touch, the lower first."""
+        return frozenset((contact.lower, contact.upper) for contact in self.whole().all_contacts())
+
+    def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+        """Whether a brick that was moved is in another body, or grazes one that it did not touch before.
+
+        What is so near counts as touching, and might hold by that alone.
+        """
+        moving = [placed for placed in self.bricks if placed.brick.id in moved]
+        others = [placed for placed in self.bricks if placed.brick.id not in moved]
+        times = self._times()
+
+        def meet(one: Placed, other: Placed) -> bool:
+            (come, go), (other_come, other_go) = times[one.brick.id], times[other.brick.id]
+            return come < other_go and other_come < go
+
+        return any(meet(a, b) and self._crowds(a, b, touching) for a in moving for b in others) or any(
+            apart_from_plane(one.brick.shape, one.pose, plane).gap < -reach_between(one.brick.shape.least_thickness)
+            for one in moving
+            for plane in self.planes
+        )
+
+    def _times(self) -> dict[BodyId, tuple[int, int]]:
+        """The stage with which each brick comes, and that before which it goes."""
+        gone = {name: turn for turn, names in self.pulled.items() for name in names}
+        return {
+            placed.brick.id: (turn, gone.get(placed.brick.id, len(self.stages)))
+            for turn, stage in enumerate(self.stages)
+            for placed in stage
+        }
+
+    @staticmethod
+    def _crowds(one: Placed, other: Placed, touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
+        reach = one.brick.shape.bounding_radius + other.brick.shape.bounding_radius
+        near = zip(one.pose.position_W, other.pose.position_W, strict=True)
+        if any(abs(a - b) > reach for a, b in near):
+            return False
+        deep = reach_between(one.brick.shape.least_thickness, other.brick.shape.least_thickness)
+        gap = apart(one.brick.shape, one.pose, other.brick.shape, other.pose).gap
+        pairs = {(one.brick.id, other.brick.id), (other.brick.id, one.brick.id)}
+        return gap < -deep or (EXACT * deep < abs(gap) <= deep and not pairs & touching)
+
+
+def bearing_shift(length: float, bearing: float) -> Shift:
+    """So far along a bearing, from +x towards +y [rad]."""
+    return length * cos(bearing), length * sin(bearing)
+
+
+# The fewest props with which a build stands that falls: after each brick that is set down or pulled out, to the end.
+#
+# What stands with some props stands with more, as none of them has to press. So only what falls is asked again.
+
+
+@dataclass(frozen=True, slots=True)
+class Propping:
+    """Supports that stay, one a brick."""
+
+    bricks: tuple[BodyId, ...]
+    next_to_fall: tuple[BodyId, ...] = ()  # later, where no props hold that; empty if everything stands
+
+
+def propping(piling: Piling, known: Known = nobody) -> Propping | None:
+    """The fewest props with which all of it stands, or what falls first; None if none are found.
+
+    `known` is told how many verdicts were asked.
+    """
+    whole = piling.whole()
+    parts = Parts(whole, props_of(whole))
+    states = [parts.part_of(there) for there in piling.states()]
+    first = next((turn for turn, part in enumerate(states) if not _stands(parts, part)), None)
+    if first is None:
+        return None
+    found = least_props(parts, states[:first:-1] + states[first : first + 1], known)
+    if found:
+        return Propping(tuple(in_order(found)))
+    found = least_props(parts, states[first : first + 1], known)
+    if not found:
+        return None
+    last = next(part for part in states[first:] if not _stands(parts, part))
+    fall = parts.ask(last).fall
+    return Propping(tuple(in_order(found)), tuple(parts.names_of(fall.moving)) if fall is not None else ())
+
+
+def _stands(parts: Parts, part: Part) -> bool:
+    return parts.ask(part).stability is Stability.STABLE
+
+
+# The least shift of one brick in plan that lets a build stand, with what rests on it carried along; or several shifts.
+#
+# A brick is tried further and further away along bearings all around. From the nearest place that stands the length is
+# halved down, and the bearing turned to the foot of the perpendicular on the line through two limits beside each other:
+# limits of tipping are straight. What is handed out stands, and falls where it is shorter by a millionth; that no other
+# bearing needs much less is shown on a ring of bearings, and known between them no better.
+
+
+BEARINGS = 16
+STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # of the longest side of the brick
+CLOSE = 1e-6  # share of a shift by which less is shown to be too little
+TURN = 0.02  # [rad] between two limits that show which way the border runs
+TURNS = 3
+DIGITS = 4  # of a shift as people are told it, if that stands
+ANGLE_DIGITS = 6  # of its bearing in radians
+MOST_AT_ONCE = 12  # shifts
+SIDES = 24  # bearings of the ring
+RING = 0.97  # of the shift, that is shown not to be enough along these
+
+
+@dataclass(frozen=True, slots=True)
+class BrickShift:
+    """A shift that lets it stand, by a verdict."""
+
+    brick: BodyId
+    shift: Shift  # along the ground [m]
+    too_little: float  # [m] along the same bearing with which it is proven to fall
+    shorter: int = 0  # of the bearings around, how many are proven not to do with a little less
+
+    @property
+    def length(self) -> float:
+        """In plan [m]."""
+        return hypot(*self.shift)
+
+
+@dataclass(frozen=True, slots=True)
+class SeveralShifts:
+    """Shifts that let it stand together."""
+
+    shifts: Sequence[tuple[BodyId, Shift]]
+    too_little: float  # share of all of them with which it is proven to fall
+
+
+class Shifting:
+    """A build that falls, and what shifts make of it."""
+
+    def __init__(self, piling: Piling, known: Callable[[], None] = lambda: None) -> None:
+        """`known` is told of each verdict."""
+        self.piling = piling
+        self.carried = piling.carried()
+        self.touching = piling.touching()
+        self.asked = 0
+        self._known = known
+        self._lengths = {placed.brick.id: placed.brick.shape.length for placed in piling.bricks}
+
+    def stands(self, shifts: Mapping[BodyId, Shift], upto: int | None = None) -> bool | None:
+        """Whether it does with these bricks and what they carry moved; None if that is not known, or it cannot be."""
+        self.asked += 1
+        self._known()
+        sums: dict[BodyId, Shift] = {}
+        for brick, (x, y) in shifts.items():
+            for name in self.carried[brick]:
+                ox, oy = sums.get(name, (0.0, 0.0))
+                sums[name] = ox + x, oy + y
+        moved = self.piling.shifted(sums)
+        if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
+            return None
+        if upto is None and moved.falls_at_once():  # which is cheap to ask, and most trials do
+            return False
+        fall = moved.first_fall(upto)
+        if fall is None:
+            return True
+        return False if fall[1].stability is Stability.UNSTABLE else None
+
+    def least(
+        self, brick: BodyId, others: Mapping[BodyId, Shift], upto: int | None = None, most: float | None = None
+    ) -> BrickShift | None:
+        """The least shift of one brick besides others, no longer than `most` [m]; None if none is found."""
+        ox, oy = others.get(brick, (0.0, 0.0))
+
+        def holds(length: float, bearing: float) -> bool | None:
+            x, y = bearing_shift(length, bearing)
+            return self.stands({**others, brick: (ox + x, oy + y)}, upto)
+
+        bearings = [2.0 * pi * turn / BEARINGS for turn in range(BEARINGS)]
+        fails = dict.fromkeys(bearings, 0.0)
+        for step in STEPS:
+            length = step * self._lengths[brick]
+            if most is not None and fails and min(fails.values()) > most:
+                break
+            found = []
+            for bearing in bearings:
+                held = holds(length, bearing)
+                if held:
+                    found.append(self._halved(fails[bearing], length, bearing, holds))
+                elif held is False:
+                    fails[bearing] = length
+            if found:
+                low, high, bearing = self._turned(min(found, key=lambda each: each[1]), holds)
+                told, round_bearing = rounded_up(high), round(bearing, ANGLE_DIGITS)
+                shift = bearing_shift(told, round_bearing)
+                if told > self._lengths[brick] or not holds(told, round_bearing):
+                    shift = bearing_shift(high, bearing)
+                ring = sum(holds(RING * high, 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
+                return BrickShift(brick, shift, low, ring)
+        return None
+
+    @staticmethod
+    def _halved(
+        fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
+    ) -> tuple[float, float, float]:
+        """What fails and what holds along a bearing, close to each other, and the bearing."""
+        while held - fails > 0.5 * CLOSE * held:
+            middle = 0.5 * (fails + held)
+            answer = holds(middle, bearing)
+            if answer is None:
+                break
+            fails, held = (fails, middle) if answer else (middle, held)
+        return fails, held, bearing
+
+    def _turned(
+        self, best: tuple[float, float, float], holds: Callable[[float, float], bool | None]
+    ) -> tuple[float, float, float]:
+        """The same along a better bearing, if there is one nearby."""
+        for _ in range(TURNS):
+            _, length, bearing = best
+            beside = bearing + TURN
+            if not holds(2.0 * length, beside):
+                break
+            other = self._halved(0.0, 2.0 * length, beside, holds)
+            turned = _foot(bearing_shift(length, bearing), bearing_shift(*other[1:]))
+            if not holds(length, turned):
+                best = min(best, other, key=lambda each: each[1])
+                break
+            tried = self._halved(0.0, length, turned, holds)
+            if tried[1] > length * (1.0 - CLOSE):
+                break
+            best = tried
+        return best
+
+    def candidates(self, turn: int, verdict: Verdict) -> list[BodyId]:
+        """The bricks whose shift could change a fall at a stage: those that move or touch what does, or carry such."""
+        whole, there = self.piling.whole(), self.piling.there(turn)
+        moving = set(verdict.moving)
+        near = moving | {b for name in moving for c in whole.contacts(name) for b in (c.lower, c.upper)}
+        return in_order([name for name in self.carried if name in there and self.carried[name] & near & there])
+
+    def several(self) -> SeveralShifts | None:
+        """Shifts one after the other: each is the least that mends the first fall that is left; None if that fails."""
+        shifts: dict[BodyId, Shift] = {}
+        for _ in range(MOST_AT_ONCE):
+            fall = self._first_fall(shifts)
+            if fall is None:
+                return self._shrunk(shifts)
+            turn, verdict = fall
+            best: BrickShift | None = None
+            for brick in self.candidates(turn, verdict):
+                found = self.least(brick, shifts, turn + 1, best.length if best else None)
+                if found is not None and (best is None or found.length < best.length):
+                    best = found
+            if best is None:
+                return None
+            x, y = shifts.get(best.brick, (0.0, 0.0))
+            shifts[best.brick] = x + best.shift[0], y + best.shift[1]
+        return None
+
+    def _first_fall(self, shifts: Mapping[BodyId, Shift]) -> tuple[int, Verdict] | None:
+        sums: dict[BodyId, Shift] = {}
+        for brick, (x, y) in shifts.items():
+            for name in self.carried[brick]:
+                ox, oy = sums.get(name, (0.0, 0.0))
+                sums[name] = ox + x, oy + y
+        return self.piling.shifted(sums).first_fall()
+
+    def _shrunk(self, shifts: Mapping[BodyId, Shift]) -> SeveralShifts | None:
+        """All that are needed, by as little as is enough of all alike."""
+        needed = dict(shifts)
+        for brick in list(needed):
+            fewer = {name: shift for name, shift in needed.items() if name != brick}
+            if fewer and self.stands(fewer):
+                needed = fewer
+        if not self.stands(needed):
+            return None
+
+        def holds(share: float, _: float) -> bool | None:
+            return self.stands({name: (share * x, share * y) for name, (x, y) in needed.items()})
+
+        low, high, _ = self._halved(0.0, 1.0, 0.0, holds)
+        least = {name: (high * x, high * y) for name, (x, y) in needed.items()}
+        told = {name: _longer(shift) for name, shift in least.items()}
+        return SeveralShifts(list((told if self.stands(told) else least).items()), low / high)
+
+
+def _foot(one: Shift, other: Shift) -> float:
+    """The bearing of the foot of the perpendicular on the line through two shifts [rad]."""
+    dx, dy = other[0] - one[0], other[1] - one[1]
+    across = one[0] * dy - one[1] * dx
+    return atan2(-across * dx, across * dy)
+
+
+def rounded_up(length: float) -> float:
+    """The next number of few digits [m]."""
+    unit = 10.0 ** (floor(log10(length)) + 1 - DIGITS)
+    return float(f"{unit * ceil(length / unit * (1.0 - CLOSE * CLOSE)):.{DIGITS}g}")
+
+
+def _longer(shift: Shift) -> Shift:
+    length = hypot(*shift)
+    return (shift[0] * rounded_up(length) / length, shift[1] * rounded_up(length) / length) if length > 0.0 else shift

@@ -1,0 +1,205 @@
+"""How does a margin change with what an assembly is made of? From the forces and the motion at its limit.
+
+At the limit forces balance the loads, and a motion is about to gain: neither gains nor loses. Of another problem that
+is nearly the same, the same forces, each at its point and within its cone, leave a residual, whose power along the
+motion the margin has to make good: its change is that power, over what the motion loses by a unit of the margin. This
+is the envelope theorem: how forces and motion change themselves has no part in it at first order. Only the data of two
+problems are compared, and no program is solved anew.
+
+A margin with several motions at its limit is the least of all that they bound, so it goes with the one that falls most:
+it has a kink, and another slope to one side than to the other. One where forces or motion of one limit are not unique
+has a kink as well, which is not seen here: whoever needs to know asks for the margin of both problems.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import atan2, pi
+
+from stability.analysis.acceleration_cut import Heading, Shaken, groups_apart, heading, proven_distance, shaken
+from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.margins import least_friction
+from stability.blas_threads import one_thread
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
+from stability.model import Vec3
+from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
+
+NEAR = 1e-5  # share by which a limit may be beyond the margin and count as reached with it
+ALIGNED = 1e-6  # [rad] by which a direction may be off the normal of its limit
+ASIDE = 0.01  # of the size of a contact: points that are further apart are not the same
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """What a margin ends at: forces that balance, and a motion that is about to gain."""
+
+    problem: Problem
+    forces: Forces
+    motion: Motion
+    pull_g: tuple[float, float]  # the level acceleration at which that is, in units of g
+    gain: float  # the power [W] that the motion has by a unit more of the margin
+
+
+@dataclass(frozen=True, slots=True)
+class Slopes:
+    """How a margin changes, by a unit of what is changed: to the side of less of it, and of more."""
+
+    less: float
+    more: float
+
+
+@one_thread()
+def acceleration_limits(problem: Problem, gravity: float, tolerance: float = 1e-7) -> tuple[float, tuple[Limit, ...]]:
+    """The margin of acceleration [g], and all limits that are reached with it; none where nothing is proven to fall.
+
+    Where bodies slide alike in all directions there are more than these four.
+    """
+    margin = acceleration(problem, tolerance, gravity)
+    if margin is None or margin.motion is None:
+        return (0.0 if margin is None else margin.value), ()
+    found: dict[tuple[int, float], Limit] = {}
+    for number, part in enumerate(groups_apart(problem)):
+        case = shaken(part, gravity, Tolerances())
+        assert case is not None  # as the margin of all is known
+        for quarter in range(4):
+            for one in _aligned(case, margin.bearing + 0.5 * pi * quarter):
+                assert one.cut is not None
+                if proven_distance(case, one.cut) <= margin.upper * (1.0 + NEAR):
+                    found.setdefault((number, round(one.angle, 5) % (2.0 * pi)), _limit(case, one))
+    return margin.value, tuple(found.values())
+
+
+def _aligned(case: Shaken, angle: float) -> Iterator[Heading]:
+    """What limits a direction, in the direction in which it does so first."""
+    one = heading(case, angle)
+    if one.cut is None:
+        return
+    normal = atan2(one.cut.normal[1], one.cut.normal[0])
+    if abs((normal - angle + pi) % (2.0 * pi) - pi) > ALIGNED:
+        one = heading(case, normal)
+    if one.cut is not None:
+        yield one
+
+
+def _limit(case: Shaken, one: Heading) -> Limit:
+    assert one.cut is not None
+    forces = case.at(*one.point).forces(one.rows)
+    motion = one.cut.motion
+    x, y = (part / one.reach for part in one.point) if one.reach > 0.0 else one.cut.normal
+    pulled = case.pull(x, y)
+    gain = sum(dot(pulled[name].force_W, velocity) for name, (velocity, _) in motion.velocity.items())
+    return Limit(case.problem, forces, motion, one.point, gain)
+
+
+@one_thread()
+def friction_limits(problem: Problem, tolerance: float = 1e-9) -> tuple[float, tuple[Limit, ...]]:
+    """The least factor on all friction with which forces balance, and the limit at it; none where it has none."""
+    margin = least_friction(problem, tolerance)
+    if margin.forces is None or margin.motion is None or not margin.factor > 0.0:
+        return margin.factor, ()
+    limit = Limit(problem, margin.forces, margin.motion, (0.0, 0.0), 1.0)
+    gain = _power_of_friction(limit) / margin.factor
+    return margin.factor, (replace(limit, gain=gain),) if gain < 0.0 else ()
+
+
+def _power_of_friction(limit: Limit) -> float:
+    power = 0.0
+    for contact, forces in zip(limit.problem.contacts, limit.forces.of_contacts, strict=True):
+        for point, at_point in zip(contact.points_W, forces, strict=True):
+            slip = _slip(limit.problem, limit.motion, contact, point)
+            for normal, force in zip(contact.normals_W, at_point, strict=True):
+                power += dot(add_scaled(force, -dot(force, normal), normal), slip)
+    return power
+
+
+# --- slopes -----------------------------------------------------------------------------------------------------------
+
+
+@one_thread()
+def slopes(limits: Sequence[Limit], less: Problem | None, more: Problem | None, step: float) -> Slopes | None:
+    """How a margin changes from its limits, by problems that have a `step` less and more of something.
+
+    None where one of them touches elsewhere, or is none, so that nothing can be compared.
+    """
+    if not limits or less is None or more is None:
+        return None
+    falling, rising = [], []
+    for limit in limits:
+        here, below, above = (_power(limit, each) for each in (limit.problem, less, more))
+        if here is None or below is None or above is None:
+            return None
+        falling.append((below - here) / (step * limit.gain))
+        rising.append((here - above) / (step * limit.gain))
+    return Slopes(max(falling), min(rising))
+
+
+def _power(limit: Limit, other: Problem) -> float | None:
+    """The power along the motion of the loads of another problem, and of the forces at the limit on its contacts."""
+    if not other.bricks.keys() >= limit.problem.bricks.keys():
+        return None
+    power = 0.0
+    for name, (velocity, spin) in sorted(limit.motion.velocity.items()):
+        load = other.loads[name]
+        x, y = (-load.force_W[2] * share for share in limit.pull_g)
+        power += dot(add(load.force_W, (x, y, 0.0)), velocity) + dot(load.torque_W, spin)
+    contacts = {(contact.lower, contact.upper): contact for contact in other.contacts}
+    for contact, forces in zip(limit.problem.contacts, limit.forces.of_contacts, strict=True):
+        if all(force == ZERO for at_point in forces for force in at_point):
+            continue
+        now = contacts.get((contact.lower, contact.upper))
+        carried = None if now is None else _carried(limit, contact, forces, now, other)
+        if carried is None:
+            return None
+        power += carried
+    return power
+
+
+def _carried(limit: Limit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:
+    """The power of forces that go with the points and cones of a contact; None if these are others."""
+    order = _same_points(contact, now)
+    if order is None or len(contact.normals_W) != len(now.normals_W):
+        return None
+    rougher = now.friction / contact.friction if contact.friction > 0.0 else 1.0
+    power = 0.0
+    for number, at_point in zip(order, forces, strict=True):
+        slip = _slip(other, limit.motion, now, now.points_W[number])
+        for normal, turned, force in zip(contact.normals_W, now.normals_W, at_point, strict=True):
+            pressed = dot(force, normal)
+            rubbed = _turned(add_scaled(force, -pressed, normal), turned)
+            power += dot(add_scaled(scale(rougher, rubbed), pressed, turned), slip)
+    return power
+
+
+def _turned(tangential: Vec3, normal: Vec3) -> Vec3:
+    """A force along a contact, brought into the plane across another normal, as large as it was."""
+    across = add_scaled(tangential, -dot(tangential, normal), normal)
+    size = norm(across)
+    return scale(norm(tangential) / size, across) if size > 0.0 else ZERO
+
+
+def _same_points(contact: Contact, now: Contact) -> list[int] | None:
+    """For each point of a contact, its number among those of another that are nearly the same; None if they are not."""
+    if len(contact.points_W) != len(now.points_W):
+        return None
+    size = max(norm(subtract(point, contact.points_W[0])) for point in contact.points_W)
+    nearest = [_nearest(point, now.points_W) for point in contact.points_W]
+    if len(set(nearest)) < len(nearest):
+        return None
+    apart = max(norm(subtract(now.points_W[n], point)) for n, point in zip(nearest, contact.points_W, strict=True))
+    return nearest if apart <= ASIDE * size or len(nearest) == 1 else None
+
+
+def _nearest(point: Vec3, points: Sequence[Vec3]) -> int:
+    distances = [norm(subtract(other, point)) for other in points]
+    return distances.index(min(distances))
+
+
+def _slip(problem: Problem, motion: Motion, contact: Contact, point: Vec3) -> Vec3:
+    """How fast the upper body moves away from the lower one at a point [m/s]."""
+    return subtract(*(_velocity(problem, motion, body, point) for body in (contact.upper, contact.lower)))
+
+
+def _velocity(problem: Problem, motion: Motion, body: str, point: Vec3) -> Vec3:
+    if body not in motion.velocity:
+        return ZERO
+    velocity, spin = motion.velocity[body]
+    return add(velocity, cross(spin, subtract(point, problem.bricks[body].pose.position_W)))

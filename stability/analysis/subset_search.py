@@ -1,0 +1,436 @@
+"""Searches subsets of a design that stand: orders of removal, least sets of bricks, and props."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from math import ceil
+from typing import TypeAlias
+
+from stability.contact_law import law_of
+from stability.geometry.placed_shape import corners_W, top_W
+from stability.geometry.polygons import cut, doubled_area
+from stability.geometry.vectors import add, add_scaled, cross, dot, norm, rotate, scale, subtract, unit
+from stability.model import BodyId, Vec3
+from stability.problem import ZERO, Contact, Motion, Placed, Stability, Tolerances, rounded
+from stability.statics.assembly import Assembly
+
+# The smallest set of bricks that meets every clause: at least one of these there, or one of those not.
+#
+# An integer program (HiGHS, by way of scipy). What it says is least is a bound only as far as its search went.
+
+
+MOST_NODES = 2_000  # of the search: seconds
+TIE = 1e-6  # by which an earlier brick is preferred to a later one, so that the answer is always the same
+SLACK = 1e-3  # of the objective, more than all ties together
+
+
+@dataclass(frozen=True, slots=True)
+class Clause:
+    """At least one brick of `there` must be in the set, or one of `away` not."""
+
+    there: int  # bits
+    away: int = 0
+
+    def met_by(self, chosen: int) -> bool:
+        """Whether a set of bricks meets it."""
+        return bool(chosen & self.there or self.away & ~chosen)
+
+
+@dataclass(frozen=True, slots=True)
+class Smallest:
+    """A set that meets all clauses; `None` if there is none."""
+
+    chosen: int | None
+    at_least: int  # bricks in every set that does, proven by the search
+
+
+def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES) -> Smallest:
+    """The smallest set out of so many bricks."""
+    import numpy as np  # noqa: PLC0415 -- they take longer to load than most verdicts to find
+    from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415 -- likewise
+    from scipy.sparse import csr_matrix  # noqa: PLC0415 -- likewise
+
+    if not clauses:
+        return Smallest(0, 0)
+    rows, columns, values, least = [], [], [], []
+    for row, clause in enumerate(clauses):
+        for bit in range(bits):
+            sign = (clause.there >> bit & 1) - (clause.away >> bit & 1)
+            if sign:
+                rows.append(row)
+                columns.append(bit)
+                values.append(float(sign))
+        least.append(1.0 - clause.away.bit_count())
+    matrix = csr_matrix((values, (rows, columns)), shape=(len(clauses), bits))
+    tie = min(TIE, 0.1 * SLACK / max(1, bits * bits))
+    found = milp(
+        1.0 + tie * np.arange(bits),
+        constraints=LinearConstraint(matrix, np.array(least), np.inf),
+        integrality=np.ones(bits),
+        bounds=Bounds(0.0, 1.0),
+        options={"node_limit": most_nodes, "mip_rel_gap": 0.0},
+    )
+    bound = found.mip_dual_bound
+    at_least = max(0, ceil(bound - SLACK)) if bound is not None and np.isfinite(bound) else 0
+    if found.x is None:
+        return Smallest(None, at_least)
+    chosen = sum(1 << bit for bit in range(bits) if found.x[bit] > 0.5)  # noqa: PLR2004 -- either 0 or 1
+    return Smallest(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
+
+
+# Whether a contact resists a motion: the slip there lies outside of the dual of its friction cone.
+
+
+VIOLATION = Tolerances().violation  # share of the speed there, as in the check of every proof
+
+
+def resists(contact: Contact, motion: Motion, bricks: Mapping[BodyId, Placed]) -> bool:
+    """Whether forces of a contact could take power from a motion; bodies that it does not name are at rest."""
+    for point in contact.points_W:
+        upper, lower = (_velocity(body, point, motion, bricks) for body in (contact.upper, contact.lower))
+        slip = subtract(upper, lower)
+        slack = VIOLATION * (norm(upper) + norm(lower))
+        for normal in contact.normals_W:
+            opening = dot(slip, normal)
+            sliding = norm(subtract(slip, scale(opening, normal)))
+            if contact.friction * sliding - opening > slack:
+                return True
+    return False
+
+
+def _velocity(body: BodyId, point: Vec3, motion: Motion, bricks: Mapping[BodyId, Placed]) -> Vec3:
+    if body not in motion.velocity:
+        return ZERO
+    velocity, spin = motion.velocity[body]
+    return add(velocity, cross(spin, subtract(point, bricks[body].pose.position_W)))
+
+
+# Props: fixed supports that press from below against what is free of a brick's underside, with the friction of bricks.
+#
+# A prop does not give way, wherever it stands, and stands where no brick of the finished design lies, so that it is in
+# nobody's way. It cannot pull. What of a face is free need not be convex; it is covered by convex pieces that overlap.
+
+
+DOWNWARD = -0.05  # vertical part of the normal of a face from which on it is no wall, so that something can prop it
+LEAST_PIECE = 1e-3  # of a face: what is free of it and smaller holds no prop
+MOST_PIECES = 12  # of one face, the largest first
+PARALLEL = 1.0 - 1e-6  # cosine: a patch with such a normal lies on the face
+
+Flat = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Prop:
+    """What may prop one brick."""
+
+    brick: BodyId
+    contacts: tuple[Contact, ...]  # with a fixed body; `upper` is the brick
+
+
+def props_of(design: Assembly) -> dict[BodyId, Prop]:
+    """The prop of each brick of a design whose underside is not all covered."""
+    found, law = {}, law_of(design.friction)
+    for name in sorted(design.bricks):
+        body = f"prop under {name}"
+        while body in design.bricks:
+            body += "'"
+        contacts = tuple(
+            Contact(body, name, piece, (scale(-1.0, normal),), law.of(name, body))
+            for normal, piece in _free(design, name)
+        )
+        if contacts:
+            found[name] = Prop(name, contacts)
+    return found
+
+
+def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ...]]]:
+    """The normals and corners of convex pieces that cover what is free of the underside of a brick [in W, m]."""
+    placed = design.bricks[name]
+    corners = corners_W(placed.brick.shape, placed.pose)
+    for face in placed.brick.shape.faces:
+        normal = rotate(placed.pose.orientation, face.normal)
+        if normal[2] > DOWNWARD:
+            continue
+        border = [corners[index] for index in face.corners]
+        origin = border[0]
+        along = unit(subtract(border[1], origin))
+        across = cross(normal, along)
+
+        def flat(point: Vec3, origin: Vec3 = origin, along: Vec3 = along, across: Vec3 = across) -> Flat:
+            away = subtract(point, origin)
+            return dot(away, along), dot(away, across)
+
+        whole = [flat(point) for point in border]
+        least = LEAST_PIECE * doubled_area(whole)[0]
+        pieces = [whole]
+        for patch in _covering(design, name, normal):
+            pieces = _beside([flat(point) for point in patch], pieces, least)
+        for piece in pieces:
+            yield normal, tuple(add_scaled(add_scaled(origin, x, along), y, across) for x, y in piece)
+
+
+def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence[Vec3]]:
+    """The patches on a face of a brick, by its normal; what lies on top of a flat one takes none of its underside."""
+    for contact in design.contacts(name):
+        outward = 1.0 if contact.lower == name else -1.0
+        on_it = any(outward * dot(n, normal) > PARALLEL for n in contact.normals_W)
+        if on_it and len(contact.points_W) > 2:  # noqa: PLR2004 -- a patch has an area
+            yield contact.points_W
+
+
+def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: float) -> list[list[Flat]]:
+    """Convex pieces that cover what of others lies beside a patch, the largest first, each of some area."""
+    if doubled_area(patch)[0] < 0.0:
+        patch = patch[::-1]
+    found = []
+    for piece in pieces:
+        for (ax, ay), (bx, by) in zip(patch, [*patch[1:], patch[0]], strict=True):
+            outside = [(by - ay) * (x - ax) - (bx - ax) * (y - ay) for x, y in piece]
+            kept = cut(piece, outside)
+            if len(kept) > 2 and doubled_area(kept)[0] > least:  # noqa: PLR2004 -- a polygon has three
+                found.append(kept)
+    return sorted(found, key=lambda each: -doubled_area(each)[0])[:MOST_PIECES]
+
+
+# Which parts of a design stand, and which fall: nothing is asked twice, and each fall that is proven is learned from.
+#
+# A motion that no contact resists is one wherever the bricks that move are there, and nothing that would resist it:
+# only bricks that move take part in its power, and what is at rest and does not resist may be there or not. So one
+# proof of a fall settles all such parts. Nothing alike holds of what stands: a brick less may be a counterweight less.
+#
+# A part is a set of bits, one a brick, in order of names.
+
+
+Part: TypeAlias = int
+
+KEPT = 32  # assemblies that are kept for parts next to them
+
+
+@dataclass(frozen=True, slots=True)
+class Fall:
+    """A proven fall, and for which other parts the same proof holds."""
+
+    moving: Part  # which must be there
+    absent: Part  # which must not be there: they would resist, even if only by staying at rest
+    resisting: Part  # whose props could resist it
+
+    def settles(self, part: Part, propped: Part) -> bool:
+        """Whether it proves that a part falls, with props under some bricks."""
+        return part & self.moving == self.moving and not part & self.absent and not propped & self.resisting
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What is known of a part."""
+
+    stability: Stability
+    fall: Fall | None = None  # of what is UNSTABLE
+
+
+class Parts:
+    """A design that stands, or is to stand, and what is known of its parts."""
+
+    def __init__(self, design: Assembly, props: Mapping[BodyId, Prop] | None = None) -> None:
+        """Nothing is asked yet. `props`: those that may be used; none are, unless `propped` says so."""
+        self.design = design
+        self.names = sorted(design.bricks)
+        self.whole: Part = (1 << len(self.names)) - 1
+        self.props = props or {}
+        self.propped: Part = 0
+        self.asked = 0  # how many verdicts were needed
+        self.falls: list[Fall] = []
+        self._bit = {name: 1 << index for index, name in enumerate(self.names)}
+        self._known: dict[tuple[Part, Part], Answer] = {}
+        self._assemblies: dict[Part, Assembly] = {}
+        self._touching = {name: self._neighbours(name) for name in self.names}
+
+    def _neighbours(self, name: BodyId) -> Part:
+        others = {body for contact in self.design.contacts(name) for body in (contact.lower, contact.upper)}
+        return self.part_of(others - {name})
+
+    def part_of(self, bricks: Iterable[BodyId]) -> Part:
+        """The part that some bricks are; what is no brick is passed over."""
+        part = 0
+        for name in bricks:
+            part |= self._bit.get(name, 0)
+        return part
+
+    def names_of(self, part: Part) -> list[BodyId]:
+        """The bricks of a part, by name."""
+        return [name for name in self.names if self._bit[name] & part]
+
+    def touching(self, part: Part) -> Part:
+        """All that touches a brick of a part."""
+        found = 0
+        for name in self.names_of(part):
+            found |= self._touching[name]
+        return found
+
+    def components(self, part: Part) -> list[Part]:
+        """The pieces of a part that do not touch each other."""
+        found = []
+        while part:
+            piece, front = 0, part & -part
+            while front:
+                piece |= front
+                front = self.touching(front) & part & ~piece
+            found.append(piece)
+            part &= ~piece
+        return found
+
+    def ask(self, part: Part, larger: Part | None = None) -> Answer:
+        """Whether a part stands, with props under those of its bricks that have one.
+
+        `larger`: a part with a few bricks more that was asked just now, which makes it cheaper.
+        """
+        propped = self.propped & part
+        known = self._known.get((part, propped))
+        if known is None:
+            fall = next((fall for fall in self.falls if fall.settles(part, propped)), None)
+            known = Answer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
+            self._known[part, propped] = known
+        return known
+
+    def assembly(self, part: Part, larger: Part | None = None) -> Assembly:
+        """The bricks of a part, without props."""
+        found = self._assemblies.get(part)
+        if found is None:
+            beside = self.assembly(larger) if larger is not None and larger != self.whole else self.design
+            source = self.whole if beside is self.design else larger
+            found = beside.copied()
+            found.remove(self.names_of((source or 0) & ~part), names_smallest=False)
+            self._assemblies[part] = found
+            if len(self._assemblies) > KEPT:
+                del self._assemblies[next(iter(self._assemblies))]
+        return found
+
+    def _judged(self, part: Part, propped: Part, larger: Part | None) -> Answer:
+        self.asked += 1
+        assembly = self.assembly(part, larger)
+        verdict = assembly.verdict()
+        if verdict.stability is Stability.STABLE:
+            return Answer(Stability.STABLE)
+        if verdict.motion is not None:
+            fall = self._learned(part, verdict.motion)
+            if not propped & fall.resisting:
+                return Answer(Stability.UNSTABLE, fall)
+        return self._with_props(part, propped, assembly) if propped else Answer(Stability.UNDECIDED)
+
+    def _with_props(self, part: Part, propped: Part, assembly: Assembly) -> Answer:
+        from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
+        from stability.statics.self_stress import honest_forces  # noqa: PLC0415 -- likewise
+
+        problem = assembly.problem()
+        held = [contact for name in self.names_of(propped) for contact in self.props[name].contacts]
+        problem = replace(problem, contacts=[*problem.contacts, *held])
+        tolerances = rounded(problem, Tolerances())
+        found = balance(problem, tolerances)
+        if found.forces is not None and honest_forces(problem, found.forces, tolerances) is not None:
+            return Answer(Stability.STABLE)
+        if found.motion is not None:
+            return Answer(Stability.UNSTABLE, self._learned(part, found.motion))
+        return Answer(Stability.UNDECIDED)
+
+    def _learned(self, part: Part, motion: Motion) -> Fall:
+        moving = self.part_of(motion.velocity)
+        bricks = self.design.bricks
+        resist = self.part_of(
+            other
+            for name in sorted(motion.velocity)
+            for contact in self.design.contacts(name)
+            if (other := contact.upper if contact.lower == name else contact.lower) not in motion.velocity
+            and resists(contact, motion, bricks)
+        )
+        held = (name for name in motion.velocity if name in self.props)
+        propping = self.part_of(
+            name for name in held if any(resists(contact, motion, bricks) for contact in self.props[name].contacts)
+        )
+        fall = Fall(moving, resist & ~part, propping)
+        self.falls.append(fall)
+        return fall
+
+    def learn(self, part: Part) -> None:
+        """Learn from all falls of a part that does not stand, each of as few bricks as are found.
+
+        What was found to fall is taken away before the next is looked for.
+        """
+        while part:
+            fall = next((fall for fall in self.falls if fall.settles(part, 0)), None)
+            if fall is None:
+                self.asked += 1
+                rest = self.design.copied()
+                motion = rest.remove(self.names_of(self.whole & ~part)).motion
+                if motion is None:
+                    break
+                fall = self._learned(part, motion)
+            part &= ~fall.moving
+
+
+# Taking a part of a design apart, one brick at a time, so that what is left stands each time.
+#
+# Depth first, the highest brick first, and no part is entered twice. What can be built up stepwise can be taken apart
+# in the reverse order, so this finds building orders as well. Where every way ends, there is none: each end has a
+# proof.
+
+
+Known = Callable[[int], None]  # is told how many verdicts were asked so far
+
+
+def nobody(_: int) -> None:
+    """Wants to know nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Descent:
+    """What came of a search."""
+
+    order: tuple[BodyId, ...] | None  # in which bricks go; None if none was found
+    exhausted: bool = True  # whether every way was gone that there is
+    ends: tuple[tuple[Part, Answer], ...] = field(default=())  # parts next to those that stand, which do not
+
+    @property
+    def impossible(self) -> bool:
+        """Whether it is proven that there is none."""
+        return self.order is None and self.exhausted and all(a.stability is Stability.UNSTABLE for _, a in self.ends)
+
+
+def descend(parts: Parts, start: Part, goal: Part, most: int, known: Known = nobody) -> Descent:
+    """Take away all bricks of `start` that are not in `goal`; `start` stands. It asks for at most `most` verdicts."""
+    last, ends = parts.asked + most, dict[Part, Answer]()
+    path: list[BodyId] = []
+    seen = {start}
+    waiting = [(start, _next(parts, start, goal))]
+    while waiting:
+        part, smaller = waiting[-1]
+        if part == goal:
+            return Descent(tuple(path), ends=tuple(ends.items()))
+        for name, less in smaller:
+            if less in seen:
+                continue
+            if parts.asked >= last:
+                return Descent(None, exhausted=False, ends=tuple(ends.items()))
+            seen.add(less)
+            answer = parts.ask(less, part)
+            known(parts.asked)
+            if answer.stability is Stability.STABLE:
+                path.append(name)
+                waiting.append((less, _next(parts, less, goal)))
+                break
+            ends[less] = answer
+        else:
+            waiting.pop()
+            if path:
+                path.pop()
+    return Descent(None, ends=tuple(ends.items()))
+
+
+def _next(parts: Parts, part: Part, goal: Part) -> Iterator[tuple[BodyId, Part]]:
+    """The bricks that may go, from the top down, and what is left without each."""
+    for name in from_the_top(parts, part & ~goal):
+        yield name, part & ~parts.part_of([name])
+
+
+def from_the_top(parts: Parts, part: Part) -> list[BodyId]:
+    """Bricks by how high they reach, the highest first; ties by name."""
+    bricks = parts.design.bricks
+    heights = {name: top_W(bricks[name].brick.shape, bricks[name].pose) for name in parts.names_of(part)}
+    return sorted(heights, key=lambda name: (-round(heights[name], 9), name))

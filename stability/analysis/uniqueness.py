@@ -1,0 +1,276 @@
+"""Decides whether rest is the only motion that the laws of contact allow, or one of several."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import sqrt
+
+import numpy as np
+
+from stability.analysis.acceleration_cut import groups_apart
+from stability.analysis.margins import guarantee, without_gaps
+from stability.analysis.uniqueness_program import (
+    STILL,
+    Branch,
+    Condition,
+    Guess,
+    How,
+    Multipliers,
+    PowerProgram,
+    ProvenBranch,
+    check_branch,
+    guess,
+    known,
+    lack,
+    leave_nothing_out,
+    multipliers,
+    nothing_moves,
+    power_program,
+)
+from stability.blas_threads import one_thread
+from stability.geometry.rows import Array
+from stability.model import BodyId
+from stability.name_order import in_order
+from stability.problem import Forces, Problem, Tolerances
+from stability.statics.assembly import admit_forces, admit_problem
+from stability.statics.conic_program import Point, Solver, clarabel_solve, solve
+from stability.statics.fall_description import described
+from stability.statics.initial_motion import Start, StartEquations, first_start, lets_go, start_equations, start_near
+
+# Does every branch of a small group exclude a start from rest? Or is there one? Branch and bound, with proofs alone.
+#
+# Each branch is asked for multipliers that prove that nothing starts in it (`virtual_power`). Where there are none, the
+# dual of the program guesses a start, and Newton's method makes that exact; else the branch is split where the guess
+# violates the laws of contact most: at a point that both opens and is pressed, then where friction does not brake.
+
+
+ACCURACY = 1e-10
+MOST_COLUMNS = 10_000  # of the programs of all branches: a second or less
+HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
+ASIDE = 0.98  # cosine: directions closer than this to one that was asked for are not asked for again
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """Branches that leave nothing out, or a start; neither if that was not decided."""
+
+    proof: tuple[ProvenBranch, ...] | None
+    start: Start | None
+    branches: int  # that were asked
+
+
+def searched(
+    problem: Problem,
+    equations: StartEquations,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+    most: int = MOST_COLUMNS,
+) -> Searched:
+    """What was found of the starts of a group that can rest."""
+    start = first_start(problem, equations, tolerances)
+    if start is not None:
+        return Searched(None, start, 0)
+    waiting: list[Branch] = [()]
+    proven: list[ProvenBranch] = []
+    for asked in range(1, 2 + most // _columns(equations)):
+        branch = waiting.pop()
+        found, guessed = _asked(equations, branch, solver)
+        if found is not None:
+            proven.append(ProvenBranch(branch, found))
+        else:
+            start = start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
+            split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
+            if start is not None or split is None:
+                return Searched(None, start, asked)
+            waiting += [(*branch, split.opposite), (*branch, split)]
+        if not waiting:
+            return Searched(tuple(proven), None, asked)
+    return Searched(None, None, asked)
+
+
+def _columns(equations: StartEquations) -> int:
+    """About how many unknowns a branch has."""
+    size, points = len(equations.loads), len(equations.normals)
+    return size * size + 3 * points * (points + 1)
+
+
+def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[Multipliers | None, Guess | None]:
+    if not known(equations, branch).basis.size:
+        return nothing_moves(equations, branch), None
+    program = power_program(equations, branch)
+    point = solve(program.conic, ACCURACY, solver)
+    if isinstance(point, str):
+        return None, None
+    return _proven(equations, branch, program, point), guess(program, point)
+
+
+def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: Point) -> Multipliers | None:
+    for found in multipliers(program, point):
+        lacking = lack(equations, ProvenBranch(branch, found))
+        if lacking <= STILL:
+            return found
+        if lacking > HOPELESS:
+            return None
+    return None
+
+
+def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
+    """The question that the guess answers worst; None if there is none left."""
+    pressed = np.sqrt((guessed.forces**2).sum(axis=1))
+    asked = {each.point for each in branch if each.how is not How.TOWARDS}
+    opening = {
+        point: _strength(guessed, _normal(equations, point)) * pressed[point]
+        for point, normals in enumerate(equations.normals)
+        if len(normals) == 1 and point not in asked
+    }
+    most = max(opening, key=opening.__getitem__, default=-1)
+    if most >= 0 and opening[most] > 0.0:
+        return Condition(most, How.SHUT)
+    return _side(equations, branch, guessed, pressed)
+
+
+def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Array) -> Condition | None:
+    """To which side of a line the point slides that does so with most force."""
+    opened = {each.point for each in branch if each.how is How.OPENS}
+    sliding = [
+        (strength * pressed[point], point, way)
+        for point, normals in enumerate(equations.normals)
+        if len(normals) == 1 and point not in opened
+        for strength, way in _way(equations, branch, guessed, point)
+    ]
+    if not sliding:
+        return None
+    _, point, (x, y, z) = max(sliding)
+    return Condition(point, How.TOWARDS, (x, y, z))
+
+
+def _any_guess(equations: StartEquations) -> Guess:
+    """What splits branches where the solver says nothing."""
+    size, points = len(equations.loads), len(equations.normals)
+    return Guess(np.identity(size), np.zeros(size), np.ones((points, 3)))
+
+
+def _normal(equations: StartEquations, point: int) -> Array:
+    normal: Array = equations.axes[point, 0] @ equations.slips[point]
+    return normal
+
+
+def _strength(guessed: Guess, row: Array) -> float:
+    return sqrt(max(float(row @ guessed.moments @ row), 0.0))
+
+
+def _way(
+    equations: StartEquations, branch: Branch, guessed: Guess, point: int
+) -> Iterator[tuple[float, tuple[float, ...]]]:
+    """How strongly a point goes along a tangent that was not asked for yet, and this, if there is one."""
+    if equations.friction[point] == 0.0:
+        return
+    before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
+    across = equations.axes[point, 1:] @ equations.slips[point]
+    turned = np.linalg.eigh(across @ guessed.moments @ across.T)[1].T[::-1]
+    diagonal = np.array([turned[0] + turned[1], turned[0] - turned[1]]) * np.sqrt(0.5)
+    for way in (*turned, *diagonal):
+        direction = way @ equations.axes[point, 1:]
+        if all(abs(direction @ other) < ASIDE for other in before):
+            yield _strength(guessed, way @ across), tuple(direction.tolist())
+            return
+
+
+# Guaranteed or possible: is rest all that can happen to what is balanced, or could it let go as well?
+#
+# Where forces along normals alone balance a group, rest is guaranteed at any friction (`margins.guarantee`). Of a group
+# that needs friction, and is small, every other start is proven impossible, or one is found (`search`). What is neither
+# stays possible without more being said.
+
+
+MOST_BRICKS = 5  # of a group that is decided by its modes of contact
+MOST_POINTS = 20  # of its contacts, likewise: beyond, a branch takes a second
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Braced:
+    """A group that friction alone holds for certain: in none of the branches, which leave nothing out, it starts."""
+
+    problem: Problem
+    proof: tuple[ProvenBranch, ...]
+
+    def holds(self) -> bool:
+        """Whether the proof is right, by arithmetic and without a solver."""
+        equations = start_equations(self.problem)
+        branches = [each.branch for each in self.proof]
+        return leave_nothing_out(branches) and all(check_branch(equations, each) for each in self.proof)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outcome:
+    """What can happen to bricks that can rest."""
+
+    guaranteed: bool  # rest is all that can
+    normal: Forces | None = None  # forces along normals alone that balance everything, if that is why
+    braced: tuple[Braced, ...] = ()  # the groups of which friction is needed, if that is why
+    start: Start | None = None  # how bricks could start to move instead
+    lets_go: str = ""  # that in words
+    undecided: tuple[BodyId, ...] = ()  # a group of which nothing more is known
+    across_gaps: bool = False  # rest is all that can happen only if gaps between bodies count as contact
+
+    @property
+    def reason(self) -> str:
+        """Why, in words; empty where normal forces alone balance everything."""
+        if self.across_gaps:
+            return "it counts on gaps as contact"
+        if self.lets_go:
+            return f"it could let go: {self.lets_go}"
+        if self.undecided:
+            names = in_order(self.undecided)
+            shown = ", ".join(names) if len(names) <= MOST_BRICKS else f"{names[0]} and {len(names) - 1} more"
+            return f"friction is needed, and whether it could let go was not decided of {shown}"
+        return "friction is needed, and nothing else can happen" if self.braced else ""
+
+
+@one_thread()
+def outcome(
+    problem: Problem,
+    known: Forces | None = None,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    most: int = MOST_COLUMNS,
+) -> Outcome:
+    """What can happen to a problem that is proven to stand; `known` are forces that balance it.
+
+    `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
+    Rest is guaranteed only if it is so without the points of contacts at which there is a gap.
+    Raises TypeError for what is no problem, or no forces.
+    """
+    admit_problem(problem)
+    admit_forces(known)
+    normal = guarantee(problem, known, tolerances)
+    if normal is not None:
+        return Outcome(guaranteed=True, normal=normal)
+    touching = without_gaps(problem)
+    if touching is not problem and not _of_leaning(touching, tolerances, most).guaranteed:
+        return Outcome(guaranteed=False, across_gaps=True)
+    return _of_leaning(problem, tolerances, most)
+
+
+def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> Outcome:
+    """What can happen to a problem whose groups need friction, or some of them."""
+    leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
+    found = [_of_group(group, tolerances, most) for group in leaning]
+    if not found:
+        return Outcome(guaranteed=True)
+    worst = min(found, key=lambda each: (each.guaranteed, not each.lets_go))
+    return replace(worst, braced=tuple(group for each in found for group in each.braced))
+
+
+def _of_group(group: Problem, tolerances: Tolerances, most: int) -> Outcome:
+    points = sum(len(contact.points_W) for contact in group.contacts)
+    if len(group.bricks) > MOST_BRICKS or points > MOST_POINTS:
+        return _let_go(group, lets_go(group, tolerances))
+    search = searched(group, start_equations(group), tolerances, most=most)
+    if search.proof is not None:
+        return Outcome(guaranteed=True, braced=(Braced(group, search.proof),))
+    return _let_go(group, search.start)
+
+
+def _let_go(group: Problem, start: Start | None) -> Outcome:
+    if start is None:
+        return Outcome(guaranteed=False, undecided=tuple(group.bricks))
+    return Outcome(guaranteed=False, start=start, lets_go=described(group, start.acceleration))

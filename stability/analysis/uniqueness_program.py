@@ -1,0 +1,524 @@
+"""Programs and proofs that no motion starts in one branch of the contact conditions."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import combinations_with_replacement
+from math import sqrt
+from typing import TypeAlias
+
+import numpy as np
+
+from stability.geometry.rows import Array, Indices
+from stability.model import Vec3
+from stability.statics.conic_program import ConicProgram, Point
+from stability.statics.initial_motion import StartEquations, frame
+from stability.statics.wrench_matrix import Sparse
+
+# Branches of a case distinction over how points of contact start: together they leave nothing out.
+#
+# A point opens, and then no force acts there, or it stays shut. What slides there does so to one side of a line or to
+# the other; rest and the line itself belong to both.
+
+
+SHUT = 1e-9  # share of the largest: a combination of normal accelerations that is less is taken to be free
+
+
+class How(StrEnum):
+    """What is taken to be so at a point."""
+
+    OPENS = "opens"  # the normal acceleration is not negative, and no force acts
+    SHUT = "stays shut"  # the normal acceleration is nothing
+    TOWARDS = "goes towards"  # the relative acceleration has no part against a direction
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One answer to one question; the other answer is its `opposite`."""
+
+    point: int
+    how: How
+    towards: Vec3 = (0.0, 0.0, 0.0)  # of TOWARDS, in W
+
+    @property
+    def opposite(self) -> "Condition":
+        """What is so if this is not."""
+        if self.how is How.TOWARDS:
+            x, y, z = self.towards
+            return Condition(self.point, How.TOWARDS, (-x, -y, -z))
+        return Condition(self.point, How.SHUT if self.how is How.OPENS else How.OPENS)
+
+
+Branch: TypeAlias = tuple[Condition, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """What is known of accelerations in a branch: they are `basis @ b`, and none of `rows @ b` is negative."""
+
+    basis: Array  # (D, d)
+    rows: Array  # (l, d)
+    owners: tuple[int, ...]  # of each row the point whose normal acceleration it is; -1 for any other
+    pressed: tuple[int, ...]  # the points at which forces may act
+
+
+def known(equations: StartEquations, branch: Branch) -> Known:
+    """What is known in a branch: the last row says that the loads gain, without which nothing starts from rest."""
+    single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
+    shut = [each.point for each in branch if each.how is How.SHUT]
+    opened = {each.point for each in branch if each.how is How.OPENS}
+    basis = _free(equations, shut)
+    opening = {point: equations.axes[point, 0] @ equations.slips[point] @ basis for point in single}
+    owners = [point for point in single if point not in shut and np.abs(opening[point]).max(initial=0.0) > SHUT]
+    sides = [np.array(each.towards) @ equations.slips[each.point] @ basis for each in branch if each.how is How.TOWARDS]
+    return Known(
+        basis,
+        np.array([*(opening[point] for point in owners), *sides, equations.loads @ basis]),
+        (*owners, *(-1 for _ in sides), -1),
+        tuple(point for point in range(len(equations.normals)) if point not in opened),
+    )
+
+
+def _free(equations: StartEquations, shut: Sequence[int]) -> Array:
+    """An orthonormal basis of the accelerations at which these points stay shut; a larger space if in doubt."""
+    if not shut:
+        return np.identity(len(equations.loads))
+    rows = np.array([equations.axes[point, 0] @ equations.slips[point] for point in shut])
+    _, sizes, turned = np.linalg.svd(rows)
+    basis: Array = turned[int((sizes > SHUT * sizes[0]).sum()) :].T
+    return basis
+
+
+def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
+    """Whether branches are all ends of one tree of questions, so that everything that can be is in one of them."""
+    if len(branches) == 1 and len(branches[0]) == depth:
+        return True
+    if not branches or any(len(branch) <= depth for branch in branches):
+        return False
+    first = branches[0][depth]
+    one = [branch for branch in branches if branch[depth] == first]
+    other = [branch for branch in branches if branch[depth] == first.opposite]
+    both = len(one) + len(other) == len(branches)
+    return both and leave_nothing_out(one, depth + 1) and leave_nothing_out(other, depth + 1)
+
+
+# The conic program for multipliers that prove that nothing starts in a branch; see `virtual_power` on what they are.
+#
+# The unknowns are the matrix of the virtual motion and the multipliers of all products; coefficients must agree, and
+# one matrix must be positive semidefinite.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where the unknowns of each kind begin among the columns."""
+
+    left: Known
+    pairs: tuple[tuple[int, int], ...]  # of parts whose product has a multiplier
+    contacts: tuple[int, ...]
+    virtual: int
+    of_loads: int
+    of_parts: int
+    of_contacts: int  # three each: the braking, and that along two tangents
+    of_forces: int  # three for each point and part: along its axes
+    columns: int
+
+    def force(self, point: int, row: int) -> int:
+        """The first of the three columns of a point that is pressed and a part."""
+        return self.of_forces + 3 * (self.left.pressed.index(point) * len(self.left.rows) + row)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PowerProgram:
+    """The program of a branch, and what its columns and equalities are."""
+
+    equations: StartEquations
+    places: Places
+    equalities: Sparse
+    cones: tuple[Indices, Array]  # the first column of each round cone, and its least ratio to the norm of the next two
+    conic: ConicProgram
+
+
+def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
+    """The program of a branch in which something is left that could move."""
+    from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
+
+    places = _places(equations, known(equations, branch))
+    signed = range(places.of_contacts - places.of_loads)
+    equal, round_rows = _equalities(equations, places), _round(equations, places)
+    positive = _entries([(row, places.of_loads + row, -1.0) for row in signed], len(signed), places)
+    definite, offset = _definite(equations, places)
+    matrix = csc_matrix(vstack([equal, round_rows, positive, definite]))
+    offsets = np.append(np.zeros(matrix.shape[0] - len(offset)), offset)
+    cost = np.zeros(places.columns)
+    cost[places.of_loads : places.of_parts] = cost[places.of_contacts : places.of_forces : 3] = 1.0
+    rounds, size = [3] * (round_rows.shape[0] // 3), places.left.basis.shape[1]
+    conic = ConicProgram(cost, matrix, offsets, equal.shape[0], rounds, len(signed), semidefinite=size)
+    return PowerProgram(equations, places, equal, _cones(equations, places), conic)
+
+
+def _cones(equations: StartEquations, places: Places) -> tuple[Indices, Array]:
+    first = [places.of_contacts + 3 * number for number in range(len(places.contacts))]
+    friction = [_friction(equations, contact) for contact in places.contacts]
+    slope = [1.0 / each if each else np.inf for each in friction]
+    for point, row in _multiplied(places):
+        first.append(places.force(point, row))
+        slope.append(float(equations.friction[point]))
+    return np.array(first, dtype=np.int64), np.array(slope)
+
+
+def _multiplied(places: Places) -> Iterator[tuple[int, int]]:
+    """Each point that is pressed with each part that is not its own."""
+    for point in places.left.pressed:
+        yield from ((point, row) for row, owner in enumerate(places.left.owners) if owner != point)
+
+
+def _friction(equations: StartEquations, contact: int) -> float:
+    return float(equations.friction[int(np.argmax(equations.contact == contact))])
+
+
+def _places(equations: StartEquations, left: Known) -> Places:
+    rows = len(left.rows)
+    pairs = tuple(combinations_with_replacement(range(rows), 2))
+    contacts = tuple(sorted({int(equations.contact[point]) for point in left.pressed}))
+    of_loads = left.basis.size
+    of_contacts = of_loads + rows + len(pairs)
+    of_forces = of_contacts + 3 * len(contacts)
+    columns = of_forces + 3 * rows * len(left.pressed)
+    return Places(left, pairs, contacts, 0, of_loads, of_loads + rows, of_contacts, of_forces, columns)
+
+
+def _entries(entries: Sequence[tuple[int, int, float]], height: int, places: Places) -> Sparse:
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
+
+    rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
+    return csc_matrix((values, (rows, columns)), shape=(height, places.columns))
+
+
+def _equalities(equations: StartEquations, places: Places) -> Sparse:
+    """The coefficients of accelerations with loads, then with each force along its axes, must be nothing."""
+    from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
+
+    left = places.left
+    found = np.zeros((left.basis.shape[1], places.columns))
+    _put_virtual(found, places, equations.loads)
+    found[:, places.of_loads : places.of_parts] = left.rows.T
+    blocks = [csc_matrix(found)]
+    for point in left.pressed:
+        blocks += [csc_matrix(_of_force(equations, places, point, axis)) for axis in range(3)]
+    return vstack(blocks, format="csc")
+
+
+def _put_virtual(found: Array, places: Places, row: Array) -> None:
+    """The coefficients of `row @ virtual`."""
+    size = places.left.basis.shape[1]
+    for part in range(size):
+        found[part, places.virtual + part : places.of_loads : size] = row
+
+
+def _of_force(equations: StartEquations, places: Places, point: int, axis: int) -> Array:
+    """(d, columns) the coefficients of the force of a point along one of its axes; none across one without friction."""
+    left = places.left
+    found = np.zeros((left.basis.shape[1], places.columns))
+    several, friction = len(equations.normals[point]) > 1, equations.friction[point]
+    if axis > 0 and friction == 0.0 and not several:
+        return found
+    slip = equations.axes[point] @ equations.slips[point]
+    _put_virtual(found, places, slip[axis])
+    for row, values in enumerate(left.rows):
+        found[:, places.force(point, row) + axis] = values
+    first = places.of_contacts + 3 * places.contacts.index(int(equations.contact[point]))
+    on_basis = slip @ left.basis
+    if several or axis > 0:
+        found[:, first] = -on_basis[axis]
+    elif friction > 0.0:
+        found[:, first + 1 : first + 3] = -on_basis[1:].T
+    return found
+
+
+def _round(equations: StartEquations, places: Places) -> Sparse:
+    """Three rows for each round cone: of what friction brakes, then of the multipliers of forces."""
+    blocks = [
+        (places.of_contacts + 3 * number, np.diag([_friction(equations, contact) or 1.0, 1.0, 1.0]))
+        for number, contact in enumerate(places.contacts)
+    ]
+    duals = {
+        point: [_dual(equations, point, normal) for normal in equations.normals[point]] for point in places.left.pressed
+    }
+    blocks += [(places.force(point, row), dual) for point, row in _multiplied(places) for dual in duals[point]]
+    entries = [
+        (3 * number + i, first + j, -float(block[i, j]))
+        for number, (first, block) in enumerate(blocks)
+        for i in range(3)
+        for j in range(3)
+        if block[i, j]
+    ]
+    return _entries(entries, 3 * len(blocks), places)
+
+
+def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
+    """(3, 3) what turns a multiplier along the axes of a point into one whose first part is not less than the rest."""
+    own: Array = frame(normal) @ equations.axes[point].T
+    own[1:] *= equations.friction[point]
+    return own
+
+
+def _definite(equations: StartEquations, places: Places) -> tuple[Sparse, Array]:
+    """Rows of the semidefinite cone: the virtual power of inertia less products of parts, less the mass."""
+    left = places.left
+    rows, columns, scale = upper_triangle(left.basis.shape[1])
+    on_basis = equations.mass @ left.basis
+    found = np.zeros((len(rows), places.columns))
+    size = left.basis.shape[1]
+    for place, (i, j, factor) in enumerate(zip(rows, columns, scale, strict=True)):
+        found[place, places.virtual + i : places.of_loads : size] -= 0.5 * factor * on_basis[:, j]
+        found[place, places.virtual + j : places.of_loads : size] -= 0.5 * factor * on_basis[:, i]
+    for number, (one, other) in enumerate(places.pairs):
+        product = np.outer(left.rows[one], left.rows[other])
+        found[:, places.of_parts + number] = scale * 0.5 * (product + product.T)[rows, columns]
+    from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
+
+    return csc_matrix(found), -scale * (left.basis.T @ on_basis)[rows, columns]
+
+
+def upper_triangle(size: int) -> tuple[Indices, Indices, Array]:
+    """Rows and columns of an upper triangle, column by column, and the factor of each of its entries."""
+    columns, rows = np.tril_indices(size)
+    return rows, columns, np.where(rows == columns, 1.0, sqrt(2.0))
+
+
+# A proof that rest is all that can happen in a branch: the power of forces on a virtual motion, checked by arithmetic.
+#
+# Let bricks at rest start with accelerations a under loads g and contact forces f, so that M a = g + J' f. Take T a as
+# a virtual motion, with any matrix T, and compare powers:
+#
+#     a' T' M a  =  g . T a  +  sum over points of f . J T a.
+#
+# Known of every start are products of a with loads and forces that cannot be positive, whichever way it goes:
+#
+# - of whatever part l . a is not negative (points do not open inwards, the loads gain, the sides of the branch), -(l .
+#   a) and -(l . a) (k . f) for every k in the dual of the friction cone; for a point's own normal part any k, of any
+#   sign, since a force acts only where nothing opens;
+# - for every contact, friction brakes at least as if it pointed along one direction: the sum of f_t . a_t + f_n (w .
+#   a_t) for any w not longer than the friction coefficient. With w constant this holds of pressure anywhere on a patch;
+# - where edges or corners meet, with several normals, f . a alone.
+#
+# If the right side is a sum of such products, as a polynomial in a, g and f, then a' T' M a is not positive; and if T'
+# M less a sum of products (l . a) (m . a) is no less than M / 2 then a' M a <= 0: nothing starts. The multipliers are a
+# proof because the coefficients agree; what they lack by rounding bounds how fast anything could start.
+
+
+STILL = 1e-9  # of the largest load over the largest mass, per such a load in contact: starts slower than this are none
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Multipliers:
+    """How the power of forces on a virtual motion is a sum of products that cannot be positive.
+
+    Those of points where nothing presses, and of their own normal parts in branches where these are nothing, are zero.
+    """
+
+    virtual: Array  # (D, d): T, on the accelerations that the branch leaves
+    of_loads: Array  # (l,) of each part that is not negative, by itself
+    of_parts: Array  # (l, l) of products of two such parts
+    of_forces: Array  # (points, l, 3) k of each part and point, in W
+    braking: Array  # (contacts,) of friction, or of all forces where several normals meet
+    along: Array  # (contacts, 3) w times that, in W
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProvenBranch:
+    """A branch in which nothing starts, with the proof."""
+
+    branch: Branch
+    multipliers: Multipliers
+
+
+def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
+    """The proof of a branch that leaves no accelerations."""
+    left, points = known(equations, branch), len(equations.normals)
+    rows, contacts = len(left.rows), int(equations.contact.max(initial=-1)) + 1
+    of_contacts = np.zeros(contacts), np.zeros((contacts, 3))
+    return Multipliers(left.basis, np.zeros(rows), np.zeros((rows, rows)), np.zeros((points, rows, 3)), *of_contacts)
+
+
+def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
+    """Whether multipliers prove that in their branch nothing starts."""
+    return lack(equations, proven) <= STILL
+
+
+def lack(equations: StartEquations, proven: ProvenBranch) -> float:
+    """What rounding leaves of the proof: the largest sum of what coefficients differ by and what signs are short of."""
+    left, multipliers = known(equations, proven.branch), proven.multipliers
+    if not all(np.isfinite(each).all() for each in _arrays(multipliers)) or not _definite_power(
+        equations, left, multipliers
+    ):
+        return np.inf
+    of_loads = multipliers.virtual.T @ equations.loads + multipliers.of_loads @ left.rows
+    lacks = [_size(of_loads), _negative(multipliers.of_loads), _negative(multipliers.of_parts)]
+    for point in left.pressed:
+        short = sum(
+            _outside(equations, point, multipliers.of_forces[point, row])
+            for row, owner in enumerate(left.owners)
+            if owner != point
+        )
+        lacks.append(_size(_coefficients(equations, left, multipliers, point)) + short)
+    lacks += [_too_far(equations, multipliers, contact) for contact in sorted(set(equations.contact.tolist()))]
+    return float(sum(lacks))
+
+
+def _arrays(multipliers: Multipliers) -> tuple[Array, ...]:
+    of_contacts = (multipliers.braking, multipliers.along)
+    return (multipliers.virtual, multipliers.of_loads, multipliers.of_parts, multipliers.of_forces, *of_contacts)
+
+
+def _definite_power(equations: StartEquations, left: Known, multipliers: Multipliers) -> bool:
+    """Whether T' M less the products of parts is no less than half of M."""
+    on_basis = equations.mass @ left.basis
+    square = multipliers.virtual.T @ on_basis - left.rows.T @ multipliers.of_parts @ left.rows
+    square = 0.5 * (square + square.T) - 0.5 * left.basis.T @ on_basis
+    return bool(np.linalg.eigvalsh(square).min(initial=0.0) >= 0.0)
+
+
+def _coefficients(equations: StartEquations, left: Known, multipliers: Multipliers, point: int) -> Array:
+    """(3, d) the coefficients of a force and accelerations that the products leave; along the normal without friction.
+
+    Forces of a point without friction have one component only, and so no others count.
+    """
+    slip, contact = equations.slips[point] @ left.basis, equations.contact[point]
+    rest = equations.slips[point] @ multipliers.virtual + multipliers.of_forces[point].T @ left.rows
+    if len(equations.normals[point]) > 1:
+        difference: Array = rest - multipliers.braking[contact] * slip
+        return difference
+    normal = equations.normals[point][0]
+    if equations.friction[point] == 0.0:
+        pressed: Array = np.outer(normal, normal @ rest)
+        return pressed
+    across = slip - np.outer(normal, normal @ slip)
+    braked = multipliers.braking[contact] * across + np.outer(normal, multipliers.along[contact] @ across)
+    left_over: Array = rest - braked
+    return left_over
+
+
+def _outside(equations: StartEquations, point: int, dual: Array) -> float:
+    """By how much a vector is outside of the dual of every friction cone of a point."""
+    shorts = [0.0]
+    for normal in equations.normals[point]:
+        along = float(normal @ dual)
+        shorts.append(float(equations.friction[point]) * _size(dual - along * normal) - along)
+    return max(shorts)
+
+
+def _too_far(equations: StartEquations, multipliers: Multipliers, contact: int) -> float:
+    """By how much the product of friction claims more than friction does."""
+    friction = float(equations.friction[int(np.argmax(equations.contact == contact))])
+    braking = float(multipliers.braking[contact])
+    return max(0.0, -braking, _size(multipliers.along[contact]) - friction * max(braking, 0.0))
+
+
+def _negative(values: Array) -> float:
+    return float(-np.minimum(values, 0.0).sum())
+
+
+def _size(values: Array) -> float:
+    return float(np.sqrt((values * values).sum()))
+
+
+# Solving for multipliers that prove that nothing starts in a branch, or for a guess of what does.
+#
+# The solver's multipliers are moved into their ranges and their coefficients made to agree, so that little is left for
+# the check to find. Where there is no proof the dual of the program is a mean of products of accelerations and forces,
+# and its strongest part a guess of how the group starts.
+
+
+MOST_CORRECTIONS = 3
+FAINT = 1e-12  # share of a multiplier by which even one that is at the end of its range may be corrected
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guess:
+    """How a group may start where there is no proof that it does not; nothing of it is proven."""
+
+    moments: Array  # (D, D) means of products of accelerations
+    acceleration: Array  # (D,)
+    forces: Array  # (points, 3) in W
+
+
+def multipliers(program: PowerProgram, point: Point) -> Iterator[Multipliers]:
+    """What the solver found, then this corrected again and again; none of it is proven."""
+    if not np.isfinite(point.x).all():
+        return
+    matrix = program.equalities.toarray()
+    columns, room = _in_range(program, point.x)
+    yield _taken_apart(program, columns)
+    for _ in range(MOST_CORRECTIONS):
+        scaled = matrix * room
+        square = scaled @ scaled.T
+        square[np.diag_indices_from(square)] += FAINT * max(float(square.diagonal().max()), FAINT)  # some say the same
+        columns, room = _in_range(program, columns - room * (scaled.T @ np.linalg.solve(square, matrix @ columns)))
+        yield _taken_apart(program, columns)
+
+
+def guess(program: PowerProgram, point: Point) -> Guess | None:
+    """The strongest part of the means that the dual gives."""
+    if not np.isfinite(point.dual).all():
+        return None
+    left, equations = program.places.left, program.equations
+    size = left.basis.shape[1]
+    moments = _unpacked(point.dual[len(point.dual) - size * (size + 1) // 2 :], size)
+    own = np.linalg.eigh(moments)[1][:, -1]
+    own = own * (1.0 if own @ left.rows[-1] > 0.0 else -1.0)
+    means = point.dual[: program.conic.equal].reshape(-1, size) @ own
+    if not abs(means[0]) > 0.0:
+        return None
+    forces, pressed = np.zeros((len(equations.normals), 3)), list(left.pressed)
+    forces[pressed] = np.einsum("pk,pkj->pj", means[1:].reshape(-1, 3) / means[0], equations.axes[pressed])
+    strength = max(float(own @ moments @ own), 0.0)
+    return Guess(left.basis @ moments @ left.basis.T, left.basis @ own * (strength / abs(float(means[0]))), forces)
+
+
+def _in_range(program: PowerProgram, given: Array) -> tuple[Array, Array]:
+    """Columns moved into their ranges, and by how much each may be changed."""
+    places, columns = program.places, given.copy()
+    signed = slice(places.of_loads, places.of_contacts)
+    columns[signed] = np.maximum(columns[signed], 0.0)
+    room = np.ones(len(columns))
+    room[signed] = columns[signed] + FAINT
+    first, slope = program.cones
+    cones = columns[first[:, None] + np.arange(3)]
+    cones[slope == np.inf, 1:] = 0.0
+    across = np.where(slope == np.inf, 0.0, slope) * np.hypot(cones[:, 1], cones[:, 2])
+    cones[:, 0] = np.maximum(cones[:, 0], across)
+    columns[first[:, None] + np.arange(3)] = cones
+    room[first[:, None] + np.arange(3)] = (cones[:, 0] - across + FAINT)[:, None]
+    return columns, room
+
+
+def _taken_apart(program: PowerProgram, columns: Array) -> Multipliers:
+    places, equations = program.places, program.equations
+    rows, pressed = len(places.left.rows), list(places.left.pressed)
+    of_parts = np.zeros((rows, rows))
+    of_parts[tuple(zip(*places.pairs, strict=True))] = columns[places.of_parts : places.of_contacts]
+    of_forces = np.zeros((len(equations.normals), rows, 3))
+    own = columns[places.of_forces :].reshape(-1, rows, 3)
+    of_forces[pressed] = np.einsum("prk,pkj->prj", own, equations.axes[pressed])
+    braking, along = _of_contacts(program, columns)
+    virtual = columns[places.virtual : places.of_loads].reshape(places.left.basis.shape)
+    return Multipliers(virtual, columns[places.of_loads : places.of_parts], of_parts, of_forces, braking, along)
+
+
+def _of_contacts(program: PowerProgram, columns: Array) -> tuple[Array, Array]:
+    places, equations = program.places, program.equations
+    count = int(equations.contact.max(initial=-1)) + 1
+    braking, along = np.zeros(count), np.zeros((count, 3))
+    for number, contact in enumerate(places.contacts):
+        first, axes = places.of_contacts + 3 * number, equations.axes[int(np.argmax(equations.contact == contact))]
+        braking[contact] = columns[first]
+        along[contact] = columns[first + 1 : first + 3] @ axes[1:]
+    return braking, along
+
+
+def _unpacked(packed: Array, size: int) -> Array:
+    rows, columns, scale = upper_triangle(size)
+    found = np.zeros((size, size))
+    found[rows, columns] = found[columns, rows] = packed / scale
+    return found

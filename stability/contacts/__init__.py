@@ -1,0 +1,1 @@
+"""Contact patches from the poses and shapes of bodies."""

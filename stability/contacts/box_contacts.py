@@ -1,0 +1,703 @@
+"""Finds the contact of two boxes, or of a box and a plane: faces, edges, corners and their normals."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2, dist, hypot, inf, pi
+from typing import Self, TypeAlias
+
+from stability.contacts.bodies import BoxSolid, PlanRectangle, rounding
+from stability.geometry.box_distance import (
+    Matrix,
+    along_product,
+    coordinates,
+    cosines,
+    edge_products,
+    face_gaps,
+    gap_bridged,
+    half_extent,
+    transposed,
+)
+from stability.geometry.polygons import Polygon, cut, doubled_area, within_rectangle
+from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract, unit
+from stability.model import Plane, Vec3
+from stability.problem import UP
+
+# Along which directions are two boxes apart, or least deep in each other?
+#
+# Bodies that touch do so along the separating axis of the largest gap.
+
+
+# Sine of the angle up to which two faces can be meant to lie on each other: ten times what engines leave, and the
+# steepest at which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
+NEARLY_PARALLEL = 0.02
+# Sine of the angle up to which two axes can be off by noise alone: what engines leave to each of two bodies. Axes that
+# are further from parallel were meant to be.
+NOISY_TILT = 3e-3
+# How many times more than the least of the gaps and tilts that a pair shows it may be off its place. Large, since that
+# least may be small by chance; what is aligned to rounding stays so.
+NOISE_RATIO = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """A direction in which two boxes, a and b, may be apart."""
+
+    gap: float  # [m], negative where they overlap
+    normal_AB_W: Vec3  # unit, from a towards b
+    of_a: int | None  # the axis of a that it is normal to the face of, or the edge of a in a product of edges
+    of_b: int | None
+
+    @property
+    def is_face(self) -> bool:
+        return self.of_a is None or self.of_b is None
+
+
+@dataclass(frozen=True, slots=True)
+class Closeness:
+    """How two boxes stand to each other that touch or overlap."""
+
+    gap: float  # the largest of all axes [m]
+    faces_a: Sequence[Axis]  # by axis of a
+    faces_b: Sequence[Axis]
+    edges: Sequence[Axis]  # the products along which they are least deep in each other
+    sines: Matrix  # of the angles between the axes of a (rows) and b
+
+    def apart(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along each normal of a face, and of edges that cross [m], and that normal.
+
+        Of edges that are parallel but for noise, noise gives the direction.
+        """
+        for axis in (*self.faces_a, *self.faces_b, *self.edges):
+            if axis.of_a is None or axis.of_b is None or self.sines[axis.of_a][axis.of_b] > NOISY_TILT:
+                yield axis.gap, axis.normal_AB_W
+
+    def faces(self) -> Iterator[tuple[float, Vec3]]:
+        """The gap along the normal of each face that looks at the other box [m], and that normal from a to b."""
+        for axis in (*self.faces_a, *self.faces_b):
+            yield axis.gap, axis.normal_AB_W
+
+
+def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> Closeness | None:
+    """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
+    turn = cosines(a.axes, b.axes)
+    along_a, along_b = coordinates(p_AB, a.axes), coordinates(p_AB, b.axes)
+    gaps_a = face_gaps(along_a, a.half, b.half, turn)
+    gaps_b = face_gaps(along_b, b.half, a.half, transposed(turn))
+    largest = max(gaps_a + gaps_b)
+    if largest > reach:
+        return None
+    products = []
+    for i, j, c, s, length, extent in edge_products(turn, a.half, b.half):
+        along = along_product(along_a, i, c, s)
+        products.append(((abs(along) - extent) / length, (1.0 if along >= 0.0 else -1.0) / length, i, j))
+    largest = max([largest, *(gap for gap, _, _, _ in products)])
+    if largest > reach or largest < -reach:
+        return None
+    edges = [
+        Axis(gap, scale(share, cross(a.axes[i], b.axes[j])), i, j)
+        for gap, share, i, j in products
+        if gap >= largest - 2.0 * reach
+    ]
+    faces_a = [Axis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
+    faces_b = [Axis(gaps_b[j], _towards(along_b[j], b.axes[j]), None, j) for j in range(3)]
+    return Closeness(largest, faces_a, faces_b, edges, _sines(turn))
+
+
+def _sines(turn: Matrix) -> Matrix:
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    return (
+        (hypot(d, g), hypot(e, h), hypot(f, i)),
+        (hypot(a, g), hypot(b, h), hypot(c, i)),
+        (hypot(a, d), hypot(b, e), hypot(c, f)),
+    )
+
+
+def _towards(along: float, axis: Vec3) -> Vec3:
+    return axis if along >= 0.0 else scale(-1.0, axis)
+
+
+def gap_along(direction: Vec3, a: BoxSolid, b: BoxSolid) -> float:
+    """The gap along a unit direction that leads from a to b [m]."""
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
+    return dot(p_AB, direction) - half_extent(a.axes, a.half, direction) - half_extent(b.axes, b.half, direction)
+
+
+def disturbance(close: Closeness, longest: float, reach: float) -> float:
+    """How far the two may be from the places that were meant [m], at most `reach`: read off the pair itself.
+
+    Scenes that are written down touch and align to rounding. What an engine has settled shows gaps and tilts in every
+    direction, so the least of them is taken: one alone may be meant. `longest` is the longest side of both [m].
+    Two that have but one direction in common and lie beside each other across it, as planks that lean on one another,
+    share no faces on which a hair's breadth could be meant: there an edge is always taken to meet an edge.
+    """
+    common = [i for i, row in enumerate(close.sines) if min(row) <= NOISY_TILT]
+    if len(common) == 1 and close.faces_a[common[0]].gap < -reach:
+        return reach
+    gaps = [abs(axis.gap) for axis in (*close.faces_a, *close.faces_b) if abs(axis.gap) <= reach]
+    tilts = [sine for row in close.sines for sine in row if sine <= NOISY_TILT]
+    return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))
+
+
+# Where two boxes lie face on face: nearly parallel faces whose gap counts as contact at every corner of the overlap.
+#
+# Of faces that gape wider at some corner, only edges and corners that meet count (`features`): a strip of two faces
+# that are tilted against each other by a degree, as wide as the gap counts, would hold up what tips over an edge.
+
+
+LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """One side of a box."""
+
+    body: BoxSolid
+    axis: int
+    sign: float  # of the body axis that leads out of it
+
+    @classmethod
+    def towards(cls, direction: Vec3, body: BoxSolid, axis: int) -> Self:
+        """The one of the two faces across an axis that looks in this direction."""
+        return cls(body, axis, 1.0 if dot(direction, body.axes[axis]) > 0.0 else -1.0)
+
+    @property
+    def normal_W(self) -> Vec3:
+        return scale(self.sign, self.body.axes[self.axis])
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """Where two bodies touch over an area."""
+
+    lower: BoxSolid
+    upper: BoxSolid
+    points_W: tuple[Vec3, ...]  # in order [m]
+    heights: tuple[float, ...]  # of the upper body above the lower one at each [m]
+    normal_W: Vec3
+
+
+@dataclass(frozen=True, slots=True)
+class Slack:
+    """What counts as touching where two bodies are a little off their places [m]."""
+
+    sideways: float  # features whose places differ by less coincide
+    off: float  # how far the two may be off: vertices less above the lowest one touch too, and gaps differ by that
+    reach: float  # what is deeper in a face does not touch it, nor what is further from it
+    within: float  # what is further from a face than that does not touch it either, whatever the reach
+
+    def rise(self, gap: float) -> float:
+        """How much higher than the lowest vertex, which is `gap` above a face, another may be that belongs to it."""
+        return min(self.off, max(self.sideways, self.reach - gap))
+
+    def widest(self, normal_W: Vec3) -> float:
+        """The widest gap along a normal that counts as contact."""
+        return gap_bridged(self.reach, normal_W[2], self.within)
+
+
+def face_on_face(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Patch | None:
+    """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
+    for of_a, of_b in _facing(a, b, close):
+        lower, upper, normal = _in_order(of_a, of_b)
+        corners = _overlap(lower, upper)
+        if lies_on(corners, normal, slack):
+            points, heights = _placed(lower, corners, rounding(a, b))
+            return Patch(lower.body, upper.body, points, heights, normal)
+    return None
+
+
+def lies_on(corners: Sequence[Vec3], normal_W: Vec3, slack: Slack) -> bool:
+    """Whether what overlaps a face, as (x, y, height above it), lies on it all over, and is no mere line."""
+    widest = slack.widest(normal_W)
+    return all(-slack.reach <= height <= widest for _, _, height in corners) and width(corners) > slack.sideways
+
+
+def _facing(a: BoxSolid, b: BoxSolid, close: Closeness) -> Iterator[tuple[Face, Face]]:
+    """Pairs of nearly parallel faces that look at each other, the ones least deep in each other first."""
+    pairs = [
+        (max(close.faces_a[i].gap, close.faces_b[j].gap), i, j)
+        for i, row in enumerate(close.sines)
+        for j, sine in enumerate(row)
+        if sine <= NEARLY_PARALLEL
+    ]
+    for _, i, j in sorted(pairs, reverse=True):
+        normal = close.faces_a[i].normal_AB_W
+        yield Face.towards(normal, a, i), Face.towards(scale(-1.0, normal), b, j)
+
+
+def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
+    """The lower face, the upper one, and the normal of the lower one; a comes first by name."""
+    up_a, up_b = of_a.normal_W, of_b.normal_W
+    if up_a[2] >= -LEVEL:
+        return of_a, of_b, up_a
+    if up_b[2] > LEVEL:
+        return of_b, of_a, up_b
+    # Both lean down, by noise: two upright sides that gape.
+    return of_a, of_b, scale(-1.0, up_b)
+
+
+def _overlap(on: Face, lying: Face) -> Sequence[Vec3]:
+    """What lies above face `on` of the other face, as (x, y, height above it) in the frame of the face `on`."""
+    body, other = on.body, lying.body
+    first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
+    frame = (body.axes[first], body.axes[second], on.normal_W)
+    u, v = (lying.axis + 1) % 3, (lying.axis + 2) % 3
+    p_AF = subtract(other.pose.position_W, body.pose.position_W)
+    p_AF = add_scaled(p_AF, other.half[lying.axis], lying.normal_W)
+    corners = []
+    for su, sv in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+        corner = add_scaled(add_scaled(p_AF, su * other.half[u], other.axes[u]), sv * other.half[v], other.axes[v])
+        x, y, z = (dot(corner, axis) for axis in frame)
+        corners.append((x, y, z - body.half[on.axis]))
+    return within_rectangle(corners, body.half[first], body.half[second])
+
+
+def width(corners: Sequence[Vec3]) -> float:
+    """How far apart the closest two parallel lines are that take a convex polygon between them [m]; heights aside."""
+    flat = [(x, y) for x, y, _ in corners]
+    narrowest = inf
+    for (ax, ay), (bx, by) in pairwise([*flat, *flat[:1]]):
+        length = dist((ax, ay), (bx, by))
+        if length > 0.0:
+            reach = max(abs((bx - ax) * (y - ay) - (by - ay) * (x - ax)) for x, y in flat) / length
+            narrowest = min(narrowest, reach)
+    return narrowest if narrowest < inf else 0.0
+
+
+def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+    """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once.
+
+    And the heights above the face [m].
+    """
+    body = on.body
+    first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
+    area, _ = doubled_area([(x, y) for x, y, _ in corners])
+    points: list[Vec3] = []
+    heights: list[float] = []
+    # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
+    for x, y, height in corners if area * on.sign > 0.0 else corners[::-1]:
+        local = add_scaled(add_scaled(scale(body.half[on.axis], on.normal_W), x, first), y, second)
+        if not any(dist(local, other) <= slack for other in points):
+            points.append(local)
+            heights.append(height)
+    return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points), tuple(heights)
+
+
+# Which normals do two touching features admit?
+#
+# A feature of a box - face, edge or corner - is written as the signs of the body axes that lead out of it, 0 for those
+# along it. It admits the cone of these axes; two features that touch admit what is in the cone of one and in minus the
+# cone of the other, and the extreme directions of that span it.
+
+
+Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
+
+# Sine by which a direction may lie outside a cone and be taken to lie on its border, and between two that are one.
+ROUNDING = 1e-9
+FACE, EDGE = 1, 2  # how many axes lead out of it
+
+
+def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...]:
+    """The extreme unit normals, from a towards b; none if the features do not face each other.
+
+    Edges that touch along a line are taken as parallel, whatever noise has made of them.
+    """
+    cone_a, cone_b = _cone(a, of_a, 1.0), _cone(b, of_b, -1.0)
+    if len(cone_a) == FACE or len(cone_b) == FACE:
+        return cone_a if len(cone_a) == FACE else cone_b
+    if len(cone_a) == len(cone_b) == EDGE:
+        return _of_parallel_edges(cone_a, cone_b) if along_line else _of_crossing_edges(cone_a, cone_b)
+    return _clipped(cone_a, cone_b) if len(cone_a) == EDGE else _clipped(cone_b, cone_a)
+
+
+def _cone(body: BoxSolid, feature: Feature, sign: float) -> tuple[Vec3, ...]:
+    return tuple(scale(sign * out, axis) for out, axis in zip(feature, body.axes, strict=True) if out)
+
+
+def _of_parallel_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    """Both cones are quarters of the plane across the edges, so one border of each bounds what they share."""
+    start, end = cone_a
+    one, other = cone_b
+    middle = add_scaled(one, 1.0, other)
+    # How far the quarter of b is turned from that of a, towards its end.
+    turn = atan2(dot(middle, end), dot(middle, start)) - 0.25 * pi
+    turn -= 2.0 * pi * round(turn / (2.0 * pi))
+    if abs(turn) < ROUNDING:
+        return (start, end)
+    if abs(turn) > 0.5 * pi + ROUNDING:
+        return ()
+    around = cross(start, end)
+    first, last = (one, other) if dot(cross(one, other), around) > 0.0 else (other, one)
+    return _distinct((first, end) if turn > 0.0 else (start, last))
+
+
+def _of_crossing_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    edge_a, edge_b = cross(*cone_a), cross(*cone_b)
+    across = cross(edge_a, edge_b)
+    if norm(across) < ROUNDING:
+        return _of_parallel_edges(cone_a, cone_b)
+    normal = unit(across)
+    outward = dot(normal, cone_a[0]) + dot(normal, cone_a[1])
+    return (normal if outward > 0.0 else scale(-1.0, normal),)
+
+
+def _clipped(cone: Sequence[Vec3], corner: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    """The part of a cone inside the cone of a corner, which three half-spaces bound."""
+    normals = cone
+    for axis in corner:
+        normals = cut(normals, [dot(normal, axis) for normal in normals], ROUNDING, _amid) if normals else ()
+    return _distinct(normals)
+
+
+def _amid(one: Vec3, other: Vec3, part: float) -> Vec3:
+    """The direction between two."""
+    return unit(add_scaled(scale(1.0 - part, one), part, other))
+
+
+def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:
+    found: list[Vec3] = []
+    for normal in normals:
+        if all(dist(normal, other) > ROUNDING for other in found):
+            found.append(normal)
+    return tuple(found)
+
+
+# Where edges and corners of two boxes touch: an edge or a corner on a face, edges that cross or meet, corners.
+
+
+MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """Where body a and body b touch along a line or in a point."""
+
+    points_W: tuple[Vec3, ...]  # [m]
+    heights: tuple[float, ...]  # of the one body above the other at each [m]
+    normals_AB_W: tuple[Vec3, ...]  # the extreme ones, unit
+
+    def gaps_beside(self, gap: float) -> tuple[float, ...]:
+        """How far the bodies are apart at each point [m], if they are that far apart along some other direction."""
+        return tuple(max(height, gap) for height in self.heights)
+
+
+@dataclass(frozen=True, slots=True)
+class _Locus:
+    points: tuple[Vec3, ...]  # in W, from the centre of the first body [m]
+    heights: tuple[float, ...]  # of the one body above the other at each [m]
+    of_first: Feature
+    of_second: Feature
+
+
+def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | None:
+    """How the boxes touch along a separating axis; None if their features along it do not face each other."""
+    p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
+    rise, widest = slack.rise(axis.gap), slack.widest(normal)
+    if axis.of_b is None and axis.of_a is not None:
+        found = _on_face(Face.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, widest)
+    elif axis.of_a is None and axis.of_b is not None:
+        face = Face.towards(scale(-1.0, normal), b, axis.of_b)
+        found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise, widest), p_AB)
+    else:
+        found = _crossing(a, b, axis, slack.sideways)
+    if found is None:
+        return None
+    normals = common_normals(a, found.of_first, b, found.of_second, len(found.points) > 1)
+    # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
+    # let a brick rest on an edge that it just misses.
+    touching = tuple(each for each in normals if axis.gap - slack.off <= gap_along(each, a, b) <= slack.widest(each))
+    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
+    return Meeting(points, found.heights, touching or (normal,))
+
+
+def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
+    if locus is None:
+        return None
+    points = tuple(add_scaled(point, 1.0, p_AB) for point in locus.points)
+    return _Locus(points, locus.heights, locus.of_second, locus.of_first)
+
+
+def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a place, and what counts as on it
+    """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face.
+
+    Of that feature, the corners of what is over the face that are no more than `widest` above it [m].
+    """
+    on, normal = face.body, face.normal_W
+    first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
+    u, v = on.axes[first], on.axes[second]
+    lowest = _lowest(other, normal, rise)
+    vertices = [add_scaled(p_O, 1.0, vertex) for vertex in _vertices(other, lowest)]
+    seen = [(dot(vertex, u), dot(vertex, v), dot(vertex, normal) - on.half[face.axis]) for vertex in vertices]
+    place = _within(seen, on.half[first], on.half[second], slack, widest)
+    if not place:
+        return None
+    points = tuple(add_scaled(add_scaled(scale(on.half[face.axis], normal), x, u), y, v) for x, y, _ in place)
+    signs = [0.0, 0.0, 0.0]
+    signs[face.axis] = face.sign
+    of_on = _completed(on, (signs[0], signs[1], signs[2]), points, slack)
+    from_other = [subtract(point, p_O) for point in points]
+    return _Locus(points, tuple(height for _, _, height in place), of_on, _completed(other, lowest, from_other, slack))
+
+
+def _lowest(body: BoxSolid, up: Vec3, rise: float) -> Feature:
+    """The feature of a box that is lowest: axes along which it rises by less than `rise` lie in it."""
+    signs = []
+    for axis, half in zip(body.axes, body.half, strict=True):
+        slope = dot(axis, up)
+        signs.append(0.0 if 2.0 * half * abs(slope) <= rise else (-1.0 if slope > 0.0 else 1.0))
+    return (signs[0], signs[1], signs[2])
+
+
+def _vertices(body: BoxSolid, feature: Feature) -> list[Vec3]:
+    """The corners of a feature in order, from the centre of the body, in W [m]."""
+    points: list[Vec3] = [(0.0, 0.0, 0.0)]
+    for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
+        if sign:
+            points = [add_scaled(point, sign * half, axis) for point in points]
+        else:
+            one_side = [add_scaled(point, -half, axis) for point in points]
+            points = one_side + [add_scaled(point, half, axis) for point in reversed(points)]
+    return points
+
+
+def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float, widest: float) -> Sequence[Vec3]:
+    """The part of a feature on a face: one point, the two ends of a line, or nothing."""
+    wider = no_higher(within_rectangle(vertices, half_x + slack, half_y + slack), widest)
+    if not wider:
+        return ()
+    clamped: Sequence[Vec3] = [_clamped(point, half_x, half_y) for point in wider]
+    if len(vertices) == 2 and not _along_border(wider, half_x, half_y, slack):  # noqa: PLR2004 -- an edge has two ends
+        exact = no_higher(within_rectangle(vertices, half_x, half_y), widest)
+        clamped = exact if len(exact) > 1 else clamped
+    return line_or_point(clamped, slack)
+
+
+def no_higher(corners: Sequence[Vec3], widest: float) -> Sequence[Vec3]:
+    """Those of some corners over a face, as (x, y, height above it), whose gap counts as contact."""
+    return [corner for corner in corners if corner[2] <= widest]
+
+
+def line_or_point(corners: Sequence[Vec3], slack: float) -> Sequence[Vec3]:
+    """The two corners over a face that are furthest apart; one in the middle of all if that is next to nothing."""
+    ends = max(((one, other) for one in corners for other in corners), key=lambda pair: dist(pair[0][:2], pair[1][:2]))
+    if dist(ends[0][:2], ends[1][:2]) > MERGING * slack:
+        return ends
+    x, y = (sum(point[i] for point in corners) / len(corners) for i in range(2))
+    return ((x, y, max(point[2] for point in corners)),)
+
+
+def _clamped(point: Vec3, half_x: float, half_y: float) -> Vec3:
+    return (min(half_x, max(-half_x, point[0])), min(half_y, max(-half_y, point[1])), point[2])
+
+
+def _along_border(segment: Sequence[Vec3], half_x: float, half_y: float, slack: float) -> bool:
+    return any(
+        all(abs(abs(point[axis]) - half) <= slack for point in segment) for axis, half in ((0, half_x), (1, half_y))
+    )
+
+
+def _completed(body: BoxSolid, feature: Feature, points: Sequence[Vec3], slack: float) -> Feature:
+    """The feature that holds these points: a smaller one than is known, where they all lie on its border."""
+    signs = list(feature)
+    for index, (axis, half) in enumerate(zip(body.axes, body.half, strict=True)):
+        along = [dot(point, axis) for point in points]
+        if not feature[index] and all(abs(half - abs(each)) <= slack for each in along) and min(along) * max(along) > 0:
+            signs[index] = 1.0 if along[0] > 0.0 else -1.0
+    return (signs[0], signs[1], signs[2])
+
+
+def _crossing(a: BoxSolid, b: BoxSolid, axis: Axis, slack: float) -> _Locus | None:
+    """The point where an edge of a and an edge of b cross; None if they pass each other."""
+    if axis.of_a is None or axis.of_b is None:
+        return None
+    of_a, of_b = _edge(a, axis.of_a, axis.normal_AB_W, 1.0), _edge(b, axis.of_b, axis.normal_AB_W, -1.0)
+    p_AB = subtract(b.pose.position_W, a.pose.position_W)
+    u, v, p_A, p_B = a.axes[axis.of_a], b.axes[axis.of_b], _middle(a, of_a), add_scaled(_middle(b, of_b), 1.0, p_AB)
+    along_a, along_b = _closest(u, v, subtract(p_B, p_A))
+    if abs(along_a) > a.half[axis.of_a] + slack or abs(along_b) > b.half[axis.of_b] + slack:
+        return None
+    on_a, on_b = add_scaled(p_A, along_a, u), add_scaled(p_B, along_b, v)
+    point = scale(0.5, add_scaled(on_a, 1.0, on_b))
+    of_a, of_b = _completed(a, of_a, [on_a], slack), _completed(b, of_b, [subtract(on_b, p_AB)], slack)
+    return _Locus((point,), (axis.gap,), of_a, of_b)
+
+
+def _closest(u: Vec3, v: Vec3, p_UV: Vec3) -> tuple[float, float]:
+    """Where two lines along u and v come closest: distances along each from points that are `p_UV` apart [m]."""
+    cosine, along_u, along_v = dot(u, v), dot(p_UV, u), dot(p_UV, v)
+    across = cross(u, v)
+    square = dot(across, across)  # 1 - cosine^2 would lose the small angles
+    return (along_u - cosine * along_v) / square, (cosine * along_u - along_v) / square
+
+
+def _edge(body: BoxSolid, index: int, normal: Vec3, sign: float) -> Feature:
+    signs = [sign if dot(normal, axis) > 0.0 else -sign for axis in body.axes]
+    signs[index] = 0.0
+    return (signs[0], signs[1], signs[2])
+
+
+def _middle(body: BoxSolid, feature: Feature) -> Vec3:
+    """The middle of a feature, from the centre of the body, in W [m]."""
+    point: Vec3 = (0.0, 0.0, 0.0)
+    for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
+        point = add_scaled(point, sign * half, axis)
+    return point
+
+
+# Where a box with a level top carries another that lies on it: most pairs of most scenes, so this is the fast way.
+#
+# Both are seen as rectangles in plan, in the frame of the lower one, so that what is far from the origin is as exact.
+
+
+PARALLEL = 1e-12  # sine below which sides are parallel: rounding
+
+APART: tuple[Vec3, ...] = ()
+
+# Of the upper rectangle in the frame of the lower one: its centre [m], and cosine and sine of its turn.
+Place: TypeAlias = tuple[float, float, float, float]
+
+
+def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], float] | None:
+    """The corners of the patch on the top of `lower`, counter-clockwise from above, and the gap there [m].
+
+    The corners are APART if they do not touch, because no gap so wide counts with this reach and `within` [m].
+
+    None where that is not the whole story: the two touch at most within `reach` of an edge, or side by side.
+    """
+    if lower.plan is None or upper.plan is None:
+        return None
+    ux, uy, _, _ = lower.plan
+    (px, py, pz), (qx, qy, qz) = lower.pose.position_W, upper.pose.position_W
+    dx, dy = qx - px, qy - py
+    x, y = dx * ux + dy * uy, dy * ux - dx * uy
+    cosine, sine = ux * upper.plan[0] + uy * upper.plan[1], ux * upper.plan[1] - uy * upper.plan[0]
+    place = (x, y, cosine, sine)
+    overlap = _level_overlap(place, lower.plan, upper.plan)
+    if overlap < -reach:
+        return APART, 0.0
+    if overlap <= reach:
+        return None
+    gap = qz - pz - lower.rise - upper.rise
+    if gap > reach or gap < -reach or (gap > within and gap > gap_bridged(reach, 1.0, within)):
+        return APART, gap
+    top = pz + lower.rise
+    corners = _common(place, lower.plan, upper.plan)
+    return tuple([(px + u * ux - v * uy, py + u * uy + v * ux, top) for u, v in corners]), gap
+
+
+def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], Vec3, float] | None:
+    """The corners of the patch on the side of `a` that `b` stands beside, the normal of that side, and the gap [m].
+
+    The corners are APART if the gap beside it is too wide for contact. None unless both are level, their sides are
+    parallel, and they face each other well away from their edges.
+    """
+    if a.plan is None or b.plan is None:
+        return None
+    (ux, uy, half_u, half_v), (px, py, pz), (qx, qy, qz) = a.plan, a.pose.position_W, b.pose.position_W
+    vx, vy = b.plan[0], b.plan[1]
+    cosine, sine = ux * vx + uy * vy, ux * vy - uy * vx
+    if not (-PARALLEL <= sine <= PARALLEL or -PARALLEL <= cosine <= PARALLEL):
+        return None
+    other_u, other_v = (b.plan[2], b.plan[3]) if -PARALLEL <= sine <= PARALLEL else (b.plan[3], b.plan[2])
+    dx, dy, dz = qx - px, qy - py, qz - pz
+    x, y = dx * ux + dy * uy, dy * ux - dx * uy
+    if half_u + other_u - abs(x) > half_v + other_v - abs(y):  # they touch across the second side: turn the frame
+        ux, uy, x, y = -uy, ux, y, -x
+        half_u, half_v, other_u, other_v = half_v, half_u, other_v, other_u
+    gap = abs(x) - half_u - other_u
+    if gap < -reach or half_v + other_v - abs(y) <= reach:
+        return None
+    if a.rise + b.rise - abs(dz) <= reach:
+        return None
+    sign = 1.0 if x > 0.0 else -1.0
+    if gap > gap_bridged(reach, 0.0, within):
+        return APART, (sign * ux, sign * uy, 0.0), gap
+    left, right = max(-half_v, sign * y - other_v), min(half_v, sign * y + other_v)
+    low, high = max(-a.rise, dz - b.rise), min(a.rise, dz + b.rise)
+    ux, uy = sign * ux, sign * uy
+    around = ((left, low), (right, low), (right, high), (left, high))
+    points = tuple([(px + half_u * ux - v * uy, py + half_u * uy + v * ux, pz + w) for v, w in around])
+    return points, (ux, uy, 0.0), gap
+
+
+def _level_overlap(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> float:
+    """How far two rectangles must be moved to be apart [m]; negative if they are."""
+    x, y, cosine, sine = place
+    (_, _, a, b), (_, _, c, d) = lower, upper
+    along, across = abs(cosine), abs(sine)
+    least = min(a + c * along + d * across - abs(x), b + c * across + d * along - abs(y))
+    if across <= PARALLEL or along <= PARALLEL:
+        return least
+    s, t = x * cosine + y * sine, y * cosine - x * sine
+    return min(least, c + a * along + b * across - abs(s), d + a * across + b * along - abs(t))
+
+
+def _common(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> Polygon:
+    """What two rectangles have in common, in the frame of the lower one."""
+    x, y, cosine, sine = place
+    (_, _, a, b), (_, _, c, d) = lower, upper
+    if -PARALLEL <= sine <= PARALLEL or -PARALLEL <= cosine <= PARALLEL:
+        if -PARALLEL <= cosine <= PARALLEL:
+            c, d = d, c
+        left, right = max(-a, x - c), min(a, x + c)
+        near, far = max(-b, y - d), min(b, y + d)
+        return ((left, near), (right, near), (right, far), (left, far))
+    p, q, r, s = c * cosine, c * sine, d * sine, d * cosine
+    turned = ((x - p + r, y - q - s), (x + p + r, y + q - s), (x + p - r, y + q + s), (x - p - r, y - q + s))
+    return tuple(within_rectangle(turned, a, b))
+
+
+# Where a box touches a plane: the corners of its lowest face whose gaps to the plane count as contact.
+
+
+# The points of a plane that a body touches, and how high the body is above each [m].
+PointsOnPlane: TypeAlias = tuple[tuple[Vec3, ...], tuple[float, ...]]
+
+
+def points_on_plane(body: BoxSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
+    """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not.
+
+    What is deeper in it than `reach` [m] does not touch, nor what is further from it than `widest` [m].
+    """
+    p_PB = subtract(body.pose.position_W, plane.point_W)
+    height = dot(p_PB, plane.normal_W)
+    gap = height - half_extent(body.axes, body.half, plane.normal_W)
+    if gap > widest or gap < -reach:
+        return (), ()
+    if body.plan is not None and plane.normal_W == UP:
+        points = _of_plan(body, body.pose.position_W[2] - height)
+        return points, (gap,) * len(points)
+    corners = [(corner, dot(corner, plane.normal_W) + height) for corner in _lowest_face(body, plane.normal_W)]
+    low = [(corner, above) for corner, above in corners if above <= widest]
+    at = body.pose.position_W
+    points = tuple(add_scaled(add_scaled(at, 1.0, corner), -above, plane.normal_W) for corner, above in low)
+    return points, tuple(above for _, above in low)
+
+
+def _of_plan(body: BoxSolid, ground: float) -> tuple[Vec3, ...]:
+    if body.plan is None:
+        return ()
+    ux, uy, a, b = body.plan
+    x, y, _ = body.pose.position_W
+    px, py, qx, qy = a * ux, a * uy, -b * uy, b * ux
+    return (
+        (x - px - qx, y - py - qy, ground),
+        (x + px - qx, y + py - qy, ground),
+        (x + px + qx, y + py + qy, ground),
+        (x - px + qx, y - py + qy, ground),
+    )
+
+
+def _lowest_face(body: BoxSolid, up: Vec3) -> list[Vec3]:
+    """Its corners, from the centre, in W [m]; of all faces, the one that leans least holds the lowest edge too."""
+    rises = [half * abs(dot(axis, up)) for half, axis in zip(body.half, body.axes, strict=True)]
+    steepest = max(range(3), key=lambda index: rises[index])
+    first, second = (steepest + 1) % 3, (steepest + 2) % 3
+    down = -1.0 if dot(body.axes[steepest], up) > 0.0 else 1.0
+    centre = scale(down * body.half[steepest], body.axes[steepest])
+    u, v = scale(body.half[first], body.axes[first]), scale(body.half[second], body.axes[second])
+    # Seen from above the plane, the second side is to the left of the first where the third axis points up.
+    around = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+    corners = [add_scaled(add_scaled(centre, s, u), t, v) for s, t in around]
+    return corners if down < 0.0 else corners[::-1]

@@ -1,0 +1,1 @@
+"""Motion of rigid bodies, in closed form and with non-smooth contact."""

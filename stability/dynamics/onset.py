@@ -1,0 +1,127 @@
+"""Finds the motion with which an unstable structure starts, by Gauss's principle of least constraint."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+
+from stability.geometry.placed_shape import principal_turn
+from stability.geometry.rows import Array
+from stability.geometry.vectors import rotate
+from stability.model import BodyId, Vec3
+from stability.problem import Motion, Placed, Problem, Stability, Tolerances, Verdict
+from stability.statics.assembly import Assembly
+from stability.statics.conic_program import ConicProgram, Solver, clarabel_solve, solve
+from stability.statics.equilibrium import proven_motion
+from stability.statics.fall_description import described
+from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
+
+# With which motion does a structure that cannot stand begin to move?
+#
+# At rest, of all motions that no contact resists, bricks begin to move with the one nearest to free fall, distances
+# weighed by mass and moments of inertia (Gauss: least constraint). Up to its size that is the motion of least energy
+# among those by which the loads gain the same, one conic program. Here contacts that slide also open, by the
+# coefficient of friction times the slip, as in every motion that proves a fall; of what tips or falls nothing slides,
+# and the motion is exact.
+#
+# A smallest set of bricks that falls is another question: what tips over a brick that its weight then takes along falls
+# by itself, were that brick held, but the brick begins to move as well.
+
+
+QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
+ACCURACIES = (1e-9, 1e-12)  # asked for in turn until what is found is proven
+AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def onset(
+    problem: Problem,
+    motion: Motion,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+) -> Motion | None:
+    """The motion that all of a problem begins with, proven; None if not found. `motion` is any that proves its fall."""
+    system = wrench_matrix(problem, whole=True)
+    root = _root_of_inertia([problem.bricks[name] for name in system.names], system)
+    columns = system.columns_of(motion)
+    gain = float(system.loads @ columns) / float(np.linalg.norm(root @ columns))
+    program = _least_energy(system, root, gain)
+    for accuracy in ACCURACIES:
+        point = solve(program, accuracy, solver)
+        if isinstance(point, str):
+            continue
+        found = proven_motion(problem, system, point.x[: len(columns)], tolerances, QUIET)
+        if found is not None:
+            return found
+    return None
+
+
+def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
+    """The matrix that takes columns to vectors whose squared length is twice the kinetic energy, up to a factor."""
+    from scipy.sparse import block_diag, diags  # noqa: PLC0415 -- slow to import, seldom needed
+
+    blocks = []
+    for placed in bricks:
+        brick, pose = placed.brick, placed.pose
+        spins = zip(brick.shape.moments(brick.mass), AXES, strict=True)
+        turn = principal_turn(brick.shape, pose.orientation)
+        turns = [[sqrt(moment) * part for part in rotate(turn, axis)] for moment, axis in spins]
+        blocks += [sqrt(brick.mass) * np.identity(3), np.array(turns)]
+    root = block_diag(blocks, format="csc") @ diags(1.0 / system.column_scale)
+    return root / abs(root).max()
+
+
+def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgram:
+    """The program for the motion of least kinetic energy by which the loads gain `gain`."""
+    from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
+
+    size, columns = root.shape
+    held = 3 * len(system.round)
+    bound = csc_matrix(([1.0], ([0], [0])), shape=(1, 1))
+    power = csc_matrix(system.loads[None, :] / gain)
+    matrix = bmat(
+        [[power, None], [-system.matrix[:held], None], [None, -bound], [-root, None], [-system.matrix[held:], None]]
+    )
+    offset: Array = np.zeros(matrix.shape[0])
+    offset[0] = 1.0
+    cost = np.append(np.zeros(columns), 1.0)
+    return ConicProgram(cost, matrix.tocsc(), offset, 1, [3] * len(system.round) + [size + 1], len(system.flat))
+
+
+# Completes a verdict of UNSTABLE by the motion with which everything that is connected with what falls begins.
+#
+# The cascade proves a fall by the smallest part that it finds. An engine, however, must be given back every brick that
+# begins to move, and a reader wants to know how they move.
+
+
+MOST = 300  # bricks in one program: a tenth of a second; of larger structures those nearest to what falls
+
+
+def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
+    """The verdict with all bricks that begin to move, and how; unchanged if nothing falls or no motion is proven."""
+    if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
+        return verdict
+
+    problem = assembly.problem(_around(assembly, verdict.moving))
+    motion = onset(problem, verdict.motion)
+    if motion is None:
+        return verdict
+    moving = tuple(sorted(motion.velocity))
+    same = moving == tuple(sorted(verdict.moving))
+    return replace(verdict, motion=motion, moving=moving, reason=verdict.reason if same else described(problem, motion))
+
+
+def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:
+    """These bricks and all that are connected with them, or only the nearest where there are too many."""
+    group = set(bricks)
+    while len(group) < MOST:
+        larger = group | {other for brick in group for other in _neighbours(assembly, brick)}
+        if len(larger) == len(group):
+            break
+        group = larger
+    return group
+
+
+def _neighbours(assembly: Assembly, brick: BodyId) -> set[BodyId]:
+    bodies = {body for contact in assembly.contacts(brick) for body in (contact.lower, contact.upper)}
+    return {body for body in bodies if body in assembly.bricks}

@@ -1,0 +1,51 @@
+"""The motion of a rigid body about a fixed axis under its weight."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import cos, sin, sqrt
+
+# Motion in time, where no closed form says it: one step of the classical Runge-Kutta method.
+
+
+def runge_kutta(
+    acceleration: Callable[[float, float], float], position: float, speed: float, duration: float
+) -> tuple[float, float]:
+    """Position and speed a short time [s] later, of what is accelerated by `acceleration(position, speed)`."""
+    half = 0.5 * duration
+    pull = acceleration(position, speed)
+    speed_2 = speed + half * pull
+    pull_2 = acceleration(position + half * speed, speed_2)
+    speed_3 = speed + half * pull_2
+    pull_3 = acceleration(position + half * speed_2, speed_3)
+    speed_4 = speed + duration * pull_3
+    pull_4 = acceleration(position + duration * speed_3, speed_4)
+    sixth = duration / 6.0
+    return (
+        position + sixth * (speed + 2.0 * (speed_2 + speed_3) + speed_4),
+        speed + sixth * (pull + 2.0 * (pull_2 + pull_3) + pull_4),
+    )
+
+
+# A rigid body that turns about a fixed axis under its weight: how fast at an angle, and at which angle in time.
+
+
+@dataclass(frozen=True, slots=True)
+class Pendulum:
+    """Let go at rest at the angle 0. Its weight turns it by a cos(angle) + b sin(angle), whatever its shape."""
+
+    inertia: float  # about the axis [kg m2]
+    torque: float  # a, of the weight about the axis where it was let go [N m]
+    torque_across: float  # b, what it would be a quarter of a turn further [N m]
+
+    def acceleration_at(self, angle: float) -> float:
+        """Of the angle [rad/s2]."""
+        return (self.torque * cos(angle) + self.torque_across * sin(angle)) / self.inertia
+
+    def speed_at(self, angle: float) -> float:
+        """Of the angle, from the height lost [rad/s]."""
+        work = self.torque * sin(angle) + self.torque_across * (1.0 - cos(angle))
+        return sqrt(max(0.0, 2.0 * work / self.inertia))
+
+    def after(self, angle: float, speed: float, duration: float) -> tuple[float, float]:
+        """Angle [rad] and its speed [rad/s] a short time [s] later."""
+        return runge_kutta(lambda at, _: self.acceleration_at(at), angle, speed, duration)

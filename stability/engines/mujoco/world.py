@@ -1,0 +1,233 @@
+"""A MuJoCo world, in which bricks can be joined into rigid groups."""
+
+from collections.abc import Collection, Container, Mapping, Sequence, Set
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+from stability.contact_law import GivenFriction
+from stability.dynamics.rigid_body import Pressed, pushed
+from stability.dynamics.rigid_group import RigidGroup, grouped, member_state
+from stability.engines.bodies import OwnBodies
+from stability.engines.mujoco.model import Body, Model, Scene, made
+from stability.engines.mujoco.settings import MuJoCoSettings
+from stability.engines.pressing import Presses
+from stability.engines.protocol import PrescribedMotion, StepClock
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+
+# The bodies of a MuJoCo world, through all models that are made of them.
+#
+# A model cannot be changed, so what it knows is taken over when something else changes, and another is made when it is
+# needed.
+
+
+CENTRED = Pose((0.0, 0.0, 0.0))
+
+
+@dataclass
+class RemadeBodies:
+    """Bricks and groups of bricks, each with its state."""
+
+    settings: MuJoCoSettings
+    gravity: float  # [m/s2], along -z
+    friction: GivenFriction  # of brick on brick
+    own: OwnBodies
+    _bodies: dict[BodyId, Body] = field(default_factory=dict, init=False)  # as they were when the model was made
+    _groups: dict[BodyId, tuple[BodyId, RigidGroup]] = field(default_factory=dict, init=False)  # by joined brick
+    _model: Model | None = field(default=None, init=False)  # None when it has to be made anew
+
+    def model(self) -> Model:
+        """A model of all that is there."""
+        if self._model is None:
+            planes = list(self.own.planes.values())
+            self._model = made(Scene(self.settings, self.gravity, self.friction, planes, self._bodies))
+        return self._model
+
+    def take_over(self) -> None:
+        """Take over what the model knows, before it is made anew."""
+        if self._model is not None:
+            for name in self._model.free:
+                self._bodies[name] = replace(self._bodies[name], state=self._model.state(name))
+            self._model = None
+
+    def add(self, brick: Brick, state: BodyState) -> None:
+        """Let a brick come."""
+        self.take_over()
+        self._bodies[brick.id] = Body(((brick, CENTRED),), state)
+
+    def remove(self, brick: BodyId) -> None:
+        """Let a brick go, parted from all others."""
+        self.part_from_others(brick)
+        self.take_over()
+        del self._bodies[brick]
+
+    def put(self, brick: BodyId, state: BodyState, held: bool) -> None:
+        """Put a brick somewhere, or hold it there."""
+        self.take_over()
+        self._bodies[brick] = replace(self._bodies[brick], state=state, held=held)
+
+    def carry(self, bricks: Container[BodyId]) -> None:
+        """Let somebody outside carry these from now on, and no others."""
+        changed = [name for name, body in self._bodies.items() if body.carried != (name in bricks)]
+        if changed:
+            self.take_over()
+        for name in changed:
+            self._bodies[name] = replace(self._bodies[name], carried=name in bricks)
+
+    def holds(self, brick: BodyId) -> bool:
+        """Whether a brick is held by itself."""
+        return brick in self._bodies and self._bodies[brick].held
+
+    def state(self, body: BodyId) -> BodyState:
+        """Pose and motion of a brick or a plane."""
+        if body in self.own.planes:
+            return BodyState(Pose(self.own.planes[body].point_W))
+        if body in self._groups:
+            name, group = self._groups[body]
+            return member_state(self.state(name), group.places_G[body])
+        if self._model is not None and body in self._model.free:
+            return self._model.state(body)
+        return self._bodies[body].state
+
+    def fellows(self, brick: BodyId) -> Collection[BodyId]:
+        """The bricks of the group that a brick is in; none if it is by itself."""
+        return self._groups[brick][1].bricks.keys() if brick in self._groups else ()
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        """Let bricks that are held be one body from now on, at rest."""
+        group = grouped((self.own.bricks[brick], self.state(brick).pose) for brick in bricks)
+        self.take_over()
+        for brick in group.bricks:
+            del self._bodies[brick]
+        name = f"group of {next(iter(group.bricks))}"
+        members = tuple((brick, group.places_G[brick.id]) for brick in group.bricks.values())
+        self._bodies[name] = Body(members, BodyState(group.pose))
+        self._groups |= dict.fromkeys(group.bricks, (name, group))
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Let all that a brick is joined to be bodies by themselves; these are they."""
+        name, group = self._groups[brick]
+        states = {member: self.state(member) for member in group.bricks}
+        self.take_over()
+        del self._bodies[name]
+        for member, state in states.items():
+            del self._groups[member]
+            self._bodies[member] = Body(((self.own.bricks[member], CENTRED),), state)
+        return tuple(states)
+
+    def part_from_others(self, brick: BodyId) -> None:
+        """Part a brick from what it is joined to, if it is."""
+        if brick in self._groups:
+            self.part(brick)
+
+
+# A MuJoCo world of one's own; bricks can be joined in it, to move as one rigid body.
+
+
+@dataclass
+class MuJoCoWorld:
+    """A world of its own for bricks and planes; `opened` makes it."""
+
+    settings: MuJoCoSettings
+    own: OwnBodies
+    bodies: RemadeBodies
+    clock: StepClock
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    presses: Presses = field(default_factory=Presses, init=False)
+    _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
+
+    @classmethod
+    def opened(
+        cls, settings: MuJoCoSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
+    ) -> Self:
+        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
+        own = OwnBodies()
+        return cls(settings, own, RemadeBodies(settings, gravity, friction, own), StepClock(settings))
+
+    def close(self) -> None:
+        self.bodies.take_over()
+        self._stepped = None
+
+    def time(self) -> float:
+        return self.clock.time
+
+    def skip(self, duration: float) -> None:
+        self.clock.time += duration
+
+    def limit_travel(self, fastest: float) -> None:
+        self.clock.limit_travel(fastest)
+
+    def ease_in(self) -> None:
+        """No step is split for it: the settings were chosen without."""
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body)
+
+    def step(self) -> None:
+        self.bodies.carry({name for name, each in self.prescribed.guided.items() if each.carried})
+        self._stepped = self.bodies.model()
+        self._stepped.pull(self.bodies.gravity, self.prescribed.acceleration_W)
+        parts = self.clock.pass_step()
+        self._stepped.step(self.settings.time_step, parts, self.presses, self.prescribed.guided)
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        return {body: self.bodies.state(body) for body in bodies}
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        points = self._stepped.contacts(brick) if self._stepped is not None else ()
+        there = self.own.bricks.keys() | self.own.planes.keys()
+        return [point for point in points if point.a in there and point.b in there]
+
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        boxes, fellows = self.bodies.model().bounds(planes=len(self.own.planes)), self.bodies.fellows(brick)
+        return [other for other in self.own.near(brick, boxes, within) if other not in fellows]
+
+    def add_plane(self, plane: Plane) -> None:
+        self.bodies.take_over()
+        self.own.add_plane(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.own.add_brick(brick)
+        self.bodies.add(brick, BodyState(pose, velocity_W))
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
+        self.bodies.remove(brick)
+        self.own.remove_brick(brick)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        self.set_state(brick, pushed(self.bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self.presses.press(self.own.bricks[brick], self.bodies.state(brick), pressed)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self.bodies.part_from_others(brick)
+        self.bodies.put(brick, state, held=False)
+
+    def freeze(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
+        self.bodies.part_from_others(brick)
+        self.bodies.put(brick, BodyState(self.bodies.state(brick).pose), held=True)
+
+    def holds(self, brick: BodyId) -> bool:
+        return self.bodies.holds(brick)
+
+    def wake(self, brick: BodyId) -> None:
+        self.bodies.put(brick, self.bodies.state(brick), held=False)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.bodies.put(brick, BodyState(pose), held=True)
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        for brick in bricks:
+            self.presses.leave(brick)
+        self.bodies.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.bodies.part(brick)

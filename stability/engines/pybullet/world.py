@@ -1,0 +1,184 @@
+"""A PyBullet world of one's own, with every setting that matters made explicit; bricks can be joined in it.
+
+The world owns its parts and does nothing itself: what each is for is said where it is.
+"""
+
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from dataclasses import dataclass, field
+from math import log10
+from typing import Self, TypeAlias
+
+from stability.contact_law import GivenFriction
+from stability.dynamics.rigid_body import Pressed, pushed
+from stability.engines.bodies import OwnBodies
+from stability.engines.protocol import FrictionRecord, PrescribedMotion
+from stability.engines.pybullet.binding import pybullet
+from stability.engines.pybullet.bodies import BodyMaker, BrickBodies, Planes
+from stability.engines.pybullet.client import ClientBodies
+from stability.engines.pybullet.contacts import EdgeReshaper, EdgeWatch, FreshContacts, Reshaper
+from stability.engines.pybullet.friction import FrictionCones, PairFriction
+from stability.engines.pybullet.groups import GuidedBricks, JoinedGroups
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.engines.pybullet.stepping import FreeFall, Stepper, engine_parameters
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+
+# [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
+HEAVIEST = 1e4
+
+MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
+
+
+@dataclass
+class PyBulletWorld:
+    """A world of its own for bricks and planes; close it after use. `opened` makes it."""
+
+    settings: PyBulletSettings
+    bricks: BrickBodies
+    groups: JoinedGroups
+    edges: EdgeWatch
+    cones: FrictionCones
+    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
+    guided: GuidedBricks = field(init=False)
+    own: OwnBodies = field(init=False)
+    bodies: ClientBodies = field(init=False)
+    planes: Planes = field(init=False)
+    stepper: Stepper = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.own, self.bodies = self.bricks.own, self.bricks.bodies
+        self.planes, self.stepper = self.bricks.planes, self.bricks.stepper
+        self.guided = GuidedBricks(self.bricks)
+        self.stepper.fall.before = self.guided.exert
+
+    @classmethod
+    def opened(
+        cls,
+        settings: PyBulletSettings,
+        gravity: float,
+        friction: GivenFriction,
+        heaviest: float | None = None,
+        reshaper: MakesReshaper = EdgeReshaper,
+    ) -> Self:
+        """A new, empty world with gravity [m/s2] along -z.
+
+        Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
+        settings it is chosen by the mass of the heaviest brick to come [kg]. `reshaper` decides about edges.
+        """
+        bodies = ClientBodies(_client(settings, gravity), {}, settings.scale, _mass_unit(settings, heaviest))
+        own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
+        stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
+        bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
+        groups = JoinedGroups(bricks)
+        edges = EdgeWatch(bricks, reshaper(bricks, groups), FreshContacts(bricks, groups))
+        return cls(settings, bricks, groups, edges, FrictionCones(bricks, PairFriction(bricks, groups)))
+
+    def close(self) -> None:
+        pybullet.disconnect(self.bodies.client)
+
+    # --- time ---------------------------------------------------------------------------------------------------------
+
+    def time(self) -> float:
+        return self.stepper.time
+
+    def step(self) -> None:
+        self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
+        self.edges.look()
+        self.guided.follow(self.prescribed.guided)
+        if self.stepper.suit(self.groups.mass_ratio):
+            self.bricks.anchors.choose(self.stepper.lively)
+            self.planes.choose(self.stepper.lively)
+        self.cones.pairs.suit(self.frictions)
+        self.stepper.step()
+        self.cones.look()
+
+    def limit_travel(self, fastest: float) -> None:
+        self.stepper.limit_travel(fastest)
+
+    def ease_in(self) -> None:
+        self.stepper.ease_in()
+
+    def skip(self, duration: float) -> None:
+        self.stepper.time += duration
+
+    # --- what is there ------------------------------------------------------------------------------------------------
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body) if body in self.own.bricks else self.planes.shape()
+
+    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.groups.near(brick, within)
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        return self.groups.states(bodies)
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return self.groups.contacts(brick, self.time())
+
+    # --- what comes, goes and changes ---------------------------------------------------------------------------------
+
+    def add_plane(self, plane: Plane) -> None:
+        self.own.add_plane(plane)
+        self.planes.add(plane)
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.bricks.add(brick, pose, velocity_W)
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.groups.part_from_others(brick)
+        self.bricks.remove(brick)
+        self.groups.forget_contacts()
+
+    def freeze(self, brick: BodyId) -> None:
+        self.groups.freeze(brick)
+
+    def holds(self, brick: BodyId) -> bool:
+        return self.groups.holds(brick)
+
+    def wake(self, brick: BodyId) -> None:
+        self.bricks.wake(brick)
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self.bricks.put_at(brick, pose)
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self.groups.part_from_others(brick)
+        self.bricks.set_state(brick, state)
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        after = pushed(self.states([brick])[brick], self.own.bricks[brick], impulse_W, at_W)
+        self.bodies.set_motion(brick, after.velocity_W, after.angular_velocity_W)
+        if brick in self.stepper.fall.flying:
+            self.bricks.comes_free(brick)
+
+    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+        self.bricks.press(brick, pressed)
+
+    def join(self, bricks: Collection[BodyId]) -> None:
+        self.groups.join(bricks)
+
+    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.groups.part(brick)
+
+
+def _client(settings: PyBulletSettings, gravity: float) -> int:
+    """A new client, told all that belongs to it."""
+    client = int(pybullet.connect(pybullet.DIRECT))
+    if client < 0:
+        raise RuntimeError("PyBullet accepts no more clients in this process")
+    pybullet.setGravity(0.0, 0.0, -gravity, client)
+    pybullet.setPhysicsEngineParameter(**engine_parameters(settings), physicsClientId=client)
+    return client
+
+
+def _mass_unit(settings: PyBulletSettings, heaviest: float | None) -> float:
+    """Engine kilograms per scene kilogram."""
+    if heaviest is None or settings.scale == 1.0:
+        return 1.0
+    return float(10.0 ** round(log10(HEAVIEST / heaviest)))

@@ -1,0 +1,157 @@
+"""A shape in its pose: corners, bounds, distances and inertia in W."""
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from stability.geometry import box_distance
+from stability.geometry.box import Box, box_of
+from stability.geometry.box_distance import Block, Separation, block, blocks_apart
+from stability.geometry.vectors import add, body_axes, dot, inverse, multiply, rotate, scale, subtract
+from stability.model import IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
+
+if TYPE_CHECKING:
+    from stability.geometry.polyhedra import Hull
+
+
+# Where a shape is in a pose: its corners, the box around it, its highest point, its principal axes in W.
+#
+# It asks shapes only what every shape promises, so that it holds of all of them.
+
+
+UP: Vec3 = (0.0, 0.0, 1.0)
+
+
+def corners_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, ...]:
+    """Its corners [m, in W], in the order of the shape."""
+    return tuple(add(pose.position_W, rotate(pose.orientation, corner)) for corner in shape.corners)
+
+
+def top_W(shape: ConvexShape, pose: Pose) -> float:
+    """The height of its highest point [m, in W]."""
+    return pose.position_W[2] + reach_W(shape, pose, UP)
+
+
+def bounds_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, Vec3]:
+    """The lowest and the highest corner of the upright box around it [m, in W]."""
+    x, y, z = zip(*corners_W(shape, pose), strict=True)
+    return (min(x), min(y), min(z)), (max(x), max(y), max(z))
+
+
+def reach_W(shape: ConvexShape, pose: Pose, direction_W: Vec3) -> float:
+    """How far it extends from its centre of mass along a unit direction [m]."""
+    return shape.reach(rotate(inverse(pose.orientation), direction_W))
+
+
+def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
+    """The turn from its principal axes of inertia to W, when this is the turn from its body axes."""
+    axes = shape.principal_axes
+    return orientation if axes == IDENTITY else multiply(orientation, axes)
+
+
+# How far apart two bodies are, and a body and a plane. The one place that knows which shapes take a shorter way.
+#
+# Two boxes are compared along the axes of boxes; whatever else there is, by its faces and edges.
+
+
+InPlace: TypeAlias = "Block | Hull"  # a body in its place, worked out for comparison with many others
+
+
+def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
+    """A shape in its place."""
+    if isinstance(shape, Box):
+        return block(shape.size, pose)
+    boxed = box_of(shape)
+    if boxed is not None:
+        box, middle = boxed
+        return block(box.size, middle_pose(middle, pose))
+    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull(shape, pose.position_W, body_axes(pose.orientation))
+
+
+def middle_pose(middle: Vec3, pose: Pose) -> Pose:
+    """The pose of a point of a body, from the centre of mass in body axes [m]."""
+    x, y, z = body_axes(pose.orientation)
+    along = add(add(scale(middle[0], x), scale(middle[1], y)), scale(middle[2], z))
+    return Pose(add(pose.position_W, along), pose.orientation)
+
+
+def bodies_apart(a: InPlace, b: InPlace) -> Separation:
+    """The separation of body a from body b."""
+    if isinstance(a, Block) and isinstance(b, Block):
+        return blocks_apart(a, b)
+    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+
+    return Separation(*polyhedra.separation(_as_hull(a), _as_hull(b)))
+
+
+def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
+    """How far along a unit direction a body goes until it touches another, and until it leaves it; None if it passes.
+
+    What would touch the other by less than `graze` [m] sideways passes by it.
+    """
+    if isinstance(moving, Block) and isinstance(fixed, Block):
+        return box_distance.meeting(moving, fixed, direction_W, graze)
+    from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
+
+    return polyhedra.passage(_as_hull(moving), _as_hull(fixed), direction_W, graze)
+
+
+def above_plane(body: InPlace, plane: Plane) -> Separation:
+    """The separation of a body from a half-space."""
+    if isinstance(body, Block):
+        return box_distance.block_above_plane(body, plane)
+    height = dot(subtract(body.p_WC, plane.point_W), plane.normal_W)
+    x, y, z = plane.normal_W
+    lowest = min((a * x + b * y + c * z for a, b, c in body.corners.tolist()), default=0.0)
+    return Separation(height + lowest, plane.normal_W)
+
+
+def how_far_outside(body: InPlace, point_W: Vec3) -> float:
+    """How far a point is outside of the face that it is farthest from [m]; negative inside."""
+    if isinstance(body, Block):
+        away = subtract(point_W, body.p_WC)
+        sides = zip(body.axes_W, body.half, strict=True)
+        return max(abs(dot(away, axis)) - half for axis, half in sides)
+    away = subtract(point_W, body.p_WC)
+    sides = zip(body.normals.tolist(), body.mesh.reaches.tolist(), strict=True)
+    return max(dot(away, normal) - reach for normal, reach in sides)
+
+
+def _as_hull(body: InPlace) -> "Hull":
+    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+
+    return hull(Box(scale(2.0, body.half)), body.p_WC, body.axes_W) if isinstance(body, Block) else body
+
+
+def apart(a: ConvexShape, pose_a: Pose, b: ConvexShape, pose_b: Pose) -> Separation:
+    """The separation of shape a from shape b."""
+    return bodies_apart(in_place(a, pose_a), in_place(b, pose_b))
+
+
+def apart_from_plane(shape: ConvexShape, pose: Pose, plane: Plane) -> Separation:
+    """The separation of a shape from a half-space: exact, of every shape."""
+    corners = corners_W(shape, pose)
+    return Separation(min(dot(subtract(c, plane.point_W), plane.normal_W) for c in corners), plane.normal_W)
+
+
+# The inertia of a brick, whatever its shape, as it acts on vectors of W.
+
+
+def inertia_times(brick: Brick, orientation: Quaternion, vector_W: Vec3) -> Vec3:
+    """The inertia of a brick about its centre of mass [kg m2], times a vector."""
+    turn = principal_turn(brick.shape, orientation)
+    return diagonal_times(brick.shape.moments(brick.mass), turn, vector_W)
+
+
+def inertia_about_axes(brick: Brick, orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
+    """The inertia of a brick about its centre of mass [kg m2], by rows, along the axes of W."""
+    x, y, z = (inertia_times(brick, orientation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    # Rounding alone makes it other than symmetric.
+    xy, xz, yz = 0.5 * (x[1] + y[0]), 0.5 * (x[2] + z[0]), 0.5 * (y[2] + z[1])
+    return (x[0], xy, xz), (xy, y[1], yz), (xz, yz, z[2])
+
+
+def diagonal_times(diagonal: Vec3, orientation: Quaternion, vector_W: Vec3) -> Vec3:
+    """A tensor that is diagonal in axes which `orientation` turns to W, times a vector, in W."""
+    a, b, c = rotate(inverse(orientation), vector_W)
+    return rotate(orientation, (diagonal[0] * a, diagonal[1] * b, diagonal[2] * c))

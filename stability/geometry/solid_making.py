@@ -1,0 +1,475 @@
+"""Makes convex solids from corners, prisms or meshes, with volume, centre and inertia."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import atan2
+from numbers import Integral
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from stability.geometry.box import Box, box_of
+from stability.geometry.convex_solid import ConvexSolid, NotASolidError
+from stability.geometry.polygons import convex_hull
+from stability.geometry.rows import Array
+from stability.geometry.vectors import (
+    LONGEST,
+    SHORTEST,
+    admit_in_range,
+    admit_numbers,
+    listed,
+    norm,
+    principal_axes,
+    scale,
+    subtract,
+    told,
+    unit,
+)
+from stability.model import IDENTITY, ConvexShape, Face, Quaternion, Vec3
+
+# The faces of a convex hull, each with all its corners: Qhull finds triangles, and those in one plane are one face.
+
+
+FLUSH: Final = 1e-9  # share of the extent: what is thinner has no thickness
+# Share of the least thickness: nearer to a plane or a line is in it. Files write six decimals of a metre, or single
+# precision, and what touches may be two hundred times as far apart.
+WRITTEN: Final = 1e-4
+LEAST_POINTS: Final = 4
+LEAST_FACES_AT_A_CORNER: Final = 3
+MOST_POINTS: Final = 100_000
+MOST_CORNERS: Final = 1000  # that Qhull sees, some of them amid faces; what is too much for the rest is told there
+
+
+def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]], list[int]]:
+    """The corners of the hull of points, its faces counter-clockwise seen from outside, and which points are inside.
+
+    Corners stand in the order of the points; what lies on a face or an edge is neither a corner nor inside. Raises
+    NotASolidError if the points lie in a plane, or so close to one that no digits are left.
+    """
+    if not LEAST_POINTS <= len(points) <= MOST_POINTS:
+        raise NotASolidError(
+            f"{len(points)} points enclose nothing" if len(points) < LEAST_POINTS else f"{len(points)} points are many",
+            f"write {LEAST_POINTS} to {MOST_POINTS} corners",
+        )
+    given = np.array(points, dtype=float)
+    centred = given - given.mean(axis=0)
+    extent = float(np.ptp(centred, axis=0).max())
+    flat = NotASolidError("all points lie in one plane", "a solid has a thickness")
+    if extent == 0.0:
+        raise flat
+    scaled = centred / extent
+    try:
+        hull = ConvexHull(scaled)
+    except QhullError as error:
+        raise flat from error
+    if len(hull.vertices) > MOST_CORNERS:
+        message = f"the hull of the points has {len(hull.vertices)} corners, and {MOST_CORNERS} is the most"
+        raise NotASolidError(message, "write a simpler solid, close to it")
+    thickness = float(np.ptp(scaled @ hull.equations[:, :3].T, axis=0).min())
+    if thickness <= FLUSH:
+        raise flat
+    written = WRITTEN * thickness
+    planes = [_plane(scaled, group, hull) for group in _groups(scaled, hull, written)]
+    loops = [_loop(scaled, on, normal, written) for normal, on in planes]
+    return _in_order(points, loops, scaled, planes, written)
+
+
+def written_share(points: Sequence[Vec3], faces: Sequence[Sequence[int]]) -> float:
+    """How far a corner of these faces may be off as files write, as a share of the extent."""
+    given = np.array(points, dtype=float)
+    normals = np.array([np.cross(given[b] - given[a], given[c] - given[a]) for a, b, c, *_ in faces])
+    lengths = np.linalg.norm(normals, axis=1)
+    heights = np.ptp(given @ (normals[lengths > 0.0] / lengths[lengths > 0.0, None]).T, axis=0)
+    return WRITTEN * float(heights.min()) / float(np.ptp(given, axis=0).max())
+
+
+def _groups(points: Array, hull: ConvexHull, written: float) -> Iterator[list[int]]:
+    """The triangles of each face: neighbours that lie in one plane, as far as files write."""
+    normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
+    areas = np.linalg.norm(_across(points, hull.simplices), axis=1)
+    left = set(range(len(hull.simplices)))
+    for first in sorted(left, key=lambda number: -areas[number]):  # the largest says best where the plane is
+        if first not in left:
+            continue
+        heights = np.abs(points[hull.simplices] @ normals[first] + offsets[first]).max(axis=1)
+        facing = hull.equations[:, :3] @ normals[first] > 0.0
+        # A sliver has no normal of its own to tell by: that its corners lie in the plane is enough.
+        with_it = {n for n in left if heights[n] <= written and (facing[n] or areas[n] <= written)}
+        group, front = {first}, [first]
+        while front:
+            front = [n for number in front for n in hull.neighbors[number].tolist() if n in with_it and n not in group]
+            group.update(front)
+        left -= group
+        yield sorted(group)
+
+
+def _across(points: Array, triangles: NDArray[np.int_]) -> Array:
+    a, b, c = (points[triangles[:, n]] for n in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _plane(points: Array, group: Sequence[int], hull: ConvexHull) -> tuple[Array, list[int]]:
+    """The outward normal of a face, and the points on it."""
+    largest = max(group, key=lambda n: float(np.linalg.norm(_across(points, hull.simplices[[n]]))))
+    normal = hull.equations[largest, :3]
+    on = sorted({int(corner) for number in group for corner in hull.simplices[number]})
+    return normal, on
+
+
+def _loop(points: Array, on: Sequence[int], normal: Array, written: float) -> list[int]:
+    """The corners of a face in order, without those amid it or amid an edge."""
+    middle = points[on].mean(axis=0)
+    first = points[on[0]] - middle
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    arms = points[on] - middle
+    flat = dict(zip(zip((arms @ first).tolist(), (arms @ second).tolist(), strict=True), on, strict=True))
+    around = convex_hull(flat)
+    start = min(range(len(around)), key=lambda number: atan2(around[number][1], around[number][0]))
+    loop = [flat[point] for point in (*around[start:], *around[:start])]
+    index = 0
+    while len(loop) > 3 and index < len(loop):  # noqa: PLR2004 -- a triangle is the least
+        before, here, after = points[loop[index - 1]], points[loop[index]], points[loop[(index + 1) % len(loop)]]
+        side = after - before
+        length = float(np.linalg.norm(side))
+        sticks_out = float(np.linalg.norm(np.cross(here - before, side))) / length if length > 0.0 else 0.0
+        if sticks_out <= written:
+            del loop[index]
+            index = max(index - 2, 0)
+        else:
+            index += 1
+    return loop
+
+
+def _in_order(
+    points: Sequence[Vec3],
+    loops: Sequence[Sequence[int]],
+    scaled: Array,
+    planes: Sequence[tuple[Array, list[int]]],
+    written: float,
+) -> tuple[list[Vec3], list[tuple[int, ...]], list[int]]:
+    faces_at: dict[int, int] = defaultdict(int)
+    for loop in loops:
+        for corner in loop:
+            faces_at[corner] += 1
+    corners = sorted(faces_at)
+    if min(faces_at.values()) < LEAST_FACES_AT_A_CORNER or not _is_a_sphere(len(corners), loops):
+        raise NotASolidError(
+            "its corners are so close together, or its faces so nearly flush, that they cannot be told apart",
+            "leave out what differs by rounding only",
+        )
+    new = {corner: number for number, corner in enumerate(corners)}
+    depths = np.array([normal @ scaled[on[0]] for normal, on in planes]) - scaled @ np.array([n for n, _ in planes]).T
+    inside = [number for number in range(len(points)) if float(depths[number].min()) > written]
+    return [_vector(points[c]) for c in corners], [tuple(new[c] for c in loop) for loop in loops], inside
+
+
+def _is_a_sphere(corners: int, loops: Sequence[Sequence[int]]) -> bool:
+    """Whether faces close up to one surface without holes (Euler's formula)."""
+    sides = {pair for loop in loops for pair in pairwise((*loop, loop[0]))}
+    closed = all((other, one) in sides for one, other in sides)
+    return closed and corners + len(loops) - len(sides) // 2 == 2  # noqa: PLR2004 -- of a sphere
+
+
+def _vector(point: Sequence[float]) -> Vec3:
+    x, y, z = (float(part) for part in point)
+    return (x, y, z)
+
+
+# Volume, centre and second moments of a solid by its surface: closed forms of the tetrahedra under its triangles.
+#
+# The divergence theorem makes an integral over a solid one over its surface. With flat faces it is a sum over
+# triangles, each with the apex in a point of one's choice; signs take care of apexes outside.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshIntegrals:
+    """Integrals over a homogeneous solid."""
+
+    volume: float  # [m3]; negative if its faces look inwards
+    centre: Vec3  # of its volume [m]
+    second: Array  # of x x^T about the centre, (3, 3) [m5]
+
+    @property
+    def inertia(self) -> Array:
+        """About the centre, at a density of 1, (3, 3) [m5]."""
+        tensor: Array = np.trace(self.second) * np.eye(3) - self.second
+        return tensor
+
+
+def integrals(corners: Sequence[Vec3], loops: Iterable[Sequence[int]]) -> MeshIntegrals:
+    """Of the solid that these flat faces bound, each its corners counter-clockwise seen from outside."""
+    points = np.array(corners)
+    apex = points.mean(axis=0)  # far from the origin, the products would lose the volume
+    fans = [(loop[0], one, other) for loop in loops for one, other in pairwise(loop[1:])]
+    a, b, c = (points[[fan[n] for fan in fans]] - apex for n in range(3))
+    parts = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    total = a + b + c
+    volume = float(parts.sum())
+    first = np.einsum("i,ij->j", parts, total) / 4.0
+    second = sum(np.einsum("i,ij,ik->jk", parts, v, v) for v in (a, b, c, total)) / 20.0
+    centre = first / volume if volume else np.zeros(3)
+    x, y, z = (float(part) for part in apex + centre)
+    return MeshIntegrals(volume, (x, y, z), second - volume * np.outer(centre, centre))
+
+
+# Makes convex solids: from their corners, from an outline and a depth, or from the faces of a mesh.
+
+
+MOST_FACES: Final = 200  # edges of two solids are compared each with each; and engines take hulls of some 250 corners
+ALIGNED: Final = 1e-12  # share of the moments: products of inertia that rounding leaves of body axes that are principal
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A solid, with where the frame is in which it was written."""
+
+    shape: ConvexSolid
+    centre_of_mass: Vec3  # in that frame, whose axes are the body axes [m]
+
+
+def solid_of_corners(points: Sequence[Vec3], centre_of_mass: Vec3 | None = None) -> Made:
+    """The convex hull of points, which are to be corners of it or lie on its surface.
+
+    `centre_of_mass` is in the frame of the points; by default, that of an even filling. Raises NotASolidError: for
+    fewer than four points, for points in a plane, inside of the others, or too many, and for a centre of mass outside.
+    """
+    points = _admitted(points, 3, "corners", "x, y and z in metres")
+    _admit_centre(centre_of_mass)
+    corners, loops, inside = hull_faces(points)
+    if inside:
+        raise NotASolidError(
+            f"point {inside[0] + 1} is no corner: it lies inside of the others", "leave it out", inside[0]
+        )
+    return _made(corners, loops, centre_of_mass)
+
+
+def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: Vec3 | None = None) -> Made:
+    """A solid with an outline in its x-z plane, as seen from -y, that reaches half of `depth` to both sides of it.
+
+    The outline runs either way round. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
+    """
+    outline = _admitted(outline, 2, "corners of an outline", "x and z in metres")
+    remedy = f"write metres, more than 0: a number from {SHORTEST:g} to {LONGEST:g}"
+    admit_in_range("a prism has the depth", depth, SHORTEST, LONGEST, remedy)
+    _admit_centre(centre_of_mass)
+    _admit_outline(outline)
+    half = 0.5 * depth
+    corners, loops, _ = hull_faces([(x, y, z) for y in (-half, half) for x, z in outline])
+    return _made(corners, loops, centre_of_mass)
+
+
+def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
+    """Points with this number of coordinates. Raises TypeError for what is not a point, ValueError if out of range."""
+    points = listed(points, f"{what}, each {parts}")
+    for number, point in enumerate(points, start=1):
+        _admit_place(f"point {number} is", point, count, f"write {parts}")
+    made = [tuple(map(float, point)) for point in points]
+    if made and max(max(along) - min(along) for along in zip(*made, strict=True)) < SHORTEST:
+        message = f"all points lie within {SHORTEST:g} m"
+        raise NotASolidError(message, "write metres: a solid is larger than that")
+    return made
+
+
+def _admit_place(what: str, point: Sequence[float], count: int, remedy: str) -> None:
+    admit_numbers(what, point, count, remedy)
+    if not all(-LONGEST <= part <= LONGEST for part in point):
+        raise ValueError(f"{what} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
+
+
+def _admit_centre(centre_of_mass: Vec3 | None) -> None:
+    if centre_of_mass is not None:
+        _admit_place("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
+
+
+def _admitted_loops(given: Sequence[Sequence[int]], count: int) -> list[list[int]]:
+    """Faces that list corners by number. Raises TypeError or ValueError for others."""
+    loops = listed(given, "faces, each the numbers of its corners")
+    for number, loop in enumerate(loops, start=1):
+        sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
+        if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):
+            raise TypeError(f"face {number} is {told(loop)}; list the numbers of its corners, from 0")
+        if len(loop) < 3 or not all(0 <= corner < count for corner in loop):  # noqa: PLR2004 -- as a triangle has
+            corners = f"there are the corners 0 to {count - 1}"
+            raise ValueError(f"face {number} is {told(tuple(loop))}; list three of its corners or more; {corners}")
+    return [[int(corner) for corner in loop] for loop in loops]
+
+
+def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
+    points = np.array(outline, dtype=float).reshape(-1, 2)
+    ways = np.roll(points, -1, axis=0) - points
+    before = np.roll(ways, 1, axis=0)
+    turns = before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0]
+    extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    if extent == 0.0 or np.abs(turns.sum()) <= FLUSH * extent**2:
+        raise NotASolidError(
+            "the outline has no area, or crosses itself", "write three corners or more, in order around it"
+        )
+    sense = 1.0 if turns.sum() > 0.0 else -1.0
+    slack = FLUSH * extent * extent
+    dents = np.flatnonzero(sense * turns < -slack)
+    if len(dents):
+        corner = int(dents[0])
+        raise NotASolidError(
+            f"the outline is not convex: it turns inwards at corner {corner + 1}",
+            "write its corners in order around it, or cut it into convex parts that touch",
+            corner,
+        )
+    lengths = np.hypot(*ways.T)
+    known = lengths > 0.0
+    angles = np.arctan2(turns, np.einsum("ij,ij->i", before, ways))
+    if not known.all() or abs(abs(float(angles.sum())) - 2.0 * np.pi) > 1.0:
+        message = "the outline crosses itself" if known.all() else "two corners of the outline are one"
+        raise NotASolidError(message, "write each of its corners once, in order around it")
+
+
+def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None = None) -> Made:
+    """The solid that these faces bound, each its corners counter-clockwise seen from outside.
+
+    Raises NotASolidError for faces that leave a hole, look inwards, or bound nothing convex, and as `solid_of_corners`.
+    """
+    points = _admitted(points, 3, "corners", "x, y and z in metres")
+    loops = _admitted_loops(loops, len(points))
+    _admit_centre(centre_of_mass)
+    _admit_closed(loops)
+    used = sorted({corner for loop in loops for corner in loop})
+    extent = float(np.ptp(np.array([points[n] for n in used]), axis=0).max())
+    volume = integrals(points, loops).volume
+    if abs(volume) <= FLUSH * extent**3:
+        raise NotASolidError("the faces enclose no volume", "a solid has a thickness")
+    if volume < 0.0:
+        raise NotASolidError(
+            "the faces look inwards", "list the corners of each face counter-clockwise, as seen from outside"
+        )
+    corners, hull_loops, inside = hull_faces([points[n] for n in used])
+    hull_volume = integrals(corners, hull_loops).volume
+    if inside or hull_volume - volume > written_share(corners, hull_loops) * extent**3:
+        share = 100.0 * (1.0 - volume / hull_volume)
+        where = f": corner {used[inside[0]] + 1} is inside of its hull" if inside else ""
+        raise NotASolidError(
+            f"the solid is not convex{where}; it fills {share:.3g} % less than its hull",
+            "cut it into convex parts that touch, or write `points` for its hull",
+            used[inside[0]] if inside else None,
+        )
+    return _made(corners, hull_loops, centre_of_mass)
+
+
+def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
+    if len(loops) < 4:  # noqa: PLR2004 -- a tetrahedron has four
+        raise NotASolidError(f"{len(loops)} faces enclose nothing", "a solid has four faces or more")
+    seen: dict[tuple[int, int], int] = {}
+    for number, loop in enumerate(loops):
+        for edge in pairwise((*loop, loop[0])):
+            if edge in seen:
+                both = f"faces {seen[edge] + 1} and {number + 1}"
+                raise NotASolidError(
+                    f"{both} pass their common edge the same way, so one looks inwards",
+                    "list the corners of each face counter-clockwise, as seen from outside",
+                    number,
+                )
+            seen[edge] = number
+    for (one, other), number in seen.items():
+        if (other, one) not in seen:
+            edge_told = f"the edge of face {number + 1} from corner {one + 1} to {other + 1}"
+            raise NotASolidError(
+                f"the mesh has a hole: nothing is beyond {edge_told}",
+                "close it",
+                number,
+            )
+
+
+def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None) -> Made:
+    if len(loops) > MOST_FACES:
+        raise NotASolidError(
+            f"the solid has {len(loops)} faces, and {MOST_FACES} is the most", "write a simpler solid, close to it"
+        )
+    filled = integrals(corners, loops)
+    centre = filled.centre if centre_of_mass is None else _three(centre_of_mass)
+    about = [subtract(corner, centre) for corner in corners]
+    faces = tuple(_face(about, loop) for loop in loops)
+    for face in faces:
+        if sum(a * b for a, b in zip(face.normal, about[face.corners[0]], strict=True)) <= 0.0:
+            raise NotASolidError("the centre of mass lies outside of the solid", "write one inside of it")
+    moments, axes = _principal(filled)
+    edges = sorted({(min(pair), max(pair)) for loop in loops for pair in pairwise((*loop, loop[0]))})
+    points = np.array(about)
+    shape = ConvexSolid(
+        tuple(about),
+        faces,
+        moments,
+        axes,
+        tuple(edges),
+        filled.volume,
+        _least_thickness(points, faces, edges),
+        float(np.ptp(points, axis=0).max()),
+        max(map(norm, about)),
+    )
+    return Made(shape, centre)
+
+
+def _three(parts: Iterable[float]) -> Vec3:
+    x, y, z = map(float, parts)
+    return (x, y, z)
+
+
+def _face(corners: Sequence[Vec3], loop: Sequence[int]) -> Face:
+    """With the normal of the whole loop (Newell), which no short edge makes unclear."""
+    points = np.array([corners[n] for n in loop])
+    points = points - points[0]
+    normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    return Face(unit((float(normal[0]), float(normal[1]), float(normal[2]))), tuple(loop))
+
+
+def _principal(filled: MeshIntegrals) -> tuple[Vec3, Quaternion]:
+    """Principal moments at a mass of 1, and the turn from their axes to the body axes."""
+    tensor = filled.inertia / filled.volume
+    across = np.abs(tensor - np.diag(np.diag(tensor))).max()
+    if across <= ALIGNED * np.trace(tensor):
+        a, b, c = (float(part) for part in np.diag(tensor))
+        return (a, b, c), IDENTITY
+    return principal_axes(tensor.tolist())
+
+
+def _least_thickness(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> float:
+    """The least width is across a face, or across two edges that do not run alike."""
+    return min(float(np.ptp(points @ ways.T, axis=0).min()) for ways in _width_ways(points, faces, edges) if len(ways))
+
+
+def _width_ways(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> Iterator[Array]:
+    yield np.array([face.normal for face in faces])
+    ends = np.array(list(edges))
+    ways = points[ends[:, 1]] - points[ends[:, 0]]
+    ways /= np.linalg.norm(ways, axis=1)[:, None]
+    for number, way in enumerate(ways):  # row by row, or a stone of 200 faces takes much memory
+        products = np.cross(way, ways[number + 1 :])
+        lengths = np.linalg.norm(products, axis=1)
+        yield products[lengths > FLUSH] / lengths[lengths > FLUSH, None]
+
+
+# The corners of a shape whose faces have all moved inwards: what an engine rounds outwards again by the same.
+
+
+def inset_corners(shape: ConvexShape, distance: float) -> Sequence[Vec3]:
+    """The corners of the part of a shape that is so deep inside [m], from its centre of mass in body axes.
+
+    `distance` is less than a quarter of the least thickness: so deep at least is the middle of any convex solid.
+    """
+    boxed = box_of(shape)
+    if boxed is not None:
+        (a, b, c), (x, y, z) = boxed[0].size, boxed[1]
+        inner = Box((a - 2.0 * distance, b - 2.0 * distance, c - 2.0 * distance))
+        return inner.corners if boxed[0] is shape else [(x + p, y + q, z + r) for p, q, r in inner.corners]
+    import numpy as np  # noqa: PLC0415 -- boxes do without
+    from scipy.spatial import ConvexHull, HalfspaceIntersection  # noqa: PLC0415
+
+    unit = 1.0 / shape.length  # Qhull's limits are those of numbers near one
+    faces = [(*face.normal, unit * (distance - shape.reach(face.normal))) for face in shape.faces]
+    middle = integrals(shape.corners, [face.corners for face in shape.faces]).centre
+    points = HalfspaceIntersection(np.array(faces), np.array(scale(unit, middle))).intersections
+    corners = points[np.sort(ConvexHull(points).vertices)]
+    return [(float(x) / unit, float(y) / unit, float(z) / unit) for x, y, z in corners]

@@ -1,1 +1,0 @@
-"""Rigid bodies by themselves: what an impulse does to one, several as one, one about an axis."""

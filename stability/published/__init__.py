@@ -1,1 +1,0 @@
-"""The published method: contact areas, weight passed down, leaning, impacts, and when bricks are frozen and woken."""

@@ -1,0 +1,1 @@
+"""Freeze what is proven to stand, wake what moves."""

@@ -1,0 +1,1 @@
+"""The exact method: freezes and wakes by proofs of statics."""

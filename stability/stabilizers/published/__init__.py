@@ -1,0 +1,1 @@
+"""The published method: base model, leaning, impacts."""

@@ -1,0 +1,278 @@
+"""The published leaning model: two contacts with friction that may hold a brick."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations_with_replacement, pairwise
+from math import dist, hypot
+
+from stability.contact_law import Friction
+from stability.contacts.bodies import Solid, solid
+from stability.contacts.detection import contact_between, contact_with_plane
+from stability.engines.protocol import Engine
+from stability.geometry.box_distance import PARALLEL, in_world
+from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract, unit
+from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
+from stability.problem import ZERO, Contact, Placed, Tolerances
+from stability.stabilizers.published.support import AS_READ, Closest, Load, Readings, Square, reach_of
+
+# The published leaning model: do two contacts with friction hold a brick that the base model finds unstable?
+#
+# Source: the stack-stability thesis, sections 3.4 and 3.5; equation numbers below are its own. Its model: - Exactly two
+# contacts, at different heights. The brick turns about the lower one, the pivot, under its weight. - What that torque
+# presses with on the upper contact acts square to the line from the pivot to that contact. - The upper contact holds as
+# much weight as its static friction allows; what is left must not slide the pivot away.
+#
+# Its faults, which are kept:
+# - The press on the upper contact is turned into its normal part by a projection, where equilibrium would divide: by
+#   sin^2 of the angle too little for a plank against a wall. Planks that lean flatly stand with hardly any friction.
+# - Only magnitudes are compared: a brick that falls away from its upper contact is held by it as if it pushed.
+# - Nothing asks whether the body that is leaned on stands: a plank held up by one that itself leans away stands.
+# - Leaning bricks pass no weight on: leaning contacts and base contacts do not know of each other.
+#
+# docs/decisions/0009 says how the text was read where it leaves something open.
+
+
+# Share of a brick's smallest side by which one contact must lie higher than the other to be leaning: in a stack of flat
+# planks supports differ by nothing, or by whole planks.
+RISE = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class LeaningArea:
+    """Where a brick touches a body that may hold it, level or not."""
+
+    on: BodyId
+    points_W: tuple[Vec3, ...]  # one point, the ends of a line, or the corners of a convex patch in order [m]
+    normal_W: Vec3  # unit, from that body towards the brick
+    friction: float  # Coulomb coefficient
+
+    @property
+    def height(self) -> float:
+        """How high it is [m]."""
+        return height(self.points_W)
+
+
+@dataclass(frozen=True, slots=True)
+class LeaningBrick:
+    """A brick of the stack that leans, and what it leans on."""
+
+    pivot: LeaningArea  # the lower one
+    contact: LeaningArea  # the upper one
+
+    @property
+    def leans_on(self) -> tuple[BodyId, BodyId]:
+        """Both bodies, the ground included."""
+        return (self.pivot.on, self.contact.on)
+
+
+@dataclass(frozen=True, slots=True)
+class LeaningForces:
+    """What a leaning brick does to its two contacts. Every force over g, as in Eq. 9 [kg]; all in W."""
+
+    normal_at_contact: Vec3  # F_n
+    friction_at_contact: Vec3  # F_f, the way in which the brick wants to slide there
+    on_pivot: Vec3  # F_p
+    normal_at_pivot: Vec3
+    sliding_at_pivot: Vec3
+    friction_at_pivot: float  # the most that it can be
+
+    @property
+    def hold(self) -> bool:
+        """Whether the pivot's friction is larger than what slides it."""
+        return self.friction_at_pivot > norm(self.sliding_at_pivot)
+
+
+def height(points_W: Sequence[Vec3]) -> float:
+    """The mean height of contact points [m]."""
+    return sum(z for _, _, z in points_W) / len(points_W)
+
+
+def differ_in_height(one_W: Sequence[Vec3], other_W: Sequence[Vec3], smallest_side: float) -> bool:
+    """Section 3.5: are two contacts so far apart in height that a brick leans on them, and does not rest?"""
+    return abs(height(one_W) - height(other_W)) >= RISE * smallest_side
+
+
+def leaning_brick(areas: Sequence[LeaningArea], smallest_side: float) -> LeaningBrick | None:
+    """A brick that touches these and leans on them; None if there are not exactly two, or at one height."""
+    if len(areas) != 2:  # noqa: PLR2004 -- the source: one is no leaning, and three are too complicated
+        return None
+    if not differ_in_height(areas[0].points_W, areas[1].points_W, smallest_side):
+        return None
+    lower, upper = sorted(areas, key=lambda area: area.height)
+    return LeaningBrick(lower, upper)
+
+
+def holds(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> bool:
+    """Section 3.4.3: is a leaning brick stable under what it carries, itself included?"""
+    forces = leaning_forces(brick, load, readings)
+    return forces is not None and forces.hold
+
+
+def leaning_forces(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> LeaningForces | None:
+    """The forces of section 3.4.3; None if the upper contact lies on the axis about which the weight turns."""
+    pressing = _force_on_contact(brick, load, readings)
+    if pressing is None:
+        return None
+    weight = (0.0, 0.0, -load.mass)
+    normal = _along(pressing, brick.contact.normal_W)
+    sliding = subtract(pressing, normal)
+    # Eq. 12; static friction is no larger than what it opposes, and does not jump when that is next to nothing.
+    friction = scale(min(brick.contact.friction * norm(normal), norm(sliding)), _direction(sliding))
+    on_pivot = subtract(subtract(weight, normal), friction)  # Eq. 13
+    normal_at_pivot = _along(on_pivot, brick.pivot.normal_W)
+    return LeaningForces(
+        normal,
+        friction,
+        on_pivot,
+        normal_at_pivot,
+        sliding_at_pivot=subtract(on_pivot, normal_at_pivot),
+        friction_at_pivot=brick.pivot.friction * norm(normal_at_pivot),  # Eq. 12 again
+    )
+
+
+def failing_leaning(
+    bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, Load], readings: Readings = AS_READ
+) -> tuple[BodyId, ...]:
+    """The stack test of leaning bricks: every one that no longer holds what it carries, by name."""
+    return tuple(name for name in sorted(bricks) if not holds(bricks[name], loads[name], readings))
+
+
+def _force_on_contact(brick: LeaningBrick, load: Load, readings: Readings) -> Vec3 | None:
+    """What the torque of the weight about the pivot presses with on the upper contact."""
+    x, y = load.com
+    pivot = _nearest_in_plan(brick.pivot.points_W, (x, y), readings.leaning_pivot)
+    # The weight is vertical, so the height of the centre of mass is in no torque.
+    torque = cross(subtract((x, y, 0.0), pivot), (0.0, 0.0, -load.mass))  # Eq. 4
+    lever = subtract(_centre(brick.contact.points_W), pivot)
+    across = cross(torque, lever)
+    if norm(across) <= PARALLEL * norm(torque) * norm(lever):
+        return None if norm(torque) > 0.0 else ZERO
+    effective = _effective(lever, brick.contact.normal_W, readings.leaning_angle)
+    if effective <= PARALLEL * norm(lever):
+        return None if norm(torque) > 0.0 else ZERO
+    return scale(norm(torque) / effective, _direction(across))  # Eq. 7
+
+
+def _effective(lever: Vec3, normal_W: Vec3, angle: Square) -> float:
+    """The length of a lever times the sine of Eq. 7 [m]."""
+    match angle:
+        case Square.FORCE:
+            return norm(lever)
+        case Square.GRAVITY:
+            return hypot(lever[0], lever[1])
+        case Square.NORMAL:
+            return norm(cross(lever, normal_W))
+
+
+def _along(force: Vec3, normal_W: Vec3) -> Vec3:
+    """The part of a force along a normal. The sign is not looked at: a contact is taken to pull as well."""
+    return scale(dot(force, normal_W), normal_W)
+
+
+def _direction(vector: Vec3) -> Vec3:
+    length = norm(vector)
+    return scale(1.0 / length, vector) if length > 0.0 else ZERO
+
+
+def _nearest_in_plan(points_W: Sequence[Vec3], com: tuple[float, float], closest: Closest) -> Vec3:
+    """The point, or the corner, of an area that is closest to the centre of mass, seen from above."""
+    corners = closest is Closest.CORNER
+    pairs = zip(points_W, points_W, strict=True) if corners else combinations_with_replacement(points_W, 2)
+    candidates = [_nearest_on_line(a, b, com) for a, b in pairs]
+    return min(candidates, key=lambda point: (dist(point[:2], com), point))
+
+
+def _nearest_on_line(a: Vec3, b: Vec3, com: tuple[float, float]) -> Vec3:
+    ab = subtract(b, a)
+    squared = ab[0] ** 2 + ab[1] ** 2
+    if squared == 0.0:
+        return min(a, b, key=lambda point: point[2])
+    along = ((com[0] - a[0]) * ab[0] + (com[1] - a[1]) * ab[1]) / squared
+    return add_scaled(a, min(1.0, max(0.0, along)), ab)
+
+
+def _centre(points_W: Sequence[Vec3]) -> Vec3:
+    """The centre of an area: of a patch, of a line, or the point itself."""
+    first, *others = points_W
+    total, centre = 0.0, ZERO
+    for a, b in pairwise(others):
+        area = norm(cross(subtract(a, first), subtract(b, first)))
+        middle = tuple((p + q + r) / 3.0 for p, q, r in zip(first, a, b, strict=True))
+        total += area
+        centre = add_scaled(centre, area, (middle[0], middle[1], middle[2]))
+    if total > 0.0:
+        return scale(1.0 / total, centre)
+    count = len(points_W)
+    x, y, z = (sum(part) / count for part in zip(*points_W, strict=True))
+    return (x, y, z)
+
+
+# On what may a brick lean? All that it touches, with exact contact points and normals.
+#
+# The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
+# that meet the normal of a face (docs/decisions/0009). Only convex solids and half-spaces are known: if anything else
+# is near, nothing is told, and the brick stays with the engine.
+
+
+NO_MASS = 0.0  # nobody weighs a contact
+# z of the normal from another body towards the brick: below it that body lies on the brick, as the base model has it.
+ON_TOP = -0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Surfaces:
+    """How bricks rub on each other, and on what never moves."""
+
+    friction: Friction
+    planes: Mapping[BodyId, Plane] = field(default_factory=dict)
+
+    def between(self, brick: BodyId, body: BodyId) -> float:
+        """The Coulomb coefficient of a brick on this body; that of a brick where nothing is known of the body."""
+        plane = self.planes.get(body)
+        return self.friction.of(brick, body) if plane is None else self.friction.on(brick, plane)
+
+
+def smallest_side(engine: Engine, brick: BodyId) -> float | None:
+    """The smallest side of a brick [m]; None if its shape is not known."""
+    shape = convex(engine.shape(brick))
+    return None if shape is None else shape.least_thickness
+
+
+def touching_areas(engine: Engine, brick: BodyId, surfaces: Surfaces) -> Sequence[LeaningArea]:
+    """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
+    known = engine.masses().keys() | engine.fixed()
+    shape = engine.shape(brick)
+    near = engine.near(brick, reach_of(shape))
+    if not known.issuperset(near):
+        return ()
+    states = engine.states([brick, *near])
+    own = _solid(brick, shape, states[brick].pose)
+    found = []
+    for body in near:
+        other, pose = engine.shape(body), states[body].pose
+        if own is None or other is None:
+            return ()
+        contact = _contact(own, body, other, pose, surfaces.between(brick, body))
+        if contact:
+            found.append(_area(contact, brick))
+    return [area for area in found if area.normal_W[2] > ON_TOP]
+
+
+def _solid(body: BodyId, shape: Shape, pose: Pose) -> Solid | None:
+    known = convex(shape)
+    return None if known is None else solid(Placed(Brick(body, known, NO_MASS), pose))
+
+
+def _contact(own: Solid, body: BodyId, shape: ConvexShape | HalfSpace, pose: Pose, friction: float) -> Contact | None:
+    if not isinstance(shape, HalfSpace):
+        return contact_between(own, solid(Placed(Brick(body, shape, NO_MASS), pose)), friction, Tolerances())
+    surface = in_world(shape, pose)
+    return contact_with_plane(own, Plane(body, surface.point_W, surface.normal_W, friction), Tolerances())
+
+
+def _area(contact: Contact, brick: BodyId) -> LeaningArea:
+    """A contact as the brick sees it. Of the normals of edges that meet it takes the middle one."""
+    x, y, z = (sum(parts) for parts in zip(*contact.normals_W, strict=True))
+    upper = contact.upper == brick
+    normal_W = scale(1.0 if upper else -1.0, unit((x, y, z)))
+    return LeaningArea(contact.lower if upper else contact.upper, contact.points_W, normal_W, contact.friction)

@@ -1,0 +1,206 @@
+"""Forces that loads alone bring forth: those under which contacts that give a little bring a structure to rest.
+
+Every point of a contact is a spring that presses the more the further it is closed, and never pulls, beside one that
+resists a slip until friction is used up. Loads that grow from nothing, on contacts that nothing has pressed yet, lead
+to a rest or to none. A wedge pulls itself tight between steep walls; a plank between upright ones does not, though both
+would hold if they were squeezed. So Kao et al. (2022), "Coupled Rigid-Block Analysis", couple forces with a small
+motion, which they bound where this has a stiffness; any stiffness that leads to rest will do.
+
+There may be rests to which loads do not lead: a row of blocks between upright walls would hold if it were thrown up
+into an arch, but falls as one and presses nothing. So it is followed how the structure gives way from where nothing has
+moved, each brick dragged back as its mass says, so that what falls freely falls together. Every step is implicit, a
+root that Newton's method finds, and steps get longer as long as it does. What is found in the end is checked; nothing
+follows from a failure.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stability.geometry.placed_shape import inertia_about_axes
+from stability.geometry.rows import Array
+from stability.problem import Forces, Problem, Tolerances
+from stability.statics.equilibrium import proven_forces
+from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
+
+# Times what is closed, how far what presses may slip: a slimmer wedge sinks so far that it may find other faces there.
+FURTHEST = 1000.0
+SLIGHT = 1e-3  # share of what a brick carries: with less a contact may be pressed wherever it slips to
+ROUNDING = 1e-12  # of how far bricks have moved
+MOST_STEPS, MOST_ROUNDS = 80, 10
+AT_REST, ROUNDED = 1e-13, 1e-9  # shares of the loads that nothing balances: wanted, and where rounding may end a step
+CLOSE = 1e-2  # share of what was left over before a step: so near to its root it is far enough
+FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # drag of a step, as a share of the stiffness
+LESS, MORE = 0.4, 5.0  # times the drag, after a step and where none is found
+SHORTER, SHORTEST = 0.5, 0.02  # shares of what Newton's method says
+NEARER = 1e-4  # share of the rest that a whole such share has to take away
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pressed:
+    """How contacts answer a motion, in the units of the rows."""
+
+    rows: Array  # (rows,) their forces, within their cones
+    normal: Array  # (k,) those along the normals of cones with friction
+    resisting: Array  # (k,) what would resist the slip, were there no limit to friction
+    along: Array  # (k, 2) which way, a unit vector
+    slips: NDArray[np.bool_]  # (k,) whether friction is used up
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Moved:
+    """How far bricks have moved, and what comes of it."""
+
+    motion: Array  # (columns,)
+    pressed: _Pressed
+    left: Array  # (columns,) of the loads, what no contact balances
+
+    @property
+    def size(self) -> float:
+        return float(np.linalg.norm(self.left))
+
+
+def elastic_rest(
+    problem: Problem,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+) -> Forces | None:
+    """Forces that balance a problem and that its loads alone bring forth; None if none are found."""
+    system = wrench_matrix(problem)
+    moved = _given_way(problem, system)
+    if _is_far(system, moved.pressed):
+        return None
+    return proven_forces(problem, system, moved.pressed.rows, tolerances)
+
+
+def brought_forth(problem: Problem) -> Array:
+    """(cones, 3) the forces that loads bring forth [N]; where nothing comes to rest, those of what was tried last."""
+    system = wrench_matrix(problem)
+    return system.forces_W(_given_way(problem, system).pressed.rows)
+
+
+def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
+    """How far loads move bricks before contacts hold them, or before that is given up."""
+    moved, masses, drag = _moved(system, np.zeros(len(system.loads))), _masses(problem, system), FIRST
+    loads = moved.size
+    for _ in range(MOST_STEPS):
+        after = _stepped(system, moved, drag * masses)
+        if after is None:
+            if moved.size <= ROUNDED * loads:
+                return _polished(system, moved, LEAST * masses)
+            drag *= MORE
+            if drag > MOST:
+                break
+            continue
+        moved, drag = after, max(LESS * drag, LEAST)
+        if moved.size <= AT_REST * loads or _falls_freely(system, moved):
+            break
+    return moved
+
+
+def _polished(system: WrenchMatrix, moved: _Moved, drag: Sparse) -> _Moved:
+    """Nearer to rest, as far as rounding lets Newton's method get."""
+    for _ in range(MOST_ROUNDS):
+        after = _moved(system, moved.motion + _solved(_stiffness(system, moved.pressed) + drag, moved.left))
+        if not after.size < moved.size:
+            break
+        moved = after
+    return moved
+
+
+def _stepped(system: WrenchMatrix, before: _Moved, drag: Sparse) -> _Moved | None:
+    """Where loads, contacts and drag are in balance at the end of a step; None if that is not found."""
+    moved, rest = before, before.left
+    for _ in range(MOST_ROUNDS):
+        way, share, size = _solved(_stiffness(system, moved.pressed) + drag, rest), 1.0, float(np.linalg.norm(rest))
+        while share >= SHORTEST:
+            after = _moved(system, moved.motion + share * way)
+            rest = after.left - drag @ (after.motion - before.motion)
+            if np.linalg.norm(rest) <= (1.0 - NEARER * share) * size:
+                break
+            share *= SHORTER
+        if share < SHORTEST:
+            return None
+        moved = after
+        if np.linalg.norm(rest) <= CLOSE * before.size:
+            return moved
+    return None
+
+
+def _moved(system: WrenchMatrix, motion: Array) -> _Moved:
+    pressed = _pressed(system, motion)
+    return _Moved(motion, pressed, system.matrix.T @ pressed.rows + system.loads)
+
+
+def _falls_freely(system: WrenchMatrix, moved: _Moved) -> bool:
+    """Whether nothing is closed, however far bricks have moved."""
+    closed = moved.pressed.rows[_normal_rows(system)].max(initial=0.0)
+    return bool(closed <= ROUNDING * np.abs(moved.motion).max(initial=0.0))
+
+
+def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
+    """Whether a contact that presses has slipped too far for that, the most at any of its points for the most."""
+    shapes = system.cones.shapes
+    contact = np.repeat(np.arange(len(shapes)), [points * normals for points, normals in shapes])[system.round]
+    closed, slipped = np.zeros(len(shapes)), np.zeros(len(shapes))
+    np.maximum.at(closed, contact, pressed.normal)
+    np.maximum.at(slipped, contact, pressed.resisting / system.cones.friction[system.round])
+    return bool((slipped > FURTHEST * closed)[closed > SLIGHT].any())
+
+
+def _normal_rows(system: WrenchMatrix) -> NDArray[np.int64]:
+    held = 3 * len(system.round)
+    return np.append(np.arange(0, held, 3), np.arange(held, len(system.row_scale)))
+
+
+def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
+    """Coulomb's law for springs of unit stiffness."""
+    held = 3 * len(system.round)
+    ways = system.matrix @ motion
+    cones = ways[:held].reshape(-1, 3)
+    normal, resisting = np.maximum(-cones[:, 0], 0.0), np.hypot(cones[:, 1], cones[:, 2])
+    along = -cones[:, 1:] / np.where(resisting > 0.0, resisting, 1.0)[:, None]
+    forces = np.column_stack([normal, along * np.minimum(resisting, normal)[:, None]])
+    rows = np.append(forces.ravel(), np.maximum(-ways[held:], 0.0))
+    return _Pressed(rows, normal, resisting, along, resisting > normal)
+
+
+def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
+    """(columns, columns) by how much more contacts hold against a motion that is further by a unit."""
+    from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    count, along = len(system.round), pressed.along
+    blocks = np.zeros((count, 3, 3))
+    blocks[:, 0, 0] = pressed.normal > 0.0
+    blocks[:, 1:, 0] = along * (pressed.slips & (pressed.normal > 0.0))[:, None]  # friction goes with the pressure
+    across = np.identity(2) - along[:, :, None] * along[:, None, :]
+    turned = np.divide(pressed.normal, pressed.resisting, out=np.zeros(count), where=pressed.slips)
+    blocks[:, 1:, 1:] = np.where(pressed.slips[:, None, None], turned[:, None, None] * across, np.identity(2))
+    round_ = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
+    flat = diags((pressed.rows[3 * count :] > 0.0).astype(float))
+    return system.matrix.T @ block_diag([round_, flat], format="csc") @ system.matrix
+
+
+def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
+    """(columns, columns) masses and moments of inertia of the bricks, the largest entry 1."""
+    from scipy.sparse import block_diag  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    blocks = []
+    for number, name in enumerate(system.names):
+        placed, scale = problem.bricks[name], system.column_scale[6 * number : 6 * number + 6]
+        block = placed.brick.mass * np.identity(6)
+        block[3:, 3:] = inertia_about_axes(placed.brick, placed.pose.orientation)
+        blocks.append(block / np.outer(scale, scale))
+    whole = block_diag(blocks, format="csr")[system.kept][:, system.kept]
+    return whole / whole.diagonal().max(initial=np.finfo(float).tiny)
+
+
+def _solved(stiffness: Sparse, loads: Array) -> Array:
+    """The motion under loads that springs and drag resist; not a number where none does."""
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    try:
+        motion: Array = splu(stiffness.tocsc()).solve(loads)
+    except RuntimeError:  # singular, as far as it can tell
+        return np.full(len(loads), np.nan)
+    return motion

@@ -1,0 +1,337 @@
+"""Decides by a conic program whether contact forces within Coulomb cones balance the loads on every brick."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import hypot, inf
+
+import numpy as np
+
+from stability.geometry.rows import Array
+from stability.geometry.vectors import add_scaled, scale
+from stability.model import BodyId, Vec3
+from stability.problem import ZERO, Forces, Motion, Problem, Tolerances
+from stability.statics.conic_program import SOLVED, ConicProgram, Solver, clarabel_solve, quick_solve, solve
+from stability.statics.proof import check_forces, check_motion, least_separating_speed
+from stability.statics.propagation import is_held_upright
+from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
+
+# Separating motions: they open contacts strictly.
+#
+# If some motion opens all contacts, the only contact forces that balance each other are none at all.
+
+
+# Of the speed there: a contact that opens more slowly may be closed by what is not known of the geometry.
+SEPARATES = 1e-6
+SPREAD = 0.5  # how much of the friction that a rise leaves free its sideways spread may use up
+# Times the number of bricks: how much faster a brick may move than the slowest contact opens. In a row of leaning
+# planks each moves faster than the one before, so height is no measure.
+ROOM = 10.0
+LAYER = 0.01  # share of the smallest side: centres as level as this are of one layer
+ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
+
+
+@dataclass(frozen=True, slots=True)
+class ContactSeparation:
+    """A motion, and how far it opens each contact of a problem: from 0 for not at all to 1."""
+
+    motion: Motion
+    of_contacts: tuple[float, ...]
+
+
+def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
+    """A motion that is proven to open every contact strictly; None if none is found."""
+    rising = next(_opening(problem), None)
+    if rising is not None:
+        return rising
+    widest = widest_separation(problem, solver)
+    if widest is None or least_separating_speed(problem, widest.motion) < SEPARATES:
+        return None
+    return widest.motion
+
+
+def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
+    """Velocities, none faster than 1, that open every contact of some bricks strictly while the rest stays; or None."""
+    bricks = {name: problem.bricks[name] for name in sorted(moving)}
+    contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
+    part = replace(problem, bricks=bricks, contacts=contacts)
+    for motion in _opening(part):
+        fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
+        return {name: scale(1.0 / fastest, velocity) for name, (velocity, _) in motion.velocity.items()}
+    return None
+
+
+def _opening(problem: Problem) -> Iterator[Motion]:
+    """The motions of those that are tried without a solver that open every contact."""
+    for ranks in (stack_ranks(problem), layers(problem)):
+        for spread in (0.0, SPREAD):
+            motion = _rising(problem, ranks, spread)
+            if least_separating_speed(problem, motion) >= SEPARATES:
+                yield motion
+
+
+def _rising(problem: Problem, ranks: Mapping[BodyId, int], spread: float) -> Motion:
+    """All bricks move up, those of a higher rank the faster, and sideways from the middle."""
+    centres = [placed.pose.position_W for placed in problem.bricks.values()]
+    middle = (
+        tuple(0.5 * (min(c[i] for c in centres) + max(c[i] for c in centres)) for i in (0, 1)) if centres else (0, 0)
+    )
+    reach = max((hypot(c[0] - middle[0], c[1] - middle[1]) for c in centres), default=0.0)
+    most = max((contact.friction for contact in problem.contacts), default=0.0)
+    rate = spread / (max(most, 1.0) * reach) if reach > 0.0 else 0.0
+
+    def velocity(name: BodyId) -> Vec3:
+        x, y, _ = problem.bricks[name].pose.position_W
+        return (rate * (x - middle[0]), rate * (y - middle[1]), float(ranks[name]))
+
+    return Motion({name: (velocity(name), ZERO) for name in problem.bricks})
+
+
+def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
+    """One more than the highest rank of what a brick rests on, by the height of centres where bricks lean in a ring."""
+    heights = {name: placed.pose.position_W[2] for name, placed in problem.bricks.items()}
+    below: dict[BodyId, list[BodyId]] = {name: [] for name in heights}
+    for contact in problem.contacts:
+        if contact.upper in below and contact.lower in below:
+            below[contact.upper].append(contact.lower)
+    ranks: dict[BodyId, int] = {}
+    for name in sorted(heights, key=lambda brick: (heights[brick], brick)):
+        level = heights[name]
+        ranks[name] = 1 + max(
+            (ranks[lower] for lower in below[name] if heights[lower] < level and lower in ranks), default=0
+        )
+    return ranks
+
+
+def layers(problem: Problem) -> Mapping[BodyId, int]:
+    """Which layer of centres each brick is in, from the lowest on.
+
+    Side by side, bricks of one layer rise alike, whether or not what they rest on is a part of the problem.
+    """
+    ranks: dict[BodyId, int] = {}
+    rank, top = 0, -inf
+    for name in sorted(problem.bricks, key=lambda brick: (problem.bricks[brick].pose.position_W[2], brick)):
+        placed = problem.bricks[name]
+        height = placed.pose.position_W[2]
+        if height > top + LAYER * placed.brick.shape.least_thickness:
+            rank, top = rank + 1, height
+        ranks[name] = rank
+    return ranks
+
+
+def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> ContactSeparation | None:
+    """The motion that opens contacts most, each counted up to a limit: those that it leaves shut, no motion opens."""
+    system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
+    room = ROOM * (1 + len(problem.bricks))
+    point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
+    if isinstance(point, str) or not np.isfinite(point.x).all():
+        return None
+    columns = len(system.loads)
+    separations = np.clip(point.x[columns:], 0.0, 1.0)
+    return ContactSeparation(system.motion(point.x[:columns]), tuple(separations.tolist()))
+
+
+def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
+    """The largest sum of separations, one a contact and each from 0 to 1, at a speed of up to `room`."""
+    from scipy.sparse import bmat, csc_matrix, identity  # noqa: PLC0415 -- slow to import, and few need to ask
+
+    rows, columns = system.matrix.shape
+    of_contact = np.repeat(np.arange(contacts), [points * normals for points, normals in system.cones.shapes])
+    held, flat = 3 * len(system.round), len(system.flat)
+    normals = np.append(np.arange(0, held, 3), np.arange(held, rows))
+    which = of_contact[np.append(system.round, system.flat)]
+    separation = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
+    speed, each = identity(columns), identity(contacts)
+    matrix = bmat(
+        [[-system.matrix, separation], [speed, None], [-speed, None], [None, each], [None, -each]], format="csc"
+    )
+    offset: Array = np.concatenate([np.zeros(rows), np.full(2 * columns, room), np.ones(contacts), np.zeros(contacts)])
+    cost = np.append(np.zeros(columns), np.full(contacts, -1.0))
+    return ConicProgram(cost, matrix, offset, 0, [3] * len(system.round), flat + 2 * columns + 2 * contacts)
+
+
+# Can contact forces within exact Coulomb cones balance the loads on every brick? The last stage of the cascade.
+#
+# One conic program over velocities u: the largest power of the loads such that no contact resists, each slip within the
+# dual of its friction cone. Slips may be short of that by a fixed share; the forces that hold them to it, the duals of
+# the program, then balance the loads with least sum. If no forces do, the power grows without end along a motion.
+#
+# A solver's status decides nothing, only its points do: forces or motion are handed out once `proof` has found them
+# right by plain arithmetic. Where neither is, the solver is asked again with other accuracy, and then for the motion of
+# most power at bounded speed, of which the duals leave the least residual.
+
+
+MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
+HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
+FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
+MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a separating motion is mixed in with
+DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
+QUICK = 1e-9  # accuracy to which is asked only whether something falls
+QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
+
+
+@dataclass(frozen=True, slots=True)
+class Balance:
+    """Forces that balance a problem, or a motion that none can stop; neither if neither could be proven."""
+
+    forces: Forces | None
+    motion: Motion | None
+    note: str  # why there is neither; empty otherwise
+
+
+def balance(
+    problem: Problem,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+) -> Balance:
+    """Proven forces that balance a problem, or a proven motion; neither, with a note, if the solver finds no proof."""
+    system = wrench_matrix(problem)
+    notes = []
+    for build, accuracy in ATTEMPTS:
+        point = solve(build(system), accuracy, solver)
+        if isinstance(point, str):
+            notes.append(point)
+            continue
+        forces = proven_forces(problem, system, point.dual[: len(system.row_scale)], tolerances)
+        motion = None if forces else proven_motion(problem, system, point.x, tolerances)
+        if forces or motion:
+            return Balance(forces, motion, "")
+        notes.append(f"{build.__name__.strip('_')} to {accuracy:g}: {point.status}, but its point proves nothing")
+    return Balance(None, None, "; ".join(notes))
+
+
+def falling_motion(
+    problem: Problem,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = quick_solve,
+) -> Motion | None:
+    """A proven motion that lowers a problem; None if the solver says that there is none, which nobody has checked.
+
+    Where weights can be handed down there is none, and the solver need not be asked.
+    """
+    if is_held_upright(problem):
+        return None
+    system = wrench_matrix(problem)
+    point = solve(_held(system), QUICK, solver)
+    if isinstance(point, str) or point.status == SOLVED:
+        return None
+    return proven_motion(problem, system, point.x, tolerances)
+
+
+def _held(system: WrenchMatrix) -> ConicProgram:
+    """The most power, where no slip may be short of its cone by more than a unit."""
+    return ConicProgram(
+        -system.loads, -system.matrix, _normal_rows(system), 0, [3] * len(system.round), len(system.flat)
+    )
+
+
+def _bounded(system: WrenchMatrix) -> ConicProgram:
+    """The most power, where no part of the motion may be faster than a unit; duals leave the least residual."""
+    from scipy.sparse import identity, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+
+    columns = len(system.loads)
+    matrix = vstack([-system.matrix, identity(columns), -identity(columns)], format="csc")
+    offset = np.append(np.zeros(len(system.row_scale)), np.ones(2 * columns))
+    return ConicProgram(-system.loads, matrix, offset, 0, [3] * len(system.round), len(system.flat) + 2 * columns)
+
+
+# A tight accuracy comes first: it costs one or two steps, and leaves residuals that need no correction.
+ATTEMPTS: tuple[tuple[Callable[[WrenchMatrix], ConicProgram], float], ...] = (
+    (_held, 1e-12),
+    (_bounded, 1e-13),
+    (_held, 1e-9),
+    (_bounded, 1e-9),
+    (_held, 1e-7),
+)
+
+
+def _normal_rows(system: WrenchMatrix) -> Array:
+    """One in the rows of normals, nothing in those of tangents."""
+    rows = np.ones(len(system.row_scale))
+    tangents = rows[: 3 * len(system.round)].reshape(-1, 3)
+    tangents[:, 1:] = 0.0
+    return rows
+
+
+def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerances: Tolerances) -> Forces | None:
+    """Forces near the given ones, in units of the rows, that are proven to balance the problem."""
+    for _ in range(1 + MOST_CORRECTIONS):
+        if not np.isfinite(rows).all():
+            return None
+        rows = _inside(system, rows)
+        residual = system.matrix.T @ rows + system.loads
+        if np.abs(residual).max(initial=0.0) > HOPELESS:
+            return None
+        forces = system.forces(rows)
+        if check_forces(problem, forces, tolerances).holds:
+            return forces
+        rows = rows + _correction(system, rows, residual)
+    return None
+
+
+def _inside(system: WrenchMatrix, rows: Array) -> Array:
+    """The nearest forces within their cones."""
+    held = 3 * len(system.round)
+    cones = rows[:held].reshape(-1, 3)
+    normal, tangential = cones[:, 0], np.hypot(cones[:, 1], cones[:, 2])
+    middle = 0.5 * (normal + tangential)
+    pressed = np.where(tangential <= normal, normal, np.maximum(middle, 0.0))
+    shrunk = np.where(tangential <= pressed, 1.0, pressed / np.where(tangential > 0.0, tangential, 1.0))
+    inside = np.stack([pressed, cones[:, 1] * shrunk, cones[:, 2] * shrunk], axis=1)
+    return np.append(inside.ravel(), np.maximum(rows[held:], 0.0))
+
+
+def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
+    """The change of least norm that takes the residual away, each force weighed by its size so that none turns over."""
+    held = 3 * len(system.round)
+    normal = np.append(np.repeat(rows[:held:3], 3), rows[held:])
+    weight = normal * normal + FAINT
+    change: Array = -weight * (system.matrix @ _solved(system.matrix, weight, residual))
+    return change
+
+
+def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
+    """The x of `matrix.T @ diag(weight) @ matrix @ x = residual`, or near it; nothing if that fails."""
+    if len(residual) <= DENSE:
+        rows = matrix.toarray()
+        square = rows.T @ (weight[:, None] * rows)
+        try:
+            near: Array = np.linalg.solve(square + FAINT * FAINT * np.identity(len(residual)), residual)
+        except np.linalg.LinAlgError:  # singular, as far as it can tell
+            return np.zeros(len(residual))
+        return near
+    from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
+    from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
+
+    square = matrix.T @ diags(weight) @ matrix + FAINT * FAINT * identity(len(residual))
+    try:
+        solved: Array = splu(square.tocsc()).solve(residual)
+    except RuntimeError:  # singular, as far as it can tell
+        return np.zeros(len(residual))
+    return solved
+
+
+def proven_motion(
+    problem: Problem, system: WrenchMatrix, columns: Array, tolerances: Tolerances, quiet: Sequence[float] = QUIET
+) -> Motion | None:
+    """A motion near the given velocities, in units of the columns, that is proven to lower the problem.
+
+    `quiet`: shares of the largest speed, one tried after the other, below which a brick is taken to stay.
+    """
+    if not (np.isfinite(columns).all() and columns @ system.loads > 0.0):
+        return None
+    for share in quiet:
+        for motion in mended(problem, system.motion(columns, share)):
+            if check_motion(problem, motion, tolerances).holds:
+                return motion
+    return None
+
+
+def mended(problem: Problem, motion: Motion) -> Iterator[Motion]:
+    """The motion, then with more of a separating motion mixed in each time, to open what rounding may have closed."""
+    yield motion
+    separating = separating_velocities(problem, motion.velocity) if motion.velocity else None
+    if separating is not None:
+        fastest = max(hypot(*velocity) for velocity, _ in motion.velocity.values())
+        for share in MIXED:
+            rate = share * fastest
+            yield Motion({name: (add_scaled(v, rate, separating[name]), w) for name, (v, w) in motion.velocity.items()})

@@ -1,0 +1,212 @@
+"""Describes a fall in words: which bricks tip, slide or drop, over what, and to which side."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import atan2, dist, hypot
+
+from stability.geometry.vectors import subtract
+from stability.model import BodyId, Vec3
+from stability.name_order import in_order
+from stability.problem import ZERO, Contact, Motion, Placed, Problem, Stability, Stage, Verdict
+
+# A fall in words: which bricks tip over what, slide on what, or fall with nothing to hold them.
+
+
+STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
+TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
+ROUNDED = 1e-5  # of the fastest brick: what moves less is a remainder of the solver, and stands
+MOST_NAMES = 6  # names that are written out; more are counted
+
+
+@dataclass(frozen=True, slots=True)
+class _Slip:
+    """How the upper body of a contact moves against the lower one at a point, at one of the normals there."""
+
+    separating: float  # along the normal [m/s]
+    sliding: float  # across the normal [m/s]
+    friction: float  # Coulomb coefficient
+
+    def size(self) -> float:
+        """The relative speed [m/s]."""
+        return hypot(self.separating, self.sliding)
+
+    def sticks(self, speed: float) -> bool:
+        """Whether the point stands still, for a group that moves so fast [m/s]."""
+        return self.size() <= STUCK * speed
+
+    def slides(self, speed: float) -> bool:
+        """Whether the point slides along the other body: it separates no faster than friction allows, if at all."""
+        return self.separating - self.friction * self.sliding <= STUCK * speed and self.sliding > self.separating
+
+
+def described(problem: Problem, motion: Motion) -> str:
+    """What moves, and how: "L5.1, L5.2 tip over L4.1", "plank slides on ground", "top falls: nothing is under it"."""
+    motion = Motion({name: motion.velocity[name] for name in really_moving(problem, motion)})
+    groups = _groups(problem, motion)
+    return "; ".join(_of_group(problem, motion, group) for group in groups)
+
+
+def really_moving(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
+    """The bricks that move, without those whose motion is a remainder of the solver."""
+    speeds = {name: _speed(problem, motion, name) for name in motion.velocity}
+    least = ROUNDED * max(speeds.values(), default=0.0)
+    return tuple(name for name in motion.velocity if speeds[name] >= least)
+
+
+def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:
+    """Bricks that touch and move as one body, by the lowest of each."""
+    group_of = {name: [name] for name in sorted(motion.velocity)}
+    for contact in problem.contacts:
+        lower, upper = group_of.get(contact.lower), group_of.get(contact.upper)
+        if lower is None or upper is None or lower is upper:
+            continue
+        if _as_one(problem, motion, contact):
+            lower += upper
+            for name in upper:
+                group_of[name] = lower
+    distinct = {id(group): sorted(group) for group in group_of.values()}
+    return sorted(distinct.values(), key=lambda group: (_lowest(problem, group), group))
+
+
+def _as_one(problem: Problem, motion: Motion, contact: Contact) -> bool:
+    """Whether two bricks move as one body: alike where they touch, and with the same spin."""
+    pair = (contact.lower, contact.upper)
+    still = STUCK * max(_speed(problem, motion, name) for name in pair)
+    turn = hypot(*subtract(*(motion.velocity[name][1] for name in pair))) * max(_half(problem, name) for name in pair)
+    return turn <= still and all(slip.size() <= still for slip in _slips(problem, motion, contact))
+
+
+def _lowest(problem: Problem, group: Sequence[BodyId]) -> float:
+    return min(problem.bricks[name].pose.position_W[2] for name in group)
+
+
+def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
+    about, along = _still_against(problem, motion, group)
+    if about and _turns(problem, motion, group):
+        also = f" and {_verb('slide', group)} on {_named(along)}" if along else ""
+        return f"{_named(group)} {_verb('tip', group)} over {_named(about)}{also}"
+    if along or about:
+        return f"{_named(group)} {_verb('slide', group)} on {_named(along | about)}"
+    has_something_under_it = any(other == contact.lower for contact, other in _border(problem, group))
+    why = "nothing holds" if has_something_under_it else "nothing is under"
+    return f"{_named(group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
+
+
+def _verb(stem: str, group: Sequence[BodyId]) -> str:
+    return stem if len(group) > 1 else f"{stem}s"
+
+
+def _still_against(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> tuple[set[BodyId], set[BodyId]]:
+    """The bodies that a group turns about, and those that it slides along without turning about them."""
+    speed = _group_speed(problem, motion, group)
+    about, along = set[BodyId](), set[BodyId]()
+    for contact, other in _border(problem, group):
+        for slip in _slips(problem, motion, contact):
+            if slip.sticks(speed):
+                about.add(other)
+            elif slip.slides(speed):
+                along.add(other)
+    along -= about
+    # What stands still is what a group tips over; what moves along with it counts only where nothing stands still.
+    standing = (about | along) - motion.velocity.keys()
+    return (about & standing, along & standing) if standing else (about, along)
+
+
+def _turns(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> bool:
+    least = TURNING * _group_speed(problem, motion, group)
+    return any(hypot(*motion.velocity[name][1]) * _half(problem, name) > least for name in group)
+
+
+def _group_speed(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> float:
+    return max(_speed(problem, motion, name) for name in group)
+
+
+def _border(problem: Problem, group: Sequence[BodyId]) -> Iterator[tuple[Contact, BodyId]]:
+    """The contacts of a group with others, and the other body of each."""
+    members = set(group)
+    for contact in problem.contacts:
+        if (contact.lower in members) != (contact.upper in members):
+            yield contact, contact.lower if contact.upper in members else contact.upper
+
+
+def _slips(problem: Problem, motion: Motion, contact: Contact) -> Iterator[_Slip]:
+    for point in contact.points_W:
+        above, below = (_velocity_at(problem, motion, name, point) for name in (contact.upper, contact.lower))
+        slip = subtract(above, below)
+        for normal in contact.normals_W:
+            separating = sum(a * b for a, b in zip(slip, normal, strict=True))
+            sideways = subtract(slip, (separating * normal[0], separating * normal[1], separating * normal[2]))
+            yield _Slip(separating, hypot(*sideways), contact.friction)
+
+
+def _velocity_at(problem: Problem, motion: Motion, name: BodyId, point: Vec3) -> Vec3:
+    if name not in motion.velocity:
+        return ZERO
+    (vx, vy, vz), (wx, wy, wz) = motion.velocity[name]
+    x, y, z = subtract(point, problem.bricks[name].pose.position_W)
+    return (vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
+
+
+def _speed(problem: Problem, motion: Motion, name: BodyId) -> float:
+    velocity, spin = motion.velocity[name]
+    return hypot(*velocity) + hypot(*spin) * _half(problem, name)
+
+
+def _half(problem: Problem, name: BodyId) -> float:
+    return problem.bricks[name].brick.shape.bounding_radius
+
+
+def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
+    names = in_order(bodies)
+    more = len(names) - MOST_NAMES
+    return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
+
+
+# Which way what falls goes, and how far its weight lies beyond the edge that it tips over.
+
+
+ALIKE = 1e-6  # share by which spins of one body may differ
+SIDEWAYS = 0.05  # of the mean speed: what goes to a side more slowly goes down
+
+
+@dataclass(frozen=True, slots=True)
+class FallSide:
+    """Each None where there is none: what drops goes to no side."""
+
+    bearing: float | None = None  # from +x towards +y [rad]
+    overhang: float | None = None  # of the common centre of mass beyond the edge, in plan [m]; of what tips as one body
+
+
+def fall_side(verdict: Verdict, bricks: Mapping[BodyId, Placed]) -> FallSide:
+    """The side of a proven fall of some bricks in their places."""
+    motion = verdict.motion
+    if verdict.stability is not Stability.UNSTABLE or motion is None or not motion.velocity:
+        return FallSide()
+    as_one = verdict.stage is Stage.TIPPING and _turns_as_one(motion)
+    return _over_an_edge(motion, bricks) if as_one else _sideways(motion, bricks)
+
+
+def _turns_as_one(motion: Motion) -> bool:
+    """Whether all have one spin, as they have where they tip over one edge and nothing else begins to move."""
+    spins = [spin for _, spin in motion.velocity.values()]
+    return all(dist(spin, spins[0]) <= ALIKE * hypot(*spins[0]) for spin in spins)
+
+
+def _over_an_edge(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:
+    """Of a turn as one body about a level edge: all have one spin, and the centre sinks by the spin times its lever."""
+    _, (wx, wy, _) = next(iter(motion.velocity.values()))
+    spin = hypot(wx, wy)
+    if spin == 0.0:
+        return FallSide()
+    masses = {name: bricks[name].brick.mass for name in motion.velocity}
+    sinking = -sum(mass * motion.velocity[name][0][2] for name, mass in masses.items()) / sum(masses.values())
+    return FallSide(atan2(-wx, wy), sinking / spin)
+
+
+def _sideways(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:
+    """Of any other motion: where its mass goes, if that is to one side."""
+    x = y = speed = 0.0
+    for name, (velocity, _) in motion.velocity.items():
+        mass = bricks[name].brick.mass
+        x, y, speed = x + mass * velocity[0], y + mass * velocity[1], speed + mass * hypot(*velocity)
+    return FallSide(atan2(y, x)) if hypot(x, y) > SIDEWAYS * speed else FallSide()

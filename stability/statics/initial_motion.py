@@ -1,0 +1,356 @@
+"""Finds and checks a motion that starts from rest: M a = g + J' f with lawful contact forces."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import hypot, inf
+
+import numpy as np
+
+from stability.geometry.placed_shape import inertia_about_axes, inertia_times
+from stability.geometry.rows import Array, Indices
+from stability.geometry.vectors import add, cross, dot, scale, subtract
+from stability.model import BodyId, Vec3
+from stability.problem import ZERO, Contact, Forces, Motion, Placed, Problem, Tolerances, Wrench, rounded
+from stability.statics.elastic_rest import brought_forth
+from stability.statics.proof import check_forces
+
+# The equations by which bricks at rest would start to move: M a = g + J' f, and what is known of a and f.
+#
+# At rest no velocity adds anything: the relative acceleration of two bodies at a point is linear in those of the
+# bricks. Units are chosen so that all numbers are near one: the largest mass, the largest load, and the largest half
+# diagonal. A force anywhere on a patch counts at its corners, in the shares by which its point is a mean of them.
+
+
+UPRIGHT = 0.9  # a normal with a vertical part up to this takes the vertical as the reference of its tangents
+NO_LOAD = Wrench((0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StartEquations:
+    """All that decides how a group starts, per point of its contacts; D is six times the number of bricks."""
+
+    names: tuple[BodyId, ...]
+    mass: Array  # (D, D)
+    loads: Array  # (D,)
+    slips: Array  # (points, 3, D): the acceleration of the upper body there against the lower one, in W
+    axes: Array  # (points, 3, 3): of the first normal, it and two tangents, by rows
+    normals: tuple[Array, ...]  # of each point (k, 3), from the lower body towards the upper
+    friction: Array  # (points,)
+    contact: Indices  # (points,) which contact of the problem each belongs to
+    units: tuple[float, float, float]  # force [N], mass [kg], length [m]
+
+    def motion(self, acceleration: Array) -> Motion:
+        """Accelerations (D,) as those of bricks [m/s2] and [rad/s2]."""
+        force, mass, length = self.units
+        rows = (acceleration.reshape(-1, 6) * (force / mass)).tolist()
+        return Motion(
+            {
+                name: ((x, y, z), (a / length, b / length, c / length))
+                for name, (x, y, z, a, b, c) in zip(self.names, rows, strict=True)
+            }
+        )
+
+
+def start_equations(problem: Problem) -> StartEquations:
+    """The equations of a problem with at least one brick."""
+    names = tuple(sorted(problem.bricks))
+    placed = [problem.bricks[name] for name in names]
+    wrenches = [problem.loads.get(name, NO_LOAD) for name in names]
+    units = _units(placed, wrenches)
+    force, _, length = units
+    points = [(number, contact, point) for number, contact in enumerate(problem.contacts) for point in contact.points_W]
+    normals = tuple(np.array(contact.normals_W, dtype=float) for _, contact, _ in points)
+    return StartEquations(
+        names,
+        _mass(placed, units),
+        np.concatenate([[*np.array(w.force_W) / force, *np.array(w.torque_W) / (force * length)] for w in wrenches]),
+        np.array([_slip_row(problem, names, contact, point, length) for _, contact, point in points]).reshape(
+            -1, 3, 6 * len(names)
+        ),
+        np.array([frame(each[0]) for each in normals]).reshape(-1, 3, 3),
+        normals,
+        np.array([contact.friction for _, contact, _ in points], dtype=float),
+        np.array([number for number, _, _ in points], dtype=np.int64),
+        units,
+    )
+
+
+def frame(normal: Array) -> Array:
+    """A unit normal and two tangents, by rows (3, 3)."""
+    reference = np.array([0.0, 1.0, 0.0]) if abs(normal[2]) > UPRIGHT else np.array([0.0, 0.0, 1.0])
+    first = np.cross(reference, normal)
+    first /= np.linalg.norm(first)
+    return np.array([normal, first, np.cross(normal, first)])
+
+
+def _units(placed: list[Placed], wrenches: list[Wrench]) -> tuple[float, float, float]:
+    length = max(each.brick.shape.bounding_radius for each in placed)
+    force = max(hypot(*wrench.force_W) + hypot(*wrench.torque_W) / length for wrench in wrenches)
+    return force or 1.0, max(each.brick.mass for each in placed), length
+
+
+def _mass(placed: list[Placed], units: tuple[float, float, float]) -> Array:
+    """(D, D) masses and inertias about the centres, along the axes of W."""
+    _, mass, length = units
+    found = np.zeros((6 * len(placed), 6 * len(placed)))
+    for number, each in enumerate(placed):
+        first = 6 * number
+        inertia = np.array(inertia_about_axes(each.brick, each.pose.orientation))
+        found[first : first + 3, first : first + 3] = each.brick.mass / mass * np.identity(3)
+        found[first + 3 : first + 6, first + 3 : first + 6] = inertia / (mass * length**2)
+    return found
+
+
+def _slip_row(problem: Problem, names: tuple[BodyId, ...], contact: Contact, point: Vec3, length: float) -> Array:
+    """(3, D) what gives the relative acceleration at a point from those of all bricks."""
+    found = np.zeros((3, 6 * len(names)))
+    for name, sign in _bodies(contact):
+        if name in problem.bricks:
+            first = 6 * names.index(name)
+            x, y, z = (np.array(point) - problem.bricks[name].pose.position_W) / length
+            turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # of the spin: its cross product with the arm
+            found[:, first : first + 3] += sign * np.identity(3)
+            found[:, first + 3 : first + 6] += sign * turned
+    return found
+
+
+def _bodies(contact: Contact) -> Iterator[tuple[BodyId, float]]:
+    yield contact.upper, 1.0
+    yield contact.lower, -1.0
+
+
+# Another start than rest: accelerations and contact forces that obey all laws of contact, and are not nothing.
+#
+# Coulomb's law at rest is a root (De Saxce and Feng 1998): with a the relative acceleration at a point and n its
+# normal, every force f is the projection onto its friction cone of f - r (a + mu |a_t| n), for any r > 0. Newton's
+# method looks for such a root from a guess; it finds rest as well, or nothing. `start_proof` checks what it finds.
+
+
+MOST_STEPS = 60
+CLOSE = 1e-13  # of the largest load: the rest of the root
+DAMPED = 1e-12  # of the largest entry: forces that are not unique are changed as little as can be
+SHORTEST = 1e-3  # part of a step
+SLOWEST = 1e-6  # of the largest load over the largest mass: starts slower than this are none
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """How bricks at rest could start to move, with the forces of the contacts meanwhile."""
+
+    acceleration: Motion  # accelerations in place of velocities [m/s2] and [rad/s2]
+    forces: Forces
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Root:
+    """Forces (points, 3) along the axes of each point; the accelerations they cause are `response @ f + free`."""
+
+    response: Array  # (3 points, 3 points)
+    free: Array  # (3 points,)
+    friction: Array  # (points,)
+    rate: Array  # (points, 1) the r of each point
+
+    def rest(self, forces: Array) -> tuple[Array, Array]:
+        """What is left of the root (3 points,), and its derivative by the forces."""
+        slip = (self.response @ forces.ravel() + self.free).reshape(-1, 3)
+        speed = np.hypot(slip[:, 1], slip[:, 2])
+        along = slip[:, 1:] / np.where(speed > 0.0, speed, 1.0)[:, None]
+        pushed = slip.copy()
+        pushed[:, 0] += self.friction * speed
+        inside, turned = _projected(forces - self.rate * pushed, self.friction)
+        raised = np.tile(np.identity(3), (len(forces), 1, 1))
+        raised[:, 0, 1:] = self.friction[:, None] * along
+        steps = (turned @ raised) * self.rate[:, :, None]
+        derivative = np.einsum("pij,pjk->pik", steps, self.response.reshape(len(forces), 3, -1))
+        derivative = derivative.reshape(len(forces) * 3, -1)
+        for point in range(len(forces)):
+            own = slice(3 * point, 3 * point + 3)
+            derivative[own, own] += np.identity(3) - turned[point]
+        return (forces - inside).ravel(), derivative
+
+
+def _projected(points: Array, friction: Array) -> tuple[Array, Array]:
+    """The nearest vectors within friction cones (n, 3), and the derivatives (n, 3, 3)."""
+    normal, across = points[:, 0], np.hypot(points[:, 1], points[:, 2])
+    along = points[:, 1:] / np.where(across > 0.0, across, 1.0)[:, None]
+    within, nothing = across <= friction * normal, friction * across <= -normal
+    pressed = (normal + friction * across) / (1.0 + friction**2)
+    nearest = np.column_stack([pressed, (friction * pressed)[:, None] * along])
+    nearest = np.where(within[:, None], points, np.where(nothing[:, None], 0.0, nearest))
+    edge = np.column_stack([np.ones(len(points)), friction[:, None] * along])
+    turned = edge[:, :, None] * edge[:, None, :] / (1.0 + friction**2)[:, None, None]
+    aside = np.column_stack([-along[:, 1], along[:, 0]])
+    ratio = friction * pressed / np.where(across > 0.0, across, 1.0)
+    turned[:, 1:, 1:] += ratio[:, None, None] * aside[:, :, None] * aside[:, None, :]
+    turned[within] = np.identity(3)
+    turned[nothing] = 0.0
+    return nearest, turned
+
+
+def other_start(problem: Problem, equations: StartEquations, forces: Array) -> Start | None:
+    """A start near forces (points, 3), not proven; None if only rest is near it, or a point has several normals."""
+    if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
+        return None
+    root, caused = _root(equations)
+    found = _solved(root, np.einsum("pij,pj->pi", equations.axes, forces))
+    if found is None:
+        return None
+    pressed = np.einsum("pi,pij->pj", found, equations.axes)
+    acceleration = caused @ (equations.loads + np.einsum("pij,pi->j", equations.slips, pressed))
+    if np.abs(acceleration).max() < SLOWEST:
+        return None
+    return Start(equations.motion(acceleration), _forces(problem, pressed * equations.units[0]))
+
+
+def _root(equations: StartEquations) -> tuple[_Root, Array]:
+    caused = np.linalg.inv(equations.mass).astype(np.float64)
+    slips = np.einsum("pij,pjk->pik", equations.axes, equations.slips).reshape(-1, len(equations.loads))
+    response = slips @ caused @ slips.T
+    blocks = response.reshape(len(equations.normals), 3, -1, 3)
+    own = np.einsum("pipi->p", blocks)
+    return _Root(response, slips @ caused @ equations.loads, equations.friction, 1.0 / own[:, None]), caused
+
+
+def _solved(root: _Root, forces: Array) -> Array | None:
+    """Newton's method with shorter steps where the whole one is no gain."""
+    forces, _ = _projected(forces, root.friction)
+    rest, derivative = root.rest(forces)
+    for _ in range(MOST_STEPS):
+        size = float(np.linalg.norm(rest))
+        if size <= CLOSE * max(1.0, float(np.abs(forces).max())):
+            return _projected(forces, root.friction)[0]
+        square = derivative.T @ derivative
+        square[np.diag_indices_from(square)] += DAMPED * max(float(square.diagonal().max()), DAMPED)
+        step = -np.linalg.solve(square, derivative.T @ rest).reshape(-1, 3)
+        part = 1.0
+        while part > SHORTEST and not float(np.linalg.norm(root.rest(forces + part * step)[0])) < size:
+            part *= 0.5
+        forces = forces + part * step
+        rest, derivative = root.rest(forces)
+    return None
+
+
+def _forces(problem: Problem, pressed: Array) -> Forces:
+    """Forces (points, 3) by contact and point, each along its one normal's cone."""
+    each = iter(pressed.tolist())
+    return Forces(tuple(tuple((tuple(next(each)),) for _ in contact.points_W) for contact in problem.contacts))
+
+
+# Checks by plain arithmetic whether bricks at rest could start to move as is said, trusting nothing but the problem.
+#
+# The forces must balance loads and inertia on every brick, within their cones. At every point where forces act neither
+# may open, and where the bodies slip friction must be as large as it can be, against the slip. No point may close.
+
+
+LAWFUL = 1e-8  # of the largest acceleration, and of that times the largest force: what laws may be violated by rounding
+
+
+@dataclass(frozen=True, slots=True)
+class StartCheck:
+    """Whether bricks could start so, and by how much that violates the laws of contact."""
+
+    holds: bool
+    violation: float  # relative to the largest acceleration of a point, and force
+
+
+def check_start(problem: Problem, start: Start, tolerances: Tolerances) -> StartCheck:
+    """Whether a start obeys the laws of motion and of contact, and is none of rest."""
+    moving = replace(problem, loads=dict(_with_inertia(problem, start.acceleration)))
+    balanced = check_forces(moving, start.forces, rounded(problem, tolerances)).holds
+    if not balanced or any(len(contact.normals_W) > 1 for contact in problem.contacts):
+        return StartCheck(holds=False, violation=inf)
+    points = list(_points(problem, start))
+    fastest = max((hypot(*slip) for _, _, _, slip in points), default=0.0)
+    strongest = max((hypot(*force) for _, _, force, _ in points), default=0.0)
+    if not fastest > 0.0:
+        return StartCheck(holds=False, violation=inf)
+    violation = max(_violation(each, fastest, strongest) for each in points)
+    return StartCheck(violation <= LAWFUL, violation)
+
+
+def _with_inertia(problem: Problem, acceleration: Motion) -> Iterator[tuple[BodyId, Wrench]]:
+    """Loads less what the accelerations of the bricks take of them."""
+    for name, placed in problem.bricks.items():
+        load = problem.loads.get(name, Wrench(ZERO))
+        linear, angular = acceleration.velocity.get(name, (ZERO, ZERO))
+        force = subtract(load.force_W, scale(placed.brick.mass, linear))
+        turned = inertia_times(placed.brick, placed.pose.orientation, angular)
+        yield name, Wrench(force, subtract(load.torque_W, turned))
+
+
+def _points(problem: Problem, start: Start) -> Iterator[tuple[Vec3, float, Vec3, Vec3]]:
+    """Of each point the normal, friction, the force on the upper body, and the slip of that against the lower."""
+    for contact, forces in zip(problem.contacts, start.forces.of_contacts, strict=True):
+        for point, (force,) in zip(contact.points_W, forces, strict=True):
+            yield contact.normals_W[0], contact.friction, force, _slip(problem, start.acceleration, contact, point)
+
+
+def _slip(problem: Problem, acceleration: Motion, contact: Contact, point: Vec3) -> Vec3:
+    above, below = (_at(problem, acceleration, name, point) for name in (contact.upper, contact.lower))
+    return subtract(above, below)
+
+
+def _at(problem: Problem, acceleration: Motion, name: BodyId, point: Vec3) -> Vec3:
+    if name not in acceleration.velocity:
+        return ZERO
+    linear, angular = acceleration.velocity[name]
+    return add(linear, cross(angular, subtract(point, problem.bricks[name].pose.position_W)))
+
+
+def _violation(point: tuple[Vec3, float, Vec3, Vec3], fastest: float, strongest: float) -> float:
+    """By how much a point closes, or a force works where it must not, or friction is less than it can be."""
+    normal, friction, force, slip = point
+    opening, pressed = dot(normal, slip), dot(normal, force)
+    across = subtract(slip, scale(opening, normal))
+    not_braked = friction * pressed * hypot(*across) + dot(force, across)
+    work = max(abs(opening * pressed), abs(not_braked)) / (fastest * strongest) if strongest > 0.0 else 0.0
+    return max(-opening / fastest, work)
+
+
+# How bricks that can rest let go if nothing has pressed them together: a start that is shown.
+
+
+MOST_EXACT_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds
+
+
+def lets_go(problem: Problem, tolerances: Tolerances) -> Start | None:
+    """A proven start of bricks that can rest, however many they are; None if none is found with little work."""
+    if sum(len(contact.points_W) for contact in problem.contacts) > MOST_EXACT_POINTS:
+        return _without_forces(problem, tolerances)
+    return _found(problem, start_equations(problem), tolerances)
+
+
+def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
+    """A proven start of a small group, which is looked for near no forces as well."""
+    start = _found(problem, equations, tolerances)
+    if start is not None:
+        return start
+    return start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
+
+
+def start_near(problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances) -> Start | None:
+    """A proven start near forces (points, 3), in the units of the equations."""
+    start = other_start(problem, equations, forces)
+    return start if start is not None and check_start(problem, start, tolerances).holds else None
+
+
+def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
+    """A proven start without forces, or else near those that loads bring forth."""
+    if any(len(normals) > 1 for normals in equations.normals):
+        return None
+    start = _without_forces(problem, tolerances)
+    if start is not None:
+        return start
+    return start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
+
+
+def _without_forces(problem: Problem, tolerances: Tolerances) -> Start | None:
+    """The start in which nothing presses; None if it is not lawful, or loads turn a brick."""
+    if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
+        return None
+    falling = {
+        name: (scale(1.0 / problem.bricks[name].brick.mass, load.force_W), ZERO) for name, load in problem.loads.items()
+    }
+    none = Forces(tuple(((ZERO,) * len(c.normals_W),) * len(c.points_W) for c in problem.contacts))
+    start = Start(Motion(falling), none)
+    return start if check_start(problem, start, tolerances).holds else None

@@ -1,0 +1,214 @@
+"""Which part falls? From a motion that proves a fall, this finds one that moves as few bricks as possible.
+
+Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, as many of
+the slowest bricks as possible are held fixed, and of few bricks as many of the lowest before; then the motion of least
+sum of speeds is asked for, which leaves at rest what need not move; then each brick is held by itself, from the lowest
+on: one without which nothing falls is needed in every smaller set too. Last, of all motions of the bricks that are
+left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
+"""
+
+from collections.abc import Collection, Iterator, Sequence, Set
+from dataclasses import dataclass, field, replace
+from math import hypot
+
+import numpy as np
+
+from stability.geometry.rows import Array
+from stability.model import BodyId
+from stability.problem import Motion, Problem, Tolerances
+from stability.statics.conic_program import ConicProgram, Solver, clarabel_solve, quick_solve, solve
+from stability.statics.equilibrium import falling_motion, proven_motion
+from stability.statics.fall_description import described
+from stability.statics.proof import check_motion
+from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
+
+__all__ = ["described", "smallest_mechanism"]
+
+FEW = 3  # bricks that are asked about one by one at once
+LITTLE = 24  # bricks up to which as many of the lower ones as possible are held fixed first
+LARGE = 120  # bricks up to which the least sum of speeds is asked for
+SLOW = 0.05  # of the fastest: what is much slower than this counts no more than what is a bit slower
+QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
+MOST_TRIES = 24  # of bricks held fixed one by one
+ACCURACIES = (1e-9, 1e-12)  # of the least speeds, asked for in turn until what is found is proven
+
+
+def smallest_mechanism(
+    problem: Problem,
+    motion: Motion,
+    tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
+    solver: Solver = clarabel_solve,
+    quick: Solver = quick_solve,
+) -> Motion:
+    """A motion of as few bricks as are found to fall without the rest; `motion` itself if it proves no fall."""
+    parts = [part for part in _parts(problem, motion) if check_motion(problem, part, tolerances).holds]
+    if not parts:
+        return motion
+    search = _Search(problem, tolerances, solver, quick)
+    least = search.alone(min(parts, key=lambda part: (len(part.velocity), min(part.velocity))))
+    if len(least.velocity) > FEW:
+        if len(least.velocity) <= LITTLE:
+            least = search.first_held(least, search.upwards(least))
+        least = search.sparse(search.first_held(least, _slowest(least)))
+    return search.started(search.held(least))
+
+
+def _parts(problem: Problem, motion: Motion) -> Iterator[Motion]:
+    """The motions of parts that do not touch, in order of names."""
+    touching: dict[BodyId, set[BodyId]] = {name: set() for name in motion.velocity}
+    for contact in problem.contacts:
+        if contact.lower in touching and contact.upper in touching:
+            touching[contact.lower].add(contact.upper)
+            touching[contact.upper].add(contact.lower)
+    left = set(touching)
+    for name in sorted(touching):
+        if name in left:
+            part, waiting = {name}, [name]
+            while waiting:
+                new = touching[waiting.pop()] - part
+                part |= new
+                waiting += new
+            left -= part
+            yield Motion({brick: motion.velocity[brick] for brick in sorted(part)})
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """Looks for motions of fewer bricks; each one that it takes is proven."""
+
+    problem: Problem
+    tolerances: Tolerances
+    solver: Solver  # for motions of least speed
+    quick: Solver  # for whether anything falls
+    standing: list[Set[BodyId]] = field(default_factory=list)  # no part of these falls while the rest is held fixed
+
+    def alone(self, motion: Motion) -> Motion:
+        """The smallest part of a motion that is proven by itself."""
+        parts = [part for part in _parts(self.problem, motion) if self._proven(part)]
+        return min(parts, key=lambda part: (len(part.velocity), min(part.velocity)), default=motion)
+
+    def _proven(self, motion: Motion) -> bool:
+        return check_motion(self.problem, motion, self.tolerances).holds
+
+    def of(self, bricks: Collection[BodyId]) -> Problem:
+        """The problem of these bricks, the rest held fixed."""
+        return replace(
+            self.problem,
+            bricks={name: self.problem.bricks[name] for name in sorted(bricks)},
+            contacts=[c for c in self.problem.contacts if c.lower in bricks or c.upper in bricks],
+        )
+
+    def sparse(self, motion: Motion) -> Motion:
+        """A motion within the given one, of the least sum of speeds for what the loads gain, slow bricks counting more.
+
+        So what hardly moves comes to rest where it can.
+        """
+        if not FEW < len(motion.velocity) <= LARGE:
+            return motion
+        found = self._least(motion, by_brick=True)
+        return self.alone(found) if found is not None else motion
+
+    def started(self, motion: Motion) -> Motion:
+        """The motion that the same bricks would start with."""
+        return self._least(motion, by_brick=False) or motion
+
+    def _least(self, motion: Motion, by_brick: bool) -> Motion | None:
+        """A proven motion of least speed: the sum of those of the bricks, or of all as one, weighed by mass."""
+        problem = self.of(motion.velocity)
+        system = wrench_matrix(problem, whole=True)
+        columns = system.columns_of(motion)
+        weights = _by_slowness(system, columns) if by_brick else _by_energy(system, problem)
+        gain = float(system.loads @ columns) / float(np.linalg.norm(weights * columns))
+        program = _least_speed(system, weights, 6 if by_brick else len(columns), gain)
+        for accuracy in ACCURACIES:
+            point = solve(program, accuracy, self.solver)
+            if isinstance(point, str):
+                continue
+            found = proven_motion(self.problem, system, point.x[: len(columns)], self.tolerances, QUIET)
+            if found is not None:
+                return found
+        return None
+
+    def held(self, motion: Motion) -> Motion:
+        """A motion within the given one after bricks were held fixed one by one, from the lowest on."""
+        for name in self.upwards(motion)[:MOST_TRIES]:
+            if name in motion.velocity:
+                motion = self._without(motion, [name]) or motion
+        return motion
+
+    def first_held(self, motion: Motion, order: Sequence[BodyId]) -> Motion:
+        """A motion after as many of the first bricks in an order as possible were held: the more, the harder."""
+        held, too_many = 0, len(order)
+        while held + 1 < too_many:
+            middle = (held + too_many) // 2
+            fewer = self._without(motion, order[:middle])
+            if fewer is None:
+                too_many = middle
+            else:
+                motion, held = fewer, middle
+        return motion
+
+    def _without(self, motion: Motion, fixed: Sequence[BodyId]) -> Motion | None:
+        """A proven motion of the bricks that are not held fixed."""
+        rest = set(motion.velocity) - set(fixed)
+        if not rest or any(rest <= standing for standing in self.standing):
+            return None
+        found = falling_motion(self.of(rest), self.tolerances, self.quick)
+        if found is None:
+            self.standing.append(rest)
+        return self.alone(found) if found is not None and self._proven(found) else None
+
+    def upwards(self, motion: Motion) -> list[BodyId]:
+        """What moves, from the lowest centre on."""
+        heights = {name: self.problem.bricks[name].pose.position_W[2] for name in motion.velocity}
+        return sorted(heights, key=lambda name: (heights[name], name))
+
+
+def _slowest(motion: Motion) -> list[BodyId]:
+    """What moves, from the slowest centre on."""
+    return sorted(motion.velocity, key=lambda name: (hypot(*motion.velocity[name][0]), name))
+
+
+def _by_slowness(system: WrenchMatrix, columns: Array) -> Array:
+    """What turns columns into speeds, each brick's over that which it has in a motion; up to a factor."""
+    weights = _by_speed(system)
+    speeds = np.linalg.norm((weights * columns).reshape(-1, 6), axis=1)
+    slowness = 1.0 / (speeds / speeds.max() + SLOW)
+    slow: Array = weights * np.repeat(slowness / slowness.max(), 6)
+    return slow
+
+
+def _by_speed(system: WrenchMatrix) -> Array:
+    """What turns columns, which are speeds times what each brick carries, into speeds; up to a factor."""
+    force = np.repeat(system.column_scale[0::6], 6)
+    weights: Array = force.min() / force
+    return weights
+
+
+def _by_energy(system: WrenchMatrix, problem: Problem) -> Array:
+    """What turns columns into speeds times roots of mass, spins as those of a ball; up to a factor."""
+    masses = np.array([problem.bricks[name].brick.mass for name in system.names])
+    spins = np.tile([1.0, 1.0, 1.0, *[3.0**-0.5] * 3], len(masses))
+    weights: Array = np.repeat(np.sqrt(masses / masses.max()), 6) * spins * _by_speed(system)
+    largest = float(weights.max())
+    return weights / largest
+
+
+def _least_speed(system: WrenchMatrix, weights: Array, width: int, gain: float) -> ConicProgram:
+    """The least sum of norms, each of `width` weighed columns, of motions by which the loads gain `gain`."""
+    from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
+
+    columns, held = len(weights), 3 * len(system.round)
+    groups = columns // width
+    size = groups * (width + 1)
+    first = (width + 1) * np.arange(groups)
+    norms = csc_matrix((np.ones(groups), (first, np.arange(groups))), shape=(size, groups))
+    others = np.delete(np.arange(size), first)
+    parts = csc_matrix((weights, (others, np.arange(columns))), shape=(size, columns))
+    power = csc_matrix(system.loads[None, :] / gain)
+    matrix = bmat([[power, None], [-system.matrix[:held], None], [-parts, -norms], [-system.matrix[held:], None]])
+    offset = np.zeros(matrix.shape[0])
+    offset[0] = 1.0
+    cost = np.append(np.zeros(columns), np.ones(groups))
+    cones = [3] * len(system.round) + [width + 1] * groups
+    return ConicProgram(cost, matrix.tocsc(), offset, 1, cones, len(system.flat))

@@ -1,1 +1,0 @@
-"""Many assemblies alike but for small errors of placement, judged together: one way of proving, checked for each."""

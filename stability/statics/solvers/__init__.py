@@ -1,1 +1,0 @@
-"""Questions for a conic solver. Only its points are used, and only once arithmetic has checked them."""

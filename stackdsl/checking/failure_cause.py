@@ -1,0 +1,139 @@
+"""Why a run came out otherwise than expected: what is proven of it, what was done just before, what moved first."""
+
+import shlex
+from collections.abc import Iterator, Sequence
+
+from stability.name_order import in_order
+from stability.problem import Placed, Stability, Verdict
+from stability.statics.fall_description import FallSide, fall_side
+from stackdsl.checking.cases import STDIN_SHOWN, Case
+from stackdsl.compiler.compile import origin_of
+from stackdsl.judging.before_impacts import EARLY, proof_of_fall, woken_before
+from stackdsl.results import Why
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.systems import Method
+from stackdsl.timeline import (
+    Action,
+    Arrival,
+    Hold,
+    LetGo,
+    Move,
+    Placement,
+    Push,
+    Removal,
+    Shake,
+    Timeline,
+    time_of_arrival,
+)
+from stackdsl.trace import Event, Trace
+from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
+
+NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
+ARRIVALS = {
+    Arrival.SET_DOWN: "set down",
+    Arrival.SLID_IN: "slid in",
+    Arrival.BY_HAND: "brought by hand",
+    Arrival.LET_GO: "let go",
+    Arrival.DROPPED: "dropped",
+    Arrival.THROWN: "thrown",
+}
+
+
+def why_of(case: Case, trace: Trace) -> Why:
+    """What is known of a run, as far as it says why something came out as it did."""
+    woken = woken_before(trace)
+    verdict = proof_of_fall(trace, woken)
+    side = FallSide()
+    if verdict is not None:
+        side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
+    return Why(
+        cause=_cause(trace, verdict, woken),
+        moving=tuple(in_order(verdict.moving)) if verdict is not None else (),
+        bearing=side.bearing,
+        overhang=side.overhang,
+        before=_before(case, trace, woken),
+        first=_first(trace),
+        see=_see(case, proven=verdict is not None or trace.collapse is None),
+    )
+
+
+def _see(case: Case, proven: bool) -> str:
+    """A command for a shell that shows it: the proof where there is one, else the run as it goes."""
+    explains = proven and system_named(case.system).method is Method.PROVEN
+    # A path that begins with a dash would be taken for an option.
+    file = f"./{case.file}" if case.file.startswith("-") else "-" if case.file == STDIN_SHOWN else case.file
+    system = [] if case.system in case.scenario.systems else ["--system", case.system]
+    return shlex.join(["stackdsl", "explain" if explains else "run", file, *system, "-k", case.name])
+
+
+def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
+    if trace.collapse is None:
+        if trace.statics is None:
+            return ""
+        stands = trace.statics.stability is Stability.STABLE
+        told = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
+        return told if stands else trace.statics.reason
+    if trace.numerical:
+        return f"none of physics: {trace.numerical}"
+    if verdict is not None:
+        return verdict.reason
+    return woken.reason if woken is not None else ""
+
+
+def _before(case: Case, trace: Trace, woken: Event | None) -> str:
+    """The last thing that was done before what fell was woken, or left its place, or before the end."""
+    until = trace.cost.simulated_time
+    if trace.collapse is not None:
+        until = woken.time if woken is not None else trace.collapse.time
+    met = [action for action in case.timeline.actions if _met(action) <= until]
+    if not met:
+        return ""
+    last = sorted(met, key=_met)[-1]  # of those at one time, the last as they are written
+    together = (last,) if not isinstance(last, Placement) else tuple(_with(last, case.timeline))
+    origin = origin_of(last, case.scenario, case.source)
+    where = f"{origin.part} {origin.number}, {origin.kind} at {origin.span}: " if origin is not None else ""
+    return f"{where}{_done(together)}"
+
+
+def _met(action: Action) -> float:
+    """When it does something to the structure [s]; what flies may meet it a little before its aim."""
+    if isinstance(action, Shake):
+        return action.time
+    flies = isinstance(action, Placement) and action.hits
+    return max(action.time, time_of_arrival(action) - EARLY) if flies else time_of_arrival(action)
+
+
+def _with(last: Placement, timeline: Timeline) -> Iterator[Placement]:
+    """All that comes at the same time in the same way."""
+    for each in timeline.placements:
+        if (each.time, each.arrival) == (last.time, last.arrival):
+            yield each
+
+
+def _done(together: Sequence[Action]) -> str:
+    match together[0]:
+        case Removal() as removal:
+            return f"{names_text(in_order(removal.bricks))} pulled out at {removal.time:g} s"
+        case Push() as push:
+            return f"{push.brick} pushed at {push.time:g} s"
+        case Shake() as shake:
+            return f"the ground shaken {shaking_text(shake.motion)} from {shake.time:g} s on"
+        case Move() as move:
+            return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
+        case Hold() as hold:
+            return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
+        case LetGo() as let_go:
+            return f"{names_text(let_go.bricks)} let go at {let_go.time:g} s"
+        case Placement() as first:
+            level = f", level {first.level}" if first.level and len(together) == 1 else ""
+            names = [placed.brick.id for placed in together if isinstance(placed, Placement)]
+            return f"{names_text(names)} {ARRIVALS[first.arrival]} at {first.time:g} s{level}"
+
+
+def _first(trace: Trace) -> str:
+    if trace.collapse is not None:
+        return f"{trace.collapse.brick} left its place at {trace.collapse.time:.3f} s"
+    worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)
+    if worst is None or worst.shift < NOTICED:
+        return ""
+    return f"{worst.brick.id} shifted most, by {mm(worst.shift, 3)}"

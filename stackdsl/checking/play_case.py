@@ -1,0 +1,60 @@
+"""One case played: what a worker does, and what a command does that plays in its own process."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+from stackdsl.judging.judge import Refinement, held_against_refined, with_numerical_collapse
+from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.runner import Known, nothing_is_known, play
+from stackdsl.simulation.systems import as_played
+from stackdsl.timeline import Timeline
+from stackdsl.trace import Event, Trace
+
+if TYPE_CHECKING:
+    from stackdsl.simulation.recording import Recorder
+
+MOST_FOR_TOLD_MARGINS = 20  # bricks, of which margins that nothing depends on take some tens of milliseconds
+
+Played = TypeVar("Played")
+
+
+def play_case(
+    timeline: Timeline,
+    system: str,
+    is_known: Known = nothing_is_known,
+    on_event: Callable[[Event], None] = lambda event: None,
+    recorder: "Recorder | None" = None,
+) -> Trace:
+    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
+    played = play(timeline, system_named(system), on_event, is_known, recorder)
+    trace = with_numerical_collapse(played, timeline, system_named(system))
+    wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
+    if not wanted or trace.statics is None:
+        return trace
+    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- programs bring numpy
+
+    return replace(trace, margins=margins_of(trace, wanted))
+
+
+def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
+    """What a worker does: play, or tell what keeps the run from going on, which is no crash."""
+    try:
+        return playing(*arguments)
+    except BlockedPlacementError as error:
+        return error.blocked
+
+
+def play_refined(timeline: Timeline, name: str, is_known: Known = nothing_is_known) -> Refinement:
+    """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
+    trace = play_case(timeline, name, is_known)
+    if trace.cost.steps == 0:
+        return Refinement(trace)
+    system = system_named(name).refined()
+    try:
+        fine = play(timeline, system, is_known=is_known)
+    except BlockedPlacementError as error:
+        raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
+    fine = with_numerical_collapse(fine, timeline, system)
+    return held_against_refined(trace, fine, as_played(timeline, system.modification))

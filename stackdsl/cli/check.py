@@ -1,0 +1,419 @@
+"""`stackdsl check`: plays and judges scenarios, and compares them with their golden files."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from math import isnan
+from pathlib import Path
+from typing import Final, TypedDict, TypeVar, Unpack
+
+import click
+
+from stackdsl.asked_files import read_asked
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, Surveyed, survey
+from stackdsl.checking.check import TIME_LIMIT, Terms, check, failed, is_whole_set, recalled
+from stackdsl.checking.selection import Selection, Shard
+from stackdsl.cli.options import (
+    LONGEST_LIMIT,
+    ON_KEYWORD,
+    ON_SYSTEMS,
+    ON_TAGS,
+    FilePath,
+    Number,
+    Output,
+    OutputChoice,
+    Style,
+    code_without_runs,
+    outputs_of,
+    warn_of_nothing,
+    write_report,
+)
+from stackdsl.cli.terminal import progress, tell
+from stackdsl.disk import leads_outside, true_folder
+from stackdsl.exits import ExitCode
+from stackdsl.goldens.golden import GoldenWriteRefusedError, Waiting, is_ci, refuse_in_ci
+from stackdsl.language.yaml.includes import root_of
+from stackdsl.language.yaml.source import MAX_BYTES
+from stackdsl.project_file import Project, ProjectError, confined, project_of
+from stackdsl.results import Report, exit_code
+from stackdsl.shown_text import visible
+
+# The options of `stackdsl check`, and what each may be.
+
+
+Command = TypeVar("Command", bound=Callable[..., object])
+
+_SHARD: Final = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
+
+
+class Asked(TypedDict):
+    """What was asked for."""
+
+    paths: tuple[Path, ...]
+    systems: tuple[str, ...]
+    keyword: str
+    tags: tuple[str, ...]
+    shard: Shard | None
+    only_failed: bool
+    only_changed: bool
+    list_only: bool
+    statics: bool
+    first_failure: bool
+    strict: bool
+    watch: bool
+    outputs: tuple[Output, ...]
+    verbosity: int
+    durations: int
+    update: bool
+    though_it_fails: bool
+    refine: bool
+    golden: Path | None
+    no_golden: bool
+    cache: bool
+    html: Path | None
+    jobs: int
+    time_limit: float
+
+
+def _number(value: float) -> float:
+    """A number that is one: no range excludes nan."""
+    if isnan(value):
+        raise click.BadParameter("nan is no number.")
+    return value
+
+
+def _shard(text: str | None) -> Shard | None:
+    if text is None:
+        return None
+    found = _SHARD.fullmatch(text)
+    if found is None or int(found[1]) > int(found[2]):
+        raise click.BadParameter(f"'{text}' is no part of a whole; write it like 1/4, up to 4/4")
+    return Shard(int(found[1]), int(found[2]))
+
+
+OPTIONS: Final = (
+    click.argument("paths", nargs=-1, type=FilePath),
+    ON_SYSTEMS,
+    ON_KEYWORD,
+    ON_TAGS,
+    click.option("--shard", callback=lambda *given: _shard(given[-1]), help="Only this part of all cases, as 1/4."),
+    click.option("--failed", "only_failed", is_flag=True, help="Only what failed when it was last played."),
+    click.option("--changed", "only_changed", is_flag=True, help="Only what is not known to pass as it stands."),
+    click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop."),
+    click.option("--statics", is_flag=True, help="Play nothing: tell what the proofs say, and stop."),
+    click.option("-x", "first_failure", is_flag=True, help="Stop at the first failure."),
+    click.option("--strict", is_flag=True, help="Let also fail of what nothing is expected: what is unchecked."),
+    click.option("--watch", is_flag=True, help="Check again whenever a scenario is saved, until interrupted."),
+    click.option(
+        "--format",
+        "outputs",
+        multiple=True,
+        type=OutputChoice(),
+        help="How the report is written, and to which file: text, json, junit=report.xml; may be given several times.",
+    ),
+    click.option(
+        "--html", type=FilePath, help="Also write pages into this folder: an index, and a replay of each case."
+    ),
+    click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Only what failed, and the sums."),
+    click.option("-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="All there is to tell."),
+    click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also the N slowest cases."),
+    click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI."),
+    click.option("--though-it-fails", is_flag=True, help="With --update, accept also what fails its expectations."),
+    click.option("--refine", is_flag=True, help="Play again, half the step and twice the iterations; tell what moves."),
+    click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project."),
+    click.option("--no-golden", is_flag=True, help="Neither compare with golden files nor write any."),
+    click.option("--cache/--no-cache", default=True, help="Whether what is known to pass need not be played again."),
+    click.option(
+        "--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: one a core."
+    ),
+    click.option(
+        "--time-limit",
+        type=Number(0.001, LONGEST_LIMIT),
+        callback=lambda *given: _number(given[-1]),
+        default=TIME_LIMIT,
+        show_default=True,
+        help="Seconds a case.",
+    ),
+)
+
+
+def with_options(command: Command) -> Command:
+    """A command with all these options, in this order."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+# `stackdsl check --watch`: checks again whenever a scenario is saved, each time in a new process.
+#
+# So it is always the code on the disk that plays, and what is remembered says what need not be played again.
+
+
+WATCHED = (*SUFFIXES, ".obj")  # not loads in CSV and JSON: reports that a check itself writes may be those
+
+
+def watch(paths: Sequence[Path], html: Path | None) -> int:
+    """Check as this call asks for, now and at every change below these paths; the exit code of the last check.
+
+    The pages that each check writes into a folder, if that is wanted, are served on this machine, and load again.
+    """
+    if html is None:
+        return _watch(paths)
+    from stackdsl.viewing.live import showing  # noqa: PLC0415 -- few calls do
+    from stackdsl.viewing.server import Folder  # noqa: PLC0415 -- likewise
+
+    try:
+        true_folder(html, confined(html))
+        with showing(Folder(html)) as page:
+            tell(f"open {page.url}")
+            return _watch(paths, lambda: page.put("written", None))
+    except OSError as error:
+        raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+
+
+def _refuse_links_out(folder: Path) -> None:
+    """Raise UsageError if there is a link to a folder outside: the library would watch what it leads to as well."""
+    for parent, names, _ in os.walk(folder):
+        for path in (Path(parent, name) for name in names):
+            if path.is_symlink() and leads_outside(path, folder):
+                raise click.UsageError(f"{os.path.relpath(path)} is a link out of what is watched; remove it")
+
+
+def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None) -> int:
+    try:
+        from watchfiles import watch as changes_of  # noqa: PLC0415 -- where something is watched
+    except ImportError as error:
+        raise click.UsageError(
+            "--watch needs watchfiles, which is not installed; try: pip install watchfiles"
+        ) from error
+    missing = [path for path in paths if not os.path.exists(path)]
+    if missing:
+        raise click.UsageError(f"{missing[0]} is not there to be watched")
+    # -P: without it, modules of the folder that is watched would be run in place of our own.
+    command = [sys.executable, "-P", "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
+    # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
+    folders = {Path(root_of(str(path / "any" if os.path.isdir(path) else path))) for path in paths}
+    for folder in folders:
+        _refuse_links_out(folder)
+
+    def is_meant(_: object, name: str) -> bool:
+        path = Path(name)
+        own = [path.relative_to(folder).parts for folder in folders if path.is_relative_to(folder)]
+        hidden = all(any(part.startswith(".") for part in parts) for parts in own)
+        return not hidden and path.suffix.lower() in WATCHED
+
+    code = 0
+    try:
+        changes = changes_of(*folders, watch_filter=is_meant, yield_on_timeout=True, rust_timeout=500)
+        for number, changed in enumerate(changes):
+            if number and not changed:
+                continue
+            for name in sorted({Path(name).name for _, name in changed}):
+                tell(f"changed: {name}")
+            code = subprocess.run(command, check=False).returncode
+            on_checked()
+            tell("watching; Ctrl-C ends it")
+    except KeyboardInterrupt:
+        pass
+    return code
+
+
+# `stackdsl check`: plays and judges scenarios, and holds them against their golden files.
+
+
+PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as reports tell it, with or without a column
+
+
+@click.command("check")
+@with_options
+@click.pass_context
+def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
+    """Play and judge everything under PATHS (default: scenarios), and compare it with its golden files."""
+    _refuse_what_does_not_go_together(asked)
+    outputs = outputs_of(asked["outputs"])
+    if asked["watch"]:
+        context.exit(
+            watch([_split(path)[0] for path in asked["paths"]] or [project_around(()).scenarios], asked["html"])
+        )
+    paths, places = _places(asked["paths"])
+    project = project_around(paths)
+    paths = paths or (project.scenarios,)
+    golden, state = goldens_and_state(project, asked["golden"])
+    memory = Memory(state, asked["cache"])
+    found = survey(paths, memory)
+    scenarios = project.scenarios if project.root is not None else None
+    terms = _terms(asked, golden, scenarios, memory, found)
+    selection = _selection(asked, places, memory)
+    selected = selection.of(found.cases)
+    if asked["only_changed"]:
+        selected = [case for case in selected if recalled(case, terms) is None]
+    elif not asked["statics"] or not selected:
+        warn_of_nothing(selection, found, selected, paths)
+    if not selected and not found.diagnostics and _may_be_none(asked, found):
+        memory.settle()
+        context.exit(ExitCode.OK)
+    if asked["list_only"] or asked["statics"]:
+        memory.settle()
+        _tell_only(asked, outputs, found, selected)
+        context.exit(code_without_runs(found, selected))
+    whole = is_whole_set(paths, golden, scenarios)
+    report = _checked(found, selected, whole and not asked["no_golden"], terms)
+    write_report(report, outputs, Style(asked["verbosity"], asked["durations"]))
+    if asked["html"] is not None and not report.interrupted:
+        from stackdsl.cli.html_report import write_html  # noqa: PLC0415 -- few calls want it
+
+        write_html(report, selected, asked["html"], terms)
+    context.exit(exit_code(report))
+
+
+def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Terms) -> Report:
+    left = sum(recalled(case, terms) is None for case in selected)
+    try:
+        with progress(left) as bar:
+            report = check(found, selected, whole, replace(terms, on_wait=bar.wait, on_drawn=bar.drawn), bar.tell)
+    except ChangedMeanwhileError as error:
+        raise click.ClickException(str(error)) from error
+    finished = [result for result in report.results if result.status != "not run"]
+    terms.memory.keep_failed(
+        [result.name for result in finished if failed(result)], [result.name for result in finished]
+    )
+    return report
+
+
+def _terms(asked: Asked, golden: Path, scenarios: Path | None, memory: Memory, found: Surveyed) -> Terms:
+    return Terms(
+        golden=None if asked["no_golden"] else golden,
+        update=asked["update"],
+        though_it_fails=asked["though_it_fails"],
+        scenarios=scenarios,
+        workers=asked["jobs"],
+        time_limit=asked["time_limit"],
+        update_command=_update_command(asked),
+        refine=asked["refine"],
+        lock_new=not is_ci(os.environ) and not asked["refine"],
+        first_failure=asked["first_failure"],
+        must_claim=asked["strict"],
+        memory=memory,
+        waiting=Waiting(memory.folder, golden) if not is_ci(os.environ) and not asked["refine"] else None,
+        digests=found.digests,
+    )
+
+
+def _selection(asked: Asked, places: Sequence[tuple[str, int]], memory: Memory) -> Selection:
+    names = memory.failed() if asked["only_failed"] else None
+    if asked["only_failed"] and not names:
+        tell("nothing failed when it was last played, as far as is known: all are played")
+    parts = asked["systems"], asked["keyword"], asked["tags"], tuple(places)
+    return Selection(*parts, names=names or None, shard=asked["shard"])
+
+
+def _may_be_none(asked: Asked, found: Surveyed) -> bool:
+    """Whether it is in order that nothing is selected, which is told then."""
+    if asked["only_changed"]:
+        tell("nothing has changed since it passed")
+    return asked["only_changed"] or (asked["shard"] is not None and bool(found.cases))
+
+
+def _refuse_what_does_not_go_together(asked: Asked) -> None:
+    """Raise a usage error if what was asked for cannot be had together, or golden files must not be written."""
+    if asked["update"] and asked["no_golden"]:
+        raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
+    if asked["though_it_fails"] and not asked["update"]:
+        raise click.UsageError("--though-it-fails says what --update may accept; give both, or leave it out")
+    if asked["only_changed"] and not asked["cache"]:
+        raise click.UsageError("--changed asks what is remembered; leave one of --changed and --no-cache out")
+    if asked["watch"] and asked["update"]:
+        raise click.UsageError("--watch accepts nothing that nobody has seen; leave one of --watch and --update out")
+    if asked["update"] and asked["refine"]:
+        message = (
+            "--refine writes no golden files: it asks what of a run would move; leave one of --refine and --update out"
+        )
+        raise click.UsageError(message)
+    if asked["update"]:
+        try:
+            refuse_in_ci(os.environ)
+        except GoldenWriteRefusedError as error:
+            raise click.ClickException(str(error)) from error
+
+
+def project_around(paths: Sequence[Path]) -> Project:
+    """The project of some files and directories, or of the working directory. Raises click.UsageError."""
+    try:
+        return project_of(paths)
+    except ProjectError as error:
+        raise click.UsageError(str(error)) from error
+
+
+def goldens_and_state(project: Project, golden: Path | None = None) -> tuple[Path, Path]:
+    """The directory of golden files, by default the project's own, and that of what is remembered of them.
+
+    Raises click.UsageError where a link leads one of them away.
+    """
+    try:
+        folder = project.goldens(golden)
+        return folder, project.state(folder)
+    except ProjectError as error:
+        raise click.UsageError(str(error)) from error
+
+
+def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
+    """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
+    found = [_split(path) for path in written]
+    for path, line in found:
+        _refuse_beyond(path, line)
+    places = [(visible(path.as_posix()), line) for path, line in found if line is not None]
+    return tuple(path for path, _ in found), places
+
+
+def _refuse_beyond(path: Path, line: int | None) -> None:
+    """Raise a usage error for a line beyond the end of a file."""
+    try:
+        lines = read_asked(path, MAX_BYTES).splitlines() if line is not None and os.path.isfile(path) else []
+    except OSError:
+        return  # which is told when the file is read for its scenarios
+    if lines and line is not None and line > len(lines):
+        raise click.UsageError(f"{path} has {len(lines)} lines, so there is none numbered {line}")
+
+
+def _split(path: Path) -> tuple[Path, int | None]:
+    place = PLACE.fullmatch(str(path))
+    if place is None or os.path.exists(path) or not place[1].lower().endswith(SUFFIXES):
+        return path, None
+    return Path(place[1]), int(place[2])
+
+
+def _update_command(asked: Asked) -> str:
+    """The same check with --update, for a shell; it accepts what the check shows, and nothing else."""
+    return shlex.join(["stackdsl", "check", *_words(asked), "--update"])
+
+
+def _words(asked: Asked) -> Iterator[str]:
+    # A path that begins with a dash would be taken for an option.
+    yield from (f"./{path}" if str(path).startswith("-") else str(path) for path in asked["paths"])
+    for system in asked["systems"]:
+        yield from ("--system", system)
+    if asked["keyword"]:
+        yield from ("-k", asked["keyword"])
+    for tag in asked["tags"]:
+        yield from ("--tag", tag)
+    if asked["shard"] is not None:
+        yield from ("--shard", str(asked["shard"]))
+    yield from ["--failed"] * asked["only_failed"]
+    yield from ["--changed"] * asked["only_changed"]
+    yield from ["--strict"] * asked["strict"]
+    if asked["golden"] is not None:
+        yield from ("--golden", str(asked["golden"]))
+    if asked["time_limit"] != TIME_LIMIT:
+        yield from ("--time-limit", str(asked["time_limit"]))
+
+
+def _tell_only(asked: Asked, outputs: Sequence[Output], found: Surveyed, selected: Sequence[Listed]) -> None:
+    from stackdsl.cli.listing import tell_cases, tell_statics  # noqa: PLC0415 -- only where it is asked for
+
+    telling = tell_statics if asked["statics"] else tell_cases
+    telling(found, selected, outputs)

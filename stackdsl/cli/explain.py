@@ -1,0 +1,90 @@
+"""`stackdsl explain`, `schema` and `completion`."""
+
+import os
+from itertools import groupby
+from pathlib import Path
+
+import click
+from click.shell_completion import get_completion_class
+
+from stackdsl.checking.selection import Selection
+from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_runs, selected_of
+from stackdsl.cli.terminal import write
+from stackdsl.diagnostics import did_you_mean
+from stackdsl.report.diagnostics import CODE, code_text, entries
+from stackdsl.report.statics import Extent, explanation_text
+
+# `stackdsl explain`: prints what a file was compiled to, and what statics says of it; or what a diagnostic means.
+
+
+@click.command("explain")
+@click.argument("file", metavar="FILE|CODE", type=FilePath)
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
+@click.option("--remedies/--no-remedies", default=None, help="What would mend a fall; default: of few bricks.")
+@click.option("--times", is_flag=True, help="What each proof cost, which differs from run to run.")
+@click.pass_context
+def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    margins: bool | None,
+    remedies: bool | None,
+    times: bool,
+) -> None:
+    """Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means."""
+    if CODE.fullmatch(str(file)) and not os.path.exists(file):
+        write(_meaning(str(file)))
+        return
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
+        write(explanation_text(list(cases), Extent(margins, remedies, times)))
+    context.exit(code_without_runs(gathered, selected))
+
+
+def _meaning(code: str) -> str:
+    """What a code of a diagnostic means. Raises a usage error for one that there is not."""
+    known = entries()
+    if code not in known:
+        raise click.UsageError(f"there is no code {code}; {did_you_mean(code, list(known))}")
+    return code_text(known[code])
+
+
+# `stackdsl schema`: prints the JSON Schema of scenarios, or of reports.
+
+
+@click.command("schema")
+@click.option("--report", "of_report", is_flag=True, help="That of `check --format json` instead.")
+def schema_command(of_report: bool) -> None:
+    """Print the JSON Schema of scenarios, for editors."""
+    if of_report:
+        from importlib.resources import files  # noqa: PLC0415 -- rarely asked for
+
+        write(files("stackdsl").joinpath("report.schema.json").read_text(encoding="utf-8"))
+        return
+    from stackdsl.language.json_schema import schema_text  # noqa: PLC0415 -- likewise the other one
+
+    write(schema_text())
+
+
+# `stackdsl completion`: prints what a shell needs to complete the command.
+
+
+VARIABLE = "_STACKDSL_COMPLETE"  # by which the shell asks the command itself
+WHERE = {
+    "bash": 'eval "$(stackdsl completion bash)" in ~/.bashrc',
+    "zsh": 'eval "$(stackdsl completion zsh)" in ~/.zshrc, after compinit',
+    "fish": "stackdsl completion fish > ~/.config/fish/completions/stackdsl.fish",
+}
+
+
+@click.command("completion", epilog="; ".join(f"{shell}: {where}" for shell, where in WHERE.items()))
+@click.argument("shell", type=click.Choice(list(WHERE)))
+@click.pass_context
+def completion_command(context: click.Context, shell: str) -> None:
+    """Print what a shell needs to complete commands, options, systems and files."""
+    completion = get_completion_class(shell)
+    assert completion is not None  # click knows all of WHERE
+    write(completion(context.find_root().command, {}, "stackdsl", VARIABLE).source())

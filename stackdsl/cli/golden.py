@@ -1,0 +1,288 @@
+"""`stackdsl golden`: lists pending changes of golden files, and accepts or rejects them."""
+
+import os
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import click
+
+from stackdsl.checking.cache import Memory
+from stackdsl.checking.cases import STDIN, gather, survey
+from stackdsl.checking.check import unused_goldens
+from stackdsl.checking.selection import KeywordError, expression_of
+from stackdsl.cli.check import goldens_and_state, project_around
+from stackdsl.cli.options import FilePath
+from stackdsl.cli.terminal import paper, tell, write
+from stackdsl.disk import is_stream, leads_outside
+from stackdsl.exits import ExitCode
+from stackdsl.goldens.file_format import moved_to_new_names
+from stackdsl.goldens.golden import GoldenWriteRefusedError, Pending, StaleError, Waiting, refuse_in_ci, remove_obsolete
+from stackdsl.report.blocks import blocks_text, line, table
+from stackdsl.shown_text import visible
+
+# Which of what waits is still a case: its scenario may have been renamed, or taken out, since it was checked.
+
+
+def no_longer_cases(pending: Sequence[Pending], waiting: Waiting) -> frozenset[str]:
+    """The golden files of what waits, as that names them, of which the file of YAML has no such case any more.
+
+    Files are read anew where they have changed; of one with mistakes no case is known. What waits may have been made by
+    whoever sent the project, so no file outside of it is read.
+    """
+    named = {each.file for each in pending if each.file}
+    files = sorted(file for file in named if _is_own(file, waiting.home))
+    memory = Memory(waiting.state, used=True)
+    found = {file: {case.name for case in survey([waiting.home / file], memory).cases} for file in files}
+    return frozenset(each.golden for each in pending if each.file in found and each.case not in found[each.file])
+
+
+def _is_own(file: str, home: Path) -> bool:
+    """Whether a name may be that of a file below a folder: "-" is the input, and a `..` or a link may lead outside."""
+    path = home / file
+    return path != STDIN and not is_stream(path) and not leads_outside(path, home)
+
+
+def why_not(pending: Pending, waiting: Waiting) -> str:
+    """What is told of one that cannot be accepted, as it is no case any more."""
+    there = os.path.isfile(waiting.home / Path(pending.file))
+    lacks = f"{pending.file} has no case {pending.case} any more" if there else f"{pending.file} is gone"
+    return f"{lacks}: it was renamed, taken out or mistaken since; check again, or forget it by stackdsl golden reject"
+
+
+# `stackdsl golden`: what waits for a decision, and the decisions.
+
+
+KEYS: Final = "a: accept, A: accept though it fails, r: reject, s: leave for later, q: stop"
+MOST_SHOWN: Final = 20  # differences of one file
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The golden files at hand, and what waits for a decision on them."""
+
+    golden: Path
+    scenarios: Path
+    waiting: Waiting
+
+    def pending(self, keyword: str) -> list[Pending]:
+        """What waits, of the cases that a keyword asks for."""
+        try:
+            is_meant = expression_of(keyword)
+        except KeywordError as error:
+            raise click.UsageError(str(error)) from error
+        return [each for each in self.waiting.all() if is_meant(each.case.casefold())]
+
+
+class OfCases(click.Command):
+    """A command on what waits; a case that is named without an option is answered by the option for it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Take the options. Raises click.UsageError with `-k` for words that are left over."""
+        ctx.allow_extra_args = True
+        super().parse_args(ctx, args)
+        if ctx.args and not ctx.resilient_parsing:
+            words = " or ".join(Path(word).stem or word for word in ctx.args)
+            message = (
+                f"golden {self.name} takes no word by itself; -k {shlex.quote(words)} chooses cases by their names"
+            )
+            raise click.UsageError(message, ctx)
+        return ctx.args
+
+
+ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name contains this, as of check.")
+
+
+@click.group("golden")
+@click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project.")
+@click.pass_context
+def golden_command(context: click.Context, golden: Path | None) -> None:
+    """Say what differs from its golden file, and accept it or not."""
+    project = project_around(())
+    folder, state = goldens_and_state(project, golden)
+    context.obj = Place(folder, project.scenarios, Waiting(state, folder))
+
+
+@golden_command.command("status", cls=OfCases)
+@ON_CASES
+@click.pass_context
+def status(context: click.Context, keyword: str) -> None:
+    """Name what waits for a decision; ends with 3 if anything does."""
+    place: Place = context.obj
+    pending = place.pending(keyword)
+    gone = no_longer_cases(pending, place.waiting)
+    for each in pending:
+        told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
+        write(f"{visible(each.status)}: {_named(each)}: {told}")
+    write(f"{len(pending)} waiting{'; stackdsl golden review shows them' if pending else ''}")
+    context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
+
+
+def _named(pending: Pending) -> str:
+    return visible(f"{pending.case}: {pending.golden}")
+
+
+def _summary(pending: Pending, place: Place) -> str:
+    count = len(pending.differences(place.waiting))
+    told = [f"{count} difference{'s' * (count != 1)}"] if count else []
+    told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
+    told += [f"fails {len(pending.failed)} of its expectations"] if pending.failed else []
+    told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting) else []
+    return ", ".join(told) or "nothing is locked yet"
+
+
+@golden_command.command("review", cls=OfCases)
+@ON_CASES
+@click.pass_context
+def review(context: click.Context, keyword: str) -> None:
+    """Show what waits, one after the other, and take a key for each; keys may come by a pipe."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    left = place.pending(keyword)
+    gone = no_longer_cases(left, place.waiting)
+    while left:
+        pending = left.pop(0)
+        if pending.golden in gone:
+            tell(f"{_named(pending)}: {visible(why_not(pending, place.waiting))}")
+            continue
+        write(_shown(pending, place))
+        key = _decision(pending)
+        if key == "q":
+            break
+        with _told():
+            if key in "aA":
+                place.waiting.accept(pending)
+                write(f"accepted: {visible(pending.golden)}")
+            elif key == "r":
+                place.waiting.reject(pending)
+                write(f"rejected: {visible(pending.golden)} stays as it is")
+    waiting = len(place.pending(keyword))
+    write(f"{waiting} waiting")
+    context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
+
+
+def _shown(pending: Pending, place: Place) -> str:
+    found = pending.differences(place.waiting)
+    rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
+        :MOST_SHOWN
+    ]
+    head = [line(f"{visible(pending.status)}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
+    failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
+    more = [line(f"and {len(found) - len(rows)} more")] if len(found) > len(rows) else []
+    drawn = [table(rows, left=tuple(rows[0]))] if rows else []
+    return blocks_text([[*head, *failed, *drawn, *more]], *paper())
+
+
+def _decision(pending: Pending) -> str:
+    """The key of somebody who decides; `q` where nobody answers."""
+    tell(f"  {KEYS}")
+    while True:
+        key = click.getchar() if sys.stdin.isatty() else sys.stdin.read(1)
+        if key in ("", "\x04"):
+            return "q"
+        if key == "a" and pending.failed:
+            tell("it fails its expectations; A accepts it all the same")
+        elif key in "aArsq":
+            return key
+
+
+@golden_command.command("accept", cls=OfCases)
+@ON_CASES
+@click.option("--though-it-fails", is_flag=True, help="Also what fails its expectations.")
+@click.pass_context
+def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
+    """Let what waits become the golden files; what fails its expectations only if that is asked for."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    refused = 0
+    found = place.pending(keyword)
+    gone = no_longer_cases(found, place.waiting)
+    for pending in found:
+        if pending.golden in gone:
+            tell(f"not accepted: {_named(pending)}: {visible(why_not(pending, place.waiting))}")
+            refused += 1
+            continue
+        if pending.failed and not though_it_fails:
+            why = f"fails: {visible(pending.failed[0])}; --though-it-fails accepts it all the same"
+            tell(f"not accepted: {_named(pending)}: {why}")
+            refused += 1
+            continue
+        with _told() as told:
+            place.waiting.accept(pending)
+            was = f", was {visible(pending.renamed_from)}" if pending.renamed_from else ""
+            write(f"accepted: {visible(pending.golden)}{was}")
+        refused += len(told)
+    context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
+
+
+@golden_command.command("reject", cls=OfCases)
+@ON_CASES
+@click.pass_context
+def reject(context: click.Context, keyword: str) -> None:
+    """Forget what waits; golden files stay as they are."""
+    place: Place = context.obj
+    for pending in place.pending(keyword):
+        with _told():
+            place.waiting.reject(pending)
+            write(f"rejected: {visible(pending.golden)} stays as it is")
+
+
+@golden_command.command("prune")
+@click.option("--dry-run", is_flag=True, help="Only name them.")
+@click.pass_context
+def prune(context: click.Context, dry_run: bool) -> None:
+    """Remove golden files that belong to no variant of the project's scenarios, if none of these has a mistake."""
+    place: Place = context.obj
+    gathered = gather([place.scenarios])
+    if gathered.diagnostics or not gathered.cases:
+        tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")
+        context.exit(ExitCode.INVALID)
+    unused = unused_goldens(gathered, place.golden)
+    if not dry_run:
+        _refuse_in_ci()
+    for file in unused if dry_run else remove_obsolete(unused):
+        write(f"{'obsolete' if dry_run else 'removed'}: {file}")
+    if not dry_run:
+        waiting = place.pending("")
+        gone = no_longer_cases(waiting, place.waiting)
+        for pending in waiting:
+            if pending.golden in gone:
+                place.waiting.reject(pending)
+
+
+@golden_command.command("rename")
+@click.pass_context
+def rename(context: click.Context) -> None:
+    """Give golden files that earlier versions wrote the names of this one; what they hold stays as it is."""
+    _refuse_in_ci()
+    place: Place = context.obj
+    try:
+        for was, now in moved_to_new_names(place.golden):
+            write(f"{was.name} -> {now.relative_to(place.golden).as_posix()}" if now else f"{was.name}: left as it is")
+    except OSError as error:
+        raise click.ClickException(f"{error.filename} cannot be renamed: {error.strerror}") from error
+
+
+def _refuse_in_ci() -> None:
+    try:
+        refuse_in_ci(os.environ)
+    except GoldenWriteRefusedError as error:
+        raise click.ClickException(str(error)) from error
+
+
+@contextmanager
+def _told() -> Iterator[list[str]]:
+    """Tell what keeps a decision from being carried out, and go on with the next; what was told is in the list."""
+    told: list[str] = []
+    try:
+        yield told
+    except StaleError as error:
+        told.append(str(error))
+    except OSError as error:
+        told.append(f"{error.filename} cannot be written: {error.strerror}")
+    for text in told:
+        tell(text)

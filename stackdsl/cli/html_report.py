@@ -1,0 +1,35 @@
+"""What `stackdsl check --html` writes, and how it tells of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.cases import ChangedMeanwhileError, Listed
+from stackdsl.checking.check import Terms
+from stackdsl.cli.terminal import progress, tell
+from stackdsl.results import Report
+from stackdsl.viewing.check_report.page import write_folder
+
+
+@dataclass(frozen=True, slots=True)
+class _Recorded:
+    """One case that was played again."""
+
+    name: str
+    conclusion: str = "recorded"
+
+
+def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: Terms) -> None:
+    """Write the pages of a report. Raises a message for people where they cannot be written."""
+    try:
+        cases = [case.compiled() for case in selected]
+        with progress(len(cases)) as bar:
+            told = replace(terms, on_wait=bar.wait)
+            index = write_folder(report, cases, folder, told, lambda case: bar.tell(_Recorded(case.name)))
+    except ChangedMeanwhileError as error:
+        raise click.ClickException(str(error)) from error
+    except OSError as error:
+        raise click.ClickException(f"{error.filename or folder} cannot be written: {error.strerror}") from error
+    tell(f"wrote {index}")

@@ -1,0 +1,191 @@
+"""`stackdsl import`: converts a file of another program into a scenario."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, get_args
+
+import click
+from pydantic import ValidationError
+
+from stability.contact_law import Rule
+from stackdsl.asked_files import read_asked
+from stackdsl.checking.cases import cases_of
+from stackdsl.cli.options import FilePath, Number
+from stackdsl.cli.terminal import tell, write
+from stackdsl.diagnostics import Diagnostic, Span
+from stackdsl.disk import read_file
+from stackdsl.exits import ExitCode
+from stackdsl.importers.expansion import file_beside
+from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
+from stackdsl.importers.imported_friction import left_open
+from stackdsl.importers.load import ImportedBox, ImportedLoad, Surfaces, UnreadableLoadError, digits
+from stackdsl.importers.overhang import warned
+from stackdsl.importers.settling import Settled, cannot_settle, moved_lines, settled
+from stackdsl.importers.supervised_reading import load_supervised
+from stackdsl.language.imports import DECKS, FORMATS, Import, Units
+from stackdsl.language.quantities import MistakeError
+from stackdsl.language.yaml.includes import root_of
+from stackdsl.language.yaml.source import KeyPath, Source, parse
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.shown_text import visible
+
+# What `stackdsl check` will say of an imported scenario as it is written, with the places in the file of the load.
+
+
+def faults(text: str, file: str, boxes: Sequence[ImportedBox]) -> list[Diagnostic]:
+    """The mistakes of the text of a scenario that builds these boxes, such as boxes inside one another.
+
+    `file` is what is told of those that are of no box.
+    """
+    loaded = parse(text, file)
+    _, mistakes = cases_of(replace(loaded, sources=tuple(_placed(source, boxes) for source in loaded.sources)))
+    return mistakes
+
+
+def _placed(source: Source, boxes: Sequence[ImportedBox]) -> Source:
+    """A scenario whose bricks stand where the boxes do in their own file."""
+    places: dict[KeyPath, Span] = {("build", 0, "bricks", number): box.span for number, box in enumerate(boxes)}
+    return replace(source, value_spans={**source.value_spans, **places})
+
+
+# `stackdsl import`: the boxes of a file that another program wrote, as a scenario.
+
+
+HANGS: Final = "SD202"  # of what has nothing under it
+
+_LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[0])) for key in ("length", "mass"))
+
+
+@click.command("import")
+@click.argument("file", type=FilePath)
+@click.option("--format", "format_", type=click.Choice(FORMATS), help="What FILE is; default: what it cannot but be.")
+@click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
+@click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
+@click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")
+@click.option("--length", type=click.Choice(_LENGTHS), help="The unit of lengths, where the file says none.")
+@click.option("--mass", type=click.Choice(_MASSES), help="Of a table: likewise.")
+@click.option("--density", help="Of an OBJ or COMPAS file, such as '2400 kg/m3'.")
+@click.option("--up", type=click.Choice(("+y", "+z")), help="Of an OBJ file: which of its axes points up.")
+@click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
+@click.option(
+    "--deck", help=f"The deck of the pallet, to tell what overhangs: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
+)
+@click.option("--overhang", help="How far a box may reach beyond the deck, such as '20 mm'.")
+@click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
+@click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
+@click.option("--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
+@click.option(
+    "--rule", type=click.Choice([each.value for each in Rule]), help="What two have that touch, of frictions in FILE."
+)
+@click.option("--name", help="What the scenario is called; default: as the file.")
+@click.pass_context
+def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    format_: str | None,
+    load: str | None,
+    settle: str,
+    point: str | None,
+    length: str | None,
+    mass: str | None,
+    density: str | None,
+    up: str | None,
+    supports: str | None,
+    deck: str | None,
+    overhang: str | None,
+    origin: tuple[str, str, str] | None,
+    ignore: tuple[str, ...],
+    friction: float,
+    rule: str | None,
+    name: str | None,
+) -> None:
+    """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
+    of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
+    of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports}
+    asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
+
+    def beside(named: str) -> bytes:
+        return read_file(Path(file_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
+
+    try:
+        data = read_asked(file, MAX_IMPORTED + 1)
+    except OSError as error:
+        raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
+    shown = visible(file.as_posix())
+    try:
+        read = load_supervised(data, shown, asked, beside)
+        found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
+    except UnreadableLoadError as error:
+        for mistake in error.diagnostics:
+            tell(diagnostic_text(mistake))
+        context.exit(ExitCode.INVALID)
+    notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in warned(found.load, asked))]
+    for note in notes:
+        tell(note)
+    called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
+    text = scenario_text(called, notes, found.load, friction)
+    _warn(faults(text, f"{called}.yaml", found.load.boxes), found)
+    write(text)
+
+
+def _warn(mistakes: Sequence[Diagnostic], found: Settled) -> None:
+    """Tell what cannot be played as it is; it is written all the same, to be mended there or in the file."""
+    if not mistakes:
+        return
+    count = f"{len(mistakes)} mistake{'s' * (len(mistakes) != 1)}"
+    tell(f"\nwarning: it is written as it is, and has {count} for which `check` will refuse it:\n")
+    for mistake in mistakes:
+        tell(diagnostic_text(mistake) + "\n")
+    untouched = not any((*found.moved, *found.grown, *found.trimmed))
+    if untouched and any(mistake.code == HANGS for mistake in mistakes):
+        tell("what hangs a little in the air, as measured loads do, is lowered by such as: --settle 'within 5 mm'")
+
+
+def _asked(**written: object) -> Import:
+    """What the options ask for. Raises a usage error."""
+    units = {key: value for key in ("length", "mass") if (value := written.pop(key)) is not None}
+    given = {key: value for key, value in written.items() if value is not None} | ({"units": units} if units else {})
+    try:
+        return Import.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+        cause = first.get("ctx", {}).get("error")
+        said = f"{cause.message}; {cause.hint}" if isinstance(cause, MistakeError) else first["msg"]
+        raise click.UsageError(said) from error
+
+
+def _deck(size: str | None, overhang: str | None) -> dict[str, object] | None:
+    """What a scenario would say of the deck."""
+    sides = [part.strip() for part in size.split("x")] if size is not None else []
+    written = {"size": sides if len(sides) > 1 else size, "overhang": overhang}
+    return {key: value for key, value in written.items() if value is not None} or None
+
+
+def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
+    """The load, of whose frictions it is known what two have that touch. Raises UnreadableLoadError."""
+    if rule is not None:
+        return replace(load, surfaces=replace(load.surfaces or Surfaces(rule), rule=rule))
+    if load.surfaces is not None and load.surfaces.rule is None:
+        raise UnreadableLoadError([left_open(load.boxes[0].span, "--rule lower", "--ignore contact")])
+    return load
+
+
+def _settled(load: ImportedLoad, asked: Import) -> Settled:
+    if (odd := cannot_settle(load, asked.settle)) is not None:
+        message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
+        raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
+    return settled(load, asked.settle)
+
+
+def _notes(file: str, asked: Import, found: Settled) -> list[str]:
+    """What was taken, what was moved, and what was left."""
+    load = found.load
+    which = f" of load '{asked.load}'" if asked.load else ""
+    exact = f", written to {digits(1000 * load.precision)} mm" if load.precision else ""
+    lines = [f"{len(load.boxes)} boxes{which} in {file}{exact}"]
+    if asked.settle.lowered or asked.settle.within is not None:
+        lines += moved_lines(found)
+    if load.untaken or asked.ignore:
+        lines.append(f"not taken: {', '.join((*load.untaken, *asked.ignore))}")
+    return lines

@@ -1,0 +1,273 @@
+"""Options, messages and output formats that several commands share."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, distribution
+from math import isfinite
+from pathlib import Path
+from typing import Final, TypeAlias
+
+import click
+
+from stability.engines.protocol import Package
+from stackdsl.asked_files import make_asked, write_asked
+from stackdsl.checking.cases import Case, Gathered, gather
+from stackdsl.checking.check import Found
+from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, why_nothing
+from stackdsl.cli.terminal import paper, tell, write, write_data
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.exits import ExitCode
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.results import Report
+from stackdsl.shown_text import harmless
+from stackdsl.simulation.known_systems import KNOWN, needs_of
+
+# Options that several commands have.
+
+
+FilePath = click.Path(path_type=Path)
+
+
+class Number(click.FloatRange):
+    """A number within a range; `nan`, which is neither above a bound nor below one, is none."""
+
+    def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number."""
+        number = super().convert(value, param, ctx)
+        if not isfinite(number):
+            self.fail(f"'{value}' is no number that means anything", param, ctx)
+        return number
+
+
+class SystemChoice(click.Choice[str]):
+    """The name of a system: one of those that are listed, or of one that another package offers."""
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name. What other packages offer is looked up only if it is none of ours."""
+        if value in self.choices:
+            return value
+        from stackdsl.simulation.plugins import ForeignSystemError, foreign_names, foreign_system  # noqa: PLC0415 -- rare
+
+        try:
+            others = foreign_names()
+            if value in others:
+                return foreign_system(value).name
+        except ForeignSystemError as error:
+            self.fail(str(error), param, ctx)
+        listed = ", ".join(f"'{name}'" for name in (*self.choices, *others))
+        self.fail(f"'{value}' is not one of {listed}", param, ctx)
+
+
+SYSTEM_CHOICE = SystemChoice(list(KNOWN))
+
+
+def refuse_missing(needs: Iterable[tuple[str, Package]]) -> None:
+    """Refuse what needs a package that is not installed, and say how to get it; `needs` are names and packages."""
+    for name, package in needs:
+        if not package.installed:
+            told = f"'{name}' needs {package.name}, which is not installed"
+            raise click.BadParameter(f"{told}; try: {package.remedy}")
+
+
+def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
+    """The systems that were asked for, each once, if what they need is installed."""
+    refuse_missing(needs_of(systems))
+    return tuple(dict.fromkeys(systems))
+
+
+ONE_FILE = click.argument("file", type=FilePath)
+ON_SYSTEMS = click.option(
+    "--system",
+    "systems",
+    multiple=True,
+    type=SYSTEM_CHOICE,
+    callback=lambda *given: playable(given[-1]),
+    help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
+)
+
+
+def _expression(texts: tuple[str, ...]) -> str:
+    """All of the expressions that were given, as one."""
+    for text in texts:
+        try:
+            expression_of(text)
+        except KeywordError as error:
+            raise click.BadParameter(str(error)) from error
+    given = [text for text in texts if text.strip()]
+    return given[0] if len(given) == 1 else " and ".join(f"({text})" for text in given)
+
+
+ON_KEYWORD = click.option(
+    "-k",
+    "keyword",
+    multiple=True,
+    callback=lambda *given: _expression(given[-1]),
+    help="Only cases whose name contains this, as in 'tower and not (tuned or stock)'; all of several.",
+)
+ON_TAGS = click.option(
+    "--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it."
+)
+LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
+
+
+# What the commands that read scenarios tell of what they found, and of what they were asked for.
+
+
+def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
+    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected.
+
+    Of what is not read here, since its author said so, nothing is known: it is told, and left out.
+    """
+    gathered = gather([file])
+    complain(gathered.diagnostics)
+    selected = selection.of(gathered.cases)
+    warn_of_nothing(selection, gathered, selected, [file])
+    for name, skip in {case.scenario_name: case.scenario.skip for case in selected if case.is_unread}.items():
+        tell(f"{name} is skipped: {skip.reason}; try: pip install 'stackdsl[{skip.without}]'" if skip else name)
+    return gathered, [case for case in selected if not case.is_unread]
+
+
+def complain(diagnostics: Iterable[Diagnostic]) -> None:
+    """Tell of mistakes."""
+    for diagnostic in diagnostics:
+        tell(diagnostic_text(diagnostic))
+
+
+def warn_of_nothing(
+    selection: Selection, gathered: Found, selected: Sequence[Selectable], paths: Sequence[Path]
+) -> None:
+    """Tell why nothing is selected, unless mistakes are told that may be why."""
+    if not selected and not gathered.diagnostics:
+        tell(why_nothing(selection, gathered.cases, paths))
+
+
+def code_without_runs(gathered: Found, selected: Sequence[Selectable]) -> ExitCode:
+    """The exit code of a call that plays nothing."""
+    if gathered.diagnostics:
+        return ExitCode.INVALID
+    return ExitCode.OK if selected else ExitCode.USAGE
+
+
+def variants_of(cases: Sequence[Case], but: str = "") -> dict[str, Case]:
+    """Each variant once by its name, whatever it is played on, and whatever it has of one variable."""
+    found: dict[tuple[object, ...], tuple[str, Case]] = {}
+    for case in cases:
+        fixed = tuple((name, str(value)) for name, value in case.variant.choice.items() if name != but)
+        chosen = ",".join(f"{name}={text}" for name, text in case.parameters if name != but)
+        name = f"{case.scenario.scenario}[{chosen}]" if chosen else case.scenario.scenario
+        found.setdefault((case.scenario.scenario, fixed), (name, case))
+    return dict(found.values())
+
+
+# What `pip install` is to be told for the same stackdsl as is installed here, on another machine.
+
+
+VENDORED = "./vendor/stackdsl-*.whl"  # a wheel that the project brings along, where it comes from no repository
+
+
+def requirement() -> str:
+    """The repository and commit that it came from, as pip noted them (PEP 610); else a wheel within the project."""
+    with suppress(PackageNotFoundError, ValueError, KeyError, TypeError):
+        origin = json.loads(distribution("stackdsl").read_text("direct_url.json") or "{}")
+        vcs = origin["vcs_info"]
+        return f"'stackdsl @ {vcs['vcs']}+{origin['url']}@{vcs['commit_id']}'"
+    return VENDORED
+
+
+# How a report may be written, and where to.
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """What of a report is wanted as text."""
+
+    verbosity: int = 0  # -1: only what failed; 1: also what passed
+    durations: int = 0  # how many of the slowest cases
+
+
+Renderer: TypeAlias = Callable[[Report, Style], str]
+
+
+def _text(report: Report, style: Style) -> str:
+    from stackdsl.report.text import report_text  # noqa: PLC0415 -- only the one that is asked for
+
+    return report_text(report, *paper(), verbosity=style.verbosity, durations=style.durations)
+
+
+def _of(name: str) -> Renderer:
+    def render(report: Report, _: Style) -> str:
+        text: str = getattr(import_module("stackdsl.report.formats"), f"report_{name}")(report)
+        return harmless(text)
+
+    return render
+
+
+# As docs/command.md lists them; each but text is `report_<name>` of `report/formats.py`.
+FORMATS: Final[Mapping[str, Renderer]] = {
+    "text": _text,
+    **{name: _of(name) for name in ("json", "junit", "github", "markdown", "csv")},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """One way to write the report."""
+
+    form: str
+    file: Path | None = None  # None for the output stream
+
+    def __str__(self) -> str:
+        return self.form if self.file is None else f"{self.form}={self.file}"
+
+
+class OutputChoice(click.ParamType[Output]):
+    """The name of a format, or the name, `=` and a file."""
+
+    name = "format"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Output:
+        """The output."""
+        if isinstance(value, Output):
+            return value
+        form, named, file = str(value).partition("=")
+        if form not in FORMATS:
+            listed = ", ".join(f"'{known}'" for known in FORMATS)
+            self.fail(f"'{form}' is not one of {listed}", param, ctx)
+        if named and not file:
+            self.fail(f"'{value}' names no file; write {form} or {form}=FILE", param, ctx)
+        return Output(form, Path(file) if named else None)
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
+        """As it is shown in the help."""
+        return f"[{'|'.join(FORMATS)}][=FILE]"
+
+
+def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
+    """What is to be written: text goes to the output stream unless something else does. Raises click.UsageError."""
+    streamed = [output for output in asked if output.file is None]
+    if len(streamed) > 1:
+        raise click.UsageError(
+            f"{' and '.join(map(str, streamed))} cannot both go to the output; name a file, as in "
+            f"--format {streamed[0]}=FILE"
+        )
+    return asked if streamed else (*asked, Output("text"))
+
+
+def write_report(report: Report, outputs: Sequence[Output], style: Style) -> None:
+    """Write a report in every way that was asked for; what goes to files comes first. Raises click.ClickException."""
+    for output in sorted(outputs, key=lambda output: output.file is None):
+        text = FORMATS[output.form](report, style)
+        if output.file is None:
+            if output.form in ("text", "markdown"):
+                write(text)
+            else:
+                write_data(text, output.form)
+            continue
+        try:
+            make_asked(output.file.parent)
+            write_asked(output.file, text.encode())
+        except OSError as error:
+            raise click.ClickException(f"{output.file} cannot be written: {error.strerror}") from error

@@ -1,0 +1,143 @@
+"""`stackdsl picture`: draws a run without a display."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.cases import Case
+from stackdsl.checking.play_case import play_case
+from stackdsl.checking.results import judged
+from stackdsl.checking.selection import Selection
+from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, code_without_runs, selected_of
+from stackdsl.cli.run import write_file
+from stackdsl.cli.terminal import tell
+from stackdsl.shown_text import visible
+from stackdsl.simulation.brick_tracks import BlockedPlacementError
+from stackdsl.simulation.known_systems import unplayable
+from stackdsl.simulation.recording import Recorder
+from stackdsl.viewing.drawing import VIEWS
+from stackdsl.viewing.pictures import (
+    HINT,
+    FilmError,
+    Panel,
+    film_maker,
+    moving,
+    moving_frames,
+    mp4,
+    panels_at,
+    picture,
+    png,
+    strip,
+)
+from stackdsl.viewing.run_view import RunView, view_of
+
+FILM = ".mp4"
+STILL, MOVING = (".svg", ".png"), (".gif", ".webp", FILM)
+RATE = 20.0  # frames a second of moving pictures
+MOST_FRAMES = 400
+
+
+@click.command("picture")
+@ONE_FILE
+@click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif, .webp or .mp4.")
+@click.option("--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="From where; default: all around.")
+@click.option("--at", "time", type=Number(min=0.0), help="When [s]; default: at the end.")
+@click.option("--strip", "count", type=click.IntRange(2, 40), help="So many pictures of how it moves, side by side.")
+@click.option("--forces", is_flag=True, help="The forces of the proof too, where one holds then.")
+@click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Moving pictures so many times slower.")
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.pass_context
+def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    output: Path,
+    views: tuple[str, ...],
+    time: float | None,
+    count: int | None,
+    forces: bool,
+    slower: float,
+    systems: tuple[str, ...],
+    keyword: str,
+) -> None:
+    """Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving."""
+    if output.suffix.lower() not in (*STILL, *MOVING):
+        raise click.UsageError(f"{output}: write to a file that ends in {', '.join((*STILL, *MOVING))}")
+    moves = output.suffix.lower() in MOVING
+    _refuse_at_odds(moves, views, time, count)
+    if output.suffix.lower() == FILM:
+        _refuse_without_film_maker()
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    if not selected:
+        context.exit(code_without_runs(gathered, selected))
+    if len(selected) > 1:
+        first, other = selected[0].name, selected[1].name
+        tell(f"drawing {first}, the first of {len(selected)}: choose another by --system or -k, such as -k '{other}'")
+    run = _played(selected[0])
+    if not moves and not count:
+        _warn_of_nothing_there(run, time, forces)
+    seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
+    try:
+        if moves:
+            frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
+            write_file(output, _moving(run, frames, output.suffix[1:]))
+            return
+        panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
+        svg = picture(run, panels, width=240.0 if count else 420.0)
+        write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
+    except ModuleNotFoundError as error:
+        raise click.ClickException(
+            f"{output.suffix} needs {error.name}, which is not installed; try: {HINT}"
+        ) from error
+
+
+def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count: int | None) -> None:
+    """Options of which one would be left out without a word."""
+    if time is not None and count is not None:
+        raise click.UsageError("--at draws one time, and --strip several: leave one of them out")
+    if moves and (time is not None or count is not None):
+        raise click.UsageError("what moves is shown as a whole: leave out --at and --strip, or write a .svg or .png")
+    if (moves or count is not None) and len(views) > 1:
+        raise click.UsageError("a strip and a moving picture are seen from one side: give one --view")
+
+
+def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> None:
+    """What was asked for, and cannot be seen."""
+    end = run.trace.cost.simulated_time
+    if time is not None and time > end:
+        raise click.UsageError(f"--at {time:g}: {run.name} ends at {end:.3f} s")
+    at = end if time is None else time
+    if forces and not any(proof.begin <= at < proof.end for proof in run.proofs.standing):
+        spans = ", ".join(f"{p.begin:g} s to {min(p.end, end):g} s" for p in run.proofs.standing) or "never"
+        tell(f"no forces at {at:g} s: they are known where a proof is kept ({spans})")
+
+
+def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
+    pictures = [picture(run, [panel], among=panels) for panel in panels]
+    if f".{form.lower()}" != FILM:
+        return moving(pictures, RATE, form.lower())
+    try:
+        return mp4(pictures, RATE)
+    except FilmError as error:
+        raise click.ClickException(visible(str(error))) from error
+
+
+def _refuse_without_film_maker() -> None:
+    """Before anything is played."""
+    try:
+        film_maker()
+    except FilmError as error:
+        raise click.ClickException(str(error)) from error
+
+
+def _played(case: Case) -> RunView:
+    """The first case that is selected, played."""
+    if why := unplayable(case.system):
+        raise click.ClickException(f"{case.name} cannot be played: {why}")
+    recorder = Recorder()
+    try:
+        trace = play_case(case.timeline, case.system, recorder=recorder)
+    except BlockedPlacementError as error:
+        raise click.ClickException(f"{case.name} could not go on: {error}") from error
+    return view_of(case, trace, recorder.recording(), judged(case, trace))

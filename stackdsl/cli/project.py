@@ -1,0 +1,274 @@
+"""`stackdsl init`, `new` and `doctor`."""
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from pathlib import Path
+from shlex import quote
+from typing import Final
+
+import click
+
+from stackdsl.asked_files import make_asked, open_asked
+from stackdsl.checking.cases import cases_of
+from stackdsl.cli.options import VENDORED, FilePath, requirement
+from stackdsl.cli.terminal import write
+from stackdsl.disk import read_file
+from stackdsl.exits import ExitCode
+from stackdsl.language.yaml.source import parse
+from stackdsl.project_file import LINKED, ProjectError, confined, project_of
+from stackdsl.shown_text import visible
+from stackdsl.simulation.known_systems import KNOWN, needs_of
+
+# `stackdsl new`: writes a scenario to start from.
+
+
+SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project and in the package
+
+
+@click.command("new")
+@click.argument("name")
+@click.option("--to", "folder", type=FilePath, default=Path("scenarios"), show_default=True, help="Where to write it.")
+def new_command(name: str, folder: Path) -> None:
+    """Write a scenario called NAME to start from; never over an existing file."""
+    path = folder / f"{name}.yaml"
+    text = first_text(name, schema_seen_from(folder))
+    for mistake in cases_of(parse(text, str(path)))[1]:
+        raise click.UsageError(f"{mistake.message}; {mistake.hint}")
+    make_folder(folder)
+    write_new(path, text)
+    write(f"wrote {path}; next: stackdsl check {quote(str(path))}")
+
+
+def first_text(name: str, schema: str) -> str:
+    """The scenario to start from, with the path of the schema for editors, or without if that is empty."""
+    template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8")
+    first, _, rest = template.partition("\n")
+    return (first.replace("SCHEMA", schema) + "\n" if schema else "") + rest.replace("NAME", name)
+
+
+def schema_seen_from(folder: Path) -> str:
+    """The relative path of the schema: the project's own, or the packaged one within it; a project may move."""
+    inside = os.path.realpath(folder)
+    for home in (Path(inside), *Path(inside).parents):
+        if os.path.isfile(own := home / SCHEMA):
+            return Path(os.path.relpath(own, inside)).as_posix()
+    packaged = Path(str(files("stackdsl").joinpath(SCHEMA))).resolve()
+    return Path(os.path.relpath(packaged, inside)).as_posix() if packaged.is_relative_to(Path.cwd()) else ""
+
+
+def make_folder(folder: Path) -> None:
+    try:
+        make_asked(folder)
+    except FileExistsError as error:
+        raise click.UsageError(f"{folder} is no directory; write to another one") from error
+    except OSError as error:
+        raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from error
+
+
+def write_new(path: Path, text: str) -> None:
+    try:
+        with os.fdopen(open_asked(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+            file.write(text.encode())
+    except FileExistsError as error:
+        raise click.UsageError(f"{path} exists already; choose another name") from error
+    except OSError as error:
+        raise click.UsageError(f"{path} cannot be written: {error.strerror}") from error
+
+
+# `stackdsl init`: writes what a new project needs.
+
+
+HOW_TO_VENDOR: Final = "put there the wheel that `pip wheel --no-deps -w vendor PATH` makes of the sources"
+FIRST: Final = "first-column"  # the scenario to start from
+ROOT_FILE: Final = """\
+# The root of a project of stackdsl: golden files belong to it, wherever a command is called from.
+golden = "golden"
+"""
+WORKFLOW: Final = """\
+# Plays every scenario and compares it with its golden file, which a run in CI never writes. By --strict, a scenario
+# of which nothing is expected fails.
+name: stackdsl
+on: [push, pull_request]
+
+permissions:
+  contents: read
+
+jobs:
+  check:
+    runs-on: ubuntu-latest
+    timeout-minutes: 30
+    steps:
+      - uses: actions/checkout@v4
+      - uses: actions/setup-python@v5
+        with: {python-version: "3.11"}  # PyBullet has no wheels for newer ones
+      - run: pip install {requirement}
+      - run: stackdsl check scenarios --strict
+"""
+EDITOR: Final = """\
+{
+  "yaml.schemas": {
+    "./scenario.schema.json": ["scenarios/**/*.yaml", "scenarios/**/*.yml"]
+  }
+}
+"""
+
+
+@click.command(
+    "init",
+    epilog="That is the file that marks its root, a first scenario, the JSON Schema and a setting for editors, and a "
+    "workflow for CI.",
+)
+@click.argument("directory", type=FilePath, default=Path())
+def init_command(directory: Path) -> None:
+    """Write what a new project in DIRECTORY (default: this one) needs; never over an existing file."""
+    told = []
+    for path, text in _texts(directory).items():
+        if os.path.lexists(path):  # a link that leads nowhere counts: what is written there would be elsewhere
+            told.append(f"left   {path}, which is there already")
+            continue
+        make_folder(path.parent)
+        write_new(path, text)
+        told.append(f"wrote  {path}")
+    write("\n".join(told))
+    if requirement() == VENDORED:
+        write(f"note: stackdsl is on no package index, so its workflow installs {VENDORED}: {HOW_TO_VENDOR}")
+    where = f"cd {directory}, then: " if directory != Path() else ""
+    write(f"next: {where}stackdsl check, which writes the first golden file; look at it, and commit it all")
+
+
+def _texts(directory: Path) -> Mapping[Path, str]:
+    """By path, what is written there."""
+    return {
+        directory / "stackdsl.toml": ROOT_FILE,
+        directory / "scenarios" / f"{FIRST}.yaml": first_text(FIRST, f"../{SCHEMA}"),
+        directory / SCHEMA: files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8"),
+        directory / ".vscode" / "settings.json": EDITOR,
+        directory / ".github" / "workflows" / "stackdsl.yml": WORKFLOW.replace("{requirement}", requirement()),
+    }
+
+
+# `stackdsl doctor`: tells what is installed and in order, and what to do about the rest.
+
+
+LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")
+OPTIONAL: Final = {
+    "pytest": "`pytest scenarios`; try: pip install pytest",
+    "syrupy": "golden files in tests in Python; try: pip install 'stackdsl[pytest]'",
+    "matplotlib": "the plot of `stackdsl bench`; try: pip install 'stackdsl[bench]'",
+    "distributed": "`stackdsl sweep --executor dask`; try: pip install 'stackdsl[dask]'",
+    "pyarrow": "rows of `stackdsl sweep` as Parquet; try: pip install 'stackdsl[parquet]'",
+}  # and what each is for
+
+
+class State(StrEnum):
+    """How it stands with one thing."""
+
+    OK = "ok"
+    NOTE = "note"  # works without
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that was looked at."""
+
+    state: State
+    text: str
+
+
+@click.command("doctor", epilog="The exit code is 1 if anything is wrong, and 0 if there are but notes.")
+@click.pass_context
+def doctor_command(context: click.Context) -> None:
+    """Tell what is installed, what is missing and how to get it, and whether this directory is in order."""
+    findings = [*_libraries(), *_engines(), *_optional(), *_reading(), *_project()]
+    write("\n".join(f"{each.state:5}  {visible(each.text)}" for each in findings))
+    context.exit(ExitCode.FAILED if any(each.state is State.WRONG for each in findings) else ExitCode.OK)
+
+
+def _libraries() -> Iterator[Finding]:
+    yield Finding(State.OK, f"Python {sys.version.split()[0]} at {sys.executable}, {os.cpu_count() or 1} cores")
+    for name in LIBRARIES:
+        found = _version(name)
+        missing = f"is not installed; try: pip install {name}"
+        yield Finding(State.OK if found else State.WRONG, f"{name} {found or missing}")
+
+
+def _engines() -> Iterator[Finding]:
+    """Each engine once, with the systems that it plays."""
+    needs = needs_of(KNOWN)
+    for package in dict.fromkeys(package for _, package in needs):
+        systems = ", ".join(name for name, needed in needs if needed == package)
+        if package.installed:
+            yield Finding(State.OK, f"{package.name} {_version(package.name)}: plays {systems}")
+            continue
+        yield Finding(
+            State.NOTE, f"{package.name} is not installed, so these are skipped: {systems}; try: {package.remedy}"
+        )
+
+
+def _optional() -> Iterator[Finding]:
+    for name, purpose in OPTIONAL.items():
+        found = _version(name)
+        yield Finding(State.OK, f"{name} {found}") if found else Finding(State.NOTE, f"{name} is missing for {purpose}")
+
+
+def _reading() -> Iterator[Finding]:
+    import yaml  # noqa: PLC0415 -- so that its absence can be told
+
+    quick = hasattr(yaml, "CSafeLoader")
+    slow = "YAML is read by pyyaml without libyaml, ten times as slowly; try: pip install --force-reinstall pyyaml"
+    yield Finding(State.OK, "YAML is read by libyaml") if quick else Finding(State.NOTE, slow)
+    if os.environ.get("CI"):
+        yield Finding(State.NOTE, "the variable CI is set: golden files are compared and never written")
+
+
+def _project() -> Iterator[Finding]:
+    """Of the project around the directory that this was called from, or else of that directory."""
+    try:
+        project = project_of(())
+    except ProjectError as error:
+        yield Finding(State.WRONG, str(error))
+        return
+    scenarios, golden = project.scenarios, project.golden
+    schema = (project.root or Path()) / SCHEMA
+    if project.root is not None:
+        yield Finding(State.OK, f"the root of the project is {project.root.resolve()}")
+    if not os.path.isdir(scenarios):
+        there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
+        yield Finding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
+        return
+    try:
+        confined(scenarios)
+    except OSError as error:
+        yield Finding(State.WRONG, f"{scenarios}: {error.strerror}; {LINKED}")
+        return
+    count = sum(name.lower().endswith((".yaml", ".yml")) for _, _, names in os.walk(scenarios) for name in names)
+    yield Finding(State.OK, f"{count} files in {scenarios}")
+    if os.path.isdir(golden) and not os.access(golden, os.W_OK):
+        yield Finding(State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written")
+    elif not os.path.isdir(golden):
+        yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
+    if os.path.lexists(schema):
+        yield from _schema(schema)
+
+
+def _schema(schema: Path) -> Iterator[Finding]:
+    current = files("stackdsl").joinpath(SCHEMA).read_bytes()
+    try:
+        if read_file(schema, len(current) + 1, within=schema.parent) != current:
+            anew = f"stackdsl schema > {quote(str(schema))}"
+            yield Finding(State.NOTE, f"{schema} is of another version; write it anew by: {anew}")
+    except OSError as error:
+        yield Finding(State.WRONG, f"{schema}: {error.strerror}; remove it")
+
+
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,367 @@
+"""`stackdsl run`: plays one file and prints its events as they happen."""
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
+from time import sleep
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from stackdsl.asked_files import write_asked
+from stackdsl.checking.cases import STDIN, Case, Gathered, gather
+from stackdsl.checking.play_case import play_case, played_or_blocked
+from stackdsl.checking.results import held_up, judged, set_aside, skipped
+from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
+from stackdsl.cli.terminal import counted, tell, write
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.exits import ExitCode
+from stackdsl.judging.judge import known_of
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.report.text import claim_lines, event_text, run_text
+from stackdsl.report.warnings import ensemble_lines
+from stackdsl.results import Report, VariantResult, exit_code
+from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
+from stackdsl.simulation.known_systems import unplayable
+from stackdsl.supervising.processes import EnoughSeenError, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
+from stackdsl.trace import Event, Trace
+from stackdsl.viewing.live import (
+    INTERVAL,
+    Margined,
+    Played,
+    RunPage,
+    Stamps,
+    is_saved_since,
+    margined,
+    played,
+    preview,
+    read_whole,
+    showing,
+    stamps_of,
+    warm_up,
+)
+from stackdsl.viewing.replay.page import live_page
+from stackdsl.viewing.server import OnePage
+
+if TYPE_CHECKING:
+    from stackdsl.simulation.recording import Recorder
+    from stackdsl.viewing.run_view import RunView
+
+
+# What `run` keeps of its runs beside what it prints: where bricks were, as arrays, and a page that plays them.
+
+
+ON_RECORD = click.option(
+    "--record", type=FilePath, help="Write where bricks were to this .npz, as numpy arrays; of one case."
+)
+ON_GLB = click.option("--glb", type=FilePath, help="Write the run to this .glb, for 3D programs; of one case.")
+ON_HTML = click.option("--html", type=FilePath, help="Write a page to this .html that plays what happened.")
+
+
+@dataclass
+class Keeping:
+    """What is asked for, and what was played so far."""
+
+    record: Path | None
+    html: Path | None
+    glb: Path | None
+    _runs: "list[RunView]" = field(default_factory=list)
+
+    @classmethod
+    def of(cls, record: Path | None, html: Path | None, glb: Path | None, selected: Sequence[Case]) -> "Keeping":
+        """What is asked for of these cases. Raises UsageError for what cannot be kept."""
+        for option, path in (("--record", record), ("--glb", glb)):
+            if path is not None and len(selected) > 1:
+                told = f"{option} keeps one run, and {len(selected)} are selected"
+                raise click.UsageError(f"{told}: choose one by --system or -k, such as -k '{selected[0].name}'")
+        if glb is not None and find_spec("pygltflib") is None:
+            raise click.UsageError("--glb needs pygltflib, which is not installed; try: pip install 'stackdsl[gltf]'")
+        for path, suffix in ((record, ".npz"), (html, ".html"), (glb, ".glb")):
+            if path is not None and path.suffix.lower() != suffix:
+                raise click.UsageError(f"{path}: call it {path.with_suffix(suffix)}, since that is what it will hold")
+        return cls(record, html, glb)
+
+    def recorder(self) -> "Recorder | None":
+        """What records the next run, if that is needed."""
+        if self.record is self.html is self.glb is None:
+            return None
+        from stackdsl.simulation.recording import Recorder  # noqa: PLC0415 -- most runs are not recorded
+
+        return Recorder()
+
+    def played(self, case: Case, trace: Trace, recorder: "Recorder | None", result: VariantResult) -> None:
+        """Keep one run."""
+        if recorder is None:
+            return
+        recording = recorder.recording()
+        if self.record is not None:
+            buffer = BytesIO()
+            recording.save(buffer)
+            write_file(self.record, buffer.getvalue())
+        if self.glb is not None:
+            from stackdsl.viewing.gltf import glb  # noqa: PLC0415 -- an extra
+
+            write_file(self.glb, glb(recording))
+        if self.html is not None:
+            from stackdsl.viewing.run_view import view_of  # noqa: PLC0415 -- most runs are not looked at
+
+            self._runs.append(view_of(case, trace, recording, result))
+
+    def write(self) -> None:
+        """Write the page of all runs."""
+        if self.html is None or not self._runs:
+            return
+        from stackdsl.viewing.replay.page import replay_page  # noqa: PLC0415 -- likewise
+
+        write_file(self.html, replay_page(self._runs, self._runs[0].name).encode())
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """Write a file that was asked for, and say so. Raises a message for people where it cannot be written."""
+    try:
+        write_asked(path, data)
+    except OSError as error:
+        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
+    tell(f"wrote {path}, {max(1, round(len(data) / 1000)):,} kB")
+
+
+# `stackdsl run --watch`: plays a file whenever it is saved, and shows it in a page that hears of it at once.
+#
+# A save while something is still played ends that: what is shown is always of what is in the file, or, while there is a
+# mistake in it, of what was there before, with the mistake beside it.
+
+
+LONGEST_MARGINS = 60.0  # [s] that margins may take: of hundreds of bricks they take minutes
+
+
+def watch_run(file: Path, selection: Selection) -> int:
+    """Play now and at every save, until interrupted; the exit code of what was played last."""
+    if file == STDIN:
+        raise click.UsageError("--watch needs a file that can be saved; leave one of --watch and - out")
+    if not os.path.exists(file):
+        raise click.UsageError(f"{file} is not there to be watched")
+    try:
+        with showing(OnePage(live_page(file.name))) as page:
+            tell(f"open {page.url}")
+            warm_up()
+            live = _Live(file, selection, RunPage(page))
+            try:
+                live.go_on()
+            except KeyboardInterrupt:
+                return live.code
+    except OSError as error:
+        raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+
+
+@dataclass
+class _Live:
+    """One file under watch."""
+
+    file: Path
+    selection: Selection
+    page: RunPage
+    code: int = 0  # how the last play ended
+    cases: Sequence[Case] = ()  # that the file holds now; none while there are only mistakes
+    files: set[Path] = field(default_factory=set)  # what the scenarios were made of
+    stamps: Stamps = field(default_factory=dict)
+
+    def go_on(self) -> NoReturn:
+        """Until interrupted."""
+        self.files.add(self.file)
+        self._read()
+        while True:
+            while not self._play():
+                pass
+            tell("watching; Ctrl-C ends it")
+            while not self._is_overtaken():
+                sleep(INTERVAL)
+
+    def _is_overtaken(self) -> bool:
+        """Whether something else is there to be played; mistakes in it are told, and end nothing that is played."""
+        if not is_saved_since(self.stamps):
+            return False
+        tell("saved")
+        self._read()
+        return bool(self.cases)
+
+    def _read(self) -> None:
+        self.stamps, gathered = read_whole(self.files, lambda: gather([self.file]), _makes_sense)
+        self.cases = self.selection.of(gathered.cases)
+        self._watch_also(gathered.diagnostics)
+        complain(gathered.diagnostics)
+        mistakes = [diagnostic_text(diagnostic) for diagnostic in gathered.diagnostics]
+        if not self.cases and not mistakes:
+            mistakes = [why_nothing(self.selection, gathered.cases, [self.file])]
+            tell(mistakes[0])
+        self.code = exit_code(Report((), gathered.diagnostics)) if gathered.diagnostics else ExitCode.OK
+        self.page.tell_mistakes(mistakes)
+
+    def _play(self) -> bool:
+        """Play what there is; whether it came to its end, and nothing else is there to be played."""
+        if not self.cases:
+            return True
+        self.page.expect(len(self.cases))
+        playing = _Playing(self.cases, self.page, self._is_overtaken)
+        try:
+            return playing.play()
+        finally:
+            results = tuple(playing.found[number] for number in sorted(playing.found))
+            self.code = max(self.code, exit_code(Report(results, ()))) if results else self.code
+
+    def _watch_also(self, mistakes: Iterable[Diagnostic]) -> None:
+        """The files that scenarios take from, and those with mistakes, are saved as well."""
+        others = {Path(part) for case in self.cases for part in case.source.parts}
+        others |= {Path(mistake.span.file) for mistake in mistakes}
+        self.stamps = {**stamps_of(others - self.files), **self.stamps}
+        self.files |= others
+
+
+def _makes_sense(gathered: Gathered) -> bool:
+    return bool(gathered.cases) and not gathered.diagnostics
+
+
+@dataclass
+class _Playing:
+    """What a file holds now, being played."""
+
+    cases: Sequence[Case]
+    page: RunPage
+    is_overtaken: Callable[[], bool]  # so that nobody wants to know any more
+    found: dict[int, VariantResult] = field(default_factory=dict)
+
+    def play(self) -> bool:
+        """Preview, play and judge all cases; False if something else was there to be played before that was done."""
+        able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
+        self.page.tell_doing("playing" if able else "")
+        for number in able[:1]:  # who works on several looks at the first
+            self.page.show(number, preview(self.cases[number]))
+        for number in able:
+            self.page.note(number, [])  # what was said was of another structure
+        tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
+        tasks += [Task(margined, (self.cases[number],), LONGEST_MARGINS) for number in able]
+        pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)
+        if pool.interrupted:
+            raise KeyboardInterrupt
+        if TaskStatus.NOT_RUN in {result.status for result in pool.results}:
+            return False
+        self.page.tell_doing("")
+        return True
+
+    def _is_playable(self, number: int, case: Case) -> bool:
+        why = case.skip or unplayable(case.system)
+        if why:
+            self.found[number] = set_aside(case) if case.skip is not None else skipped(case, why)
+            self.page.note(number, [f"{case.name} is skipped: {why}"])
+        return not why
+
+    def _look(self) -> None:
+        if self.is_overtaken():
+            raise EnoughSeenError
+
+    def _done(self, able: Sequence[int], place: int, result: TaskResult) -> None:
+        number = able[place % len(able)]
+        case = self.cases[number]
+        match result.value:
+            case Played():
+                self.found[number] = result.value.result
+                self.page.show(number, result.value.told)
+                if len(self.found) == len(self.cases):
+                    self.page.tell_doing("working out margins")
+                write(f"{case.name}\n{result.value.text}\n\n")
+            case Blocked():
+                self._held_up(number, held_up(case, result.value))
+            case Margined():
+                self.page.note(number, result.value.lines, result.value.weakest)
+            case _:
+                what = "margins" if place >= len(able) else "the run"
+                self.page.note(number, [f"{what}: {result.message or result.status.value}"])
+
+    def _held_up(self, number: int, result: VariantResult) -> None:
+        self.found[number] = result
+        if result.mistake is not None:
+            complain([result.mistake])
+            self.page.tell_mistakes((*self.page.mistakes, diagnostic_text(result.mistake)))
+
+
+# `stackdsl run`: plays one file and tells what happens as it happens.
+
+
+@click.command("run")
+@ONE_FILE
+@ON_SYSTEMS
+@ON_KEYWORD
+@ON_RECORD
+@ON_HTML
+@ON_GLB
+@click.option("--watch", is_flag=True, help="Show it in a page of this machine, anew whenever FILE is saved.")
+@click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
+@click.pass_context
+def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    record: Path | None,
+    html: Path | None,
+    glb: Path | None,
+    watch: bool,
+    all_names: bool,
+) -> None:
+    """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
+    if watch:
+        if any(path is not None for path in (record, html, glb)):
+            raise click.UsageError("--watch writes no files; leave it out, or --record, --html and --glb")
+
+        context.exit(watch_run(file, Selection(systems, keyword)))
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    keeping = Keeping.of(record, html, glb, selected)
+    results = tuple(_run(case, keeping, all_names) for case in selected)
+    keeping.write()
+    context.exit(exit_code(Report(results, gathered.diagnostics)))
+
+
+def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
+    """Play a case here, and print what happens and how it ended."""
+    write(case.name)
+    if case.skip is not None:
+        write(f"  skipped: {case.skip}\n\n")
+        return set_aside(case)
+    if why := unplayable(case.system):
+        write(f"  skipped: {why}\n\n")
+        return skipped(case, why)
+    if case.is_sampled and keeping.recorder() is None:
+        return _sampled(case)
+    try:
+        is_known = known_of(case.scenario, case.system)
+        recorder = keeping.recorder()
+
+        def told(event: Event) -> None:
+            write(event_text(event, all_names))
+
+        trace = play_case(case.timeline, case.system, is_known, told, recorder)
+    except BlockedPlacementError as error:
+        result = held_up(case, error.blocked)
+        complain(filter(None, [result.mistake]))
+    else:
+        result = judged(case, trace)
+        write(run_text(trace, result, all_names))
+        keeping.played(case, trace, recorder, result)
+    write("\n")
+    return result
+
+
+def _sampled(case: Case) -> VariantResult:
+    """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
+    from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
+
+    with counted(case.scenario.samples or 0, f"{case.name}: samples") as known:
+        result = drawn_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
+    complain(filter(None, [result.mistake]))
+    lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
+    write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
+    return result

@@ -1,0 +1,149 @@
+"""`stackdsl sweep`: every variant and every sample, a row each, into a file that the next call goes on with."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+
+import click
+
+from stackdsl.checking.cases import Case
+from stackdsl.checking.selection import Selection
+from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, selected_of
+from stackdsl.cli.terminal import counted, tell, write, write_data
+from stackdsl.exits import ExitCode
+from stackdsl.report.studies import sweep_csv, sweep_json, sweep_lines
+from stackdsl.simulation.known_systems import unplayable
+from stackdsl.studies.sweep import SweepError, SweptCase, sweep, told
+from stackdsl.studies.sweep_plan import NothingToSweepError, Plan, plan_of
+from stackdsl.studies.sweep_rows import Counts, RowsError
+from stackdsl.studies.sweep_workers import NoClusterError, Workers, dask_cluster, own_processes
+from stackdsl.supervising.executors import TIME_LIMIT
+
+MOST_SAMPLES = 10**12
+
+
+@click.command("sweep")
+@ONE_FILE
+@click.option(
+    "--out", "-o", required=True, type=FilePath, help="Where the rows go: a .jsonl file, or a .parquet folder."
+)
+@ON_SYSTEMS
+@ON_KEYWORD
+@click.option(
+    "--samples", type=click.IntRange(1, MOST_SAMPLES), help="So many of each case; default: as the scenario says."
+)
+@click.option(
+    "--executor",
+    type=click.Choice(["processes", "dask"]),
+    default="processes",
+    show_default=True,
+    help="What does the work: processes of this machine, or a Dask cluster that is there.",
+)
+@click.option("--scheduler", default="", metavar="ADDRESS", help="Of the Dask cluster; default: as Dask is set up.")
+@click.option("--jobs", type=click.IntRange(1, 256), help="Processes of this machine; default: one a core.")
+@click.option(
+    "--time-limit",
+    type=Number(0.001, LONGEST_LIMIT),
+    default=TIME_LIMIT,
+    show_default=True,
+    help="Seconds that a sample may take, or a case that has none.",
+)
+@click.option("--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="Of the summary.")
+@click.pass_context
+def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+    context: click.Context,
+    file: Path,
+    out: Path,
+    systems: tuple[str, ...],
+    keyword: str,
+    samples: int | None,
+    executor: str,
+    scheduler: str,
+    jobs: int | None,
+    time_limit: float,
+    form: str,
+) -> None:
+    """Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where it was."""
+    if scheduler and executor != "dask":
+        raise click.UsageError("--scheduler is of a Dask cluster: add --executor dask")
+    if jobs and executor == "dask":
+        raise click.UsageError("--jobs is of this machine: a Dask cluster has the workers that it has")
+    gathered, selected = selected_of(file, Selection(systems, keyword))
+    if gathered.diagnostics:
+        context.exit(ExitCode.INVALID)
+    cases = [*_playable(selected)]
+    if not cases:
+        context.exit(ExitCode.USAGE)
+    try:
+        plan = plan_of(cases, samples, time_limit)
+    except NothingToSweepError as error:
+        raise click.UsageError(str(error)) from error
+    under_way = _UnderWay(plan, out, form)
+    if executor == "dask":
+        context.exit(under_way.run(lambda: _cluster(scheduler)))
+    context.exit(under_way.run(lambda: own_processes(jobs)))
+
+
+def _playable(cases: Sequence[Case]) -> Iterator[Case]:
+    """Those that can be played here and are meant to be; of the others it is told why not."""
+    for case in cases:
+        why = case.skip if case.skip is not None else unplayable(case.system)
+        if why:
+            tell(f"{case.name}: skipped: {why}")
+        else:
+            yield case
+
+
+@contextmanager
+def _cluster(scheduler: str) -> Iterator[Workers]:
+    with dask_cluster(scheduler) as workers:
+        if not workers.capacity():
+            tell("the cluster has no workers yet: waiting for some")
+        yield workers
+
+
+class _UnderWay:
+    """A sweep, and what is told of it."""
+
+    def __init__(self, plan: Plan, out: Path, form: str) -> None:
+        self.plan, self.out, self.form = plan, out, form
+        self.counts = Counts()
+
+    def run(self, workers: Callable[[], AbstractContextManager[Workers]]) -> ExitCode:
+        """Sweep, and tell what came of it; how it ended. Raises click.ClickException."""
+        code = ExitCode.OK
+        try:
+            with counted(self.plan.total, "rows") as done:
+                sweep(self.plan, self.out, workers, done, self._begins)
+        except (RowsError, NoClusterError) as error:
+            if not self.counts.rows:
+                raise click.ClickException(str(error)) from error
+            tell(str(error))
+            code = ExitCode.USAGE
+        except SweepError as error:
+            tell(str(error))
+            code = ExitCode.CRASHED
+        except KeyboardInterrupt:
+            tell("interrupted")
+            code = ExitCode.INTERRUPTED
+        found = told(self.plan, self.counts)
+        self._tell(found)
+        failed = code is ExitCode.OK and any(each.failed for each in found)
+        return ExitCode.CRASHED if failed else code
+
+    def _begins(self, counts: Counts) -> None:
+        self.counts = counts
+        if counts.rows:
+            tell(f"{self.out} has {counts.rows} of {self.plan.total} rows")
+
+    def _tell(self, found: Sequence[SweptCase]) -> None:
+        if self.form == "csv":
+            write_data(sweep_csv(found), "csv")
+        elif self.form == "json":
+            write_data(json.dumps(sweep_json(found), indent=2) + "\n", "json")
+        elif self.counts.rows:
+            write("".join(f"{line}\n" for line in sweep_lines(found)))
+        if self.counts.rows < self.plan.total:
+            rows = f"{self.counts.rows} of {self.plan.total} rows are in {self.out}"
+            tell(f"{rows}: the same call goes on with them")

@@ -1,1 +1,0 @@
-"""The command line: thin shells around the pipeline, one module a command."""

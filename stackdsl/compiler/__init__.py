@@ -1,0 +1,1 @@
+"""Scenario -> timeline: names, places, times and checks."""

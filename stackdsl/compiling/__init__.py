@@ -1,1 +1,0 @@
-"""Scenario -> timeline: what is placed when and where, and whether it fits."""

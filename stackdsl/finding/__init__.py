@@ -1,1 +1,0 @@
-"""The numbers with which a scenario just stands, and what its margin depends on most."""

@@ -1,0 +1,1 @@
+"""Trace -> snapshot <-> golden file, and what differs between two."""

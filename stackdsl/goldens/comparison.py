@@ -1,0 +1,305 @@
+"""A snapshot against what a golden file holds: every observation that left its tolerance, by name and with its unit."""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import TypeAlias
+
+from stackdsl.goldens.file_format import (
+    IsValue,
+    check_keys,
+    document,
+    is_count,
+    is_excused,
+    is_name_or_none,
+    is_number,
+    is_undecided_state,
+)
+from stackdsl.goldens.short_format import LEVELS, lengthened
+from stackdsl.goldens.snapshot import (
+    COLLAPSE_TIME,
+    FRICTION,
+    GRAVITY,
+    HEIGHT,
+    MARGIN,
+    MASS,
+    NORMAL,
+    PLACE,
+    PLACING_TIME,
+    POSITION,
+    SHARE,
+    SIZE,
+    TURN,
+    UNCLEAR,
+    VOLUME,
+    MalformedSnapshotError,
+    Quantity,
+    Snapshot,
+    differing_samples,
+)
+from stackdsl.results import GoldenDifference
+from stackdsl.trace import BrickState
+
+ABSENT = "none"
+PROVEN_OR_NOT = (BrickState.FROZEN.value, BrickState.STANDING.value)  # no set: a file may hold what cannot be hashed
+NUMERICAL_NOISE = 1e-9  # of a difference of two rounded decimals, so that a tolerance includes its limit
+
+Differences: TypeAlias = Iterator[GoldenDifference]
+Object: TypeAlias = Mapping[str, object]  # of JSON
+
+
+def compare(expected: Object, got: Snapshot) -> tuple[GoldenDifference, ...]:
+    """The differences of a snapshot from the JSON value of a golden file. Raises MalformedSnapshotError."""
+    return compare_documents(expected, document(got))
+
+
+def compare_documents(expected: Object, got: Object, *, other_engine: bool = False) -> tuple[GoldenDifference, ...]:
+    """The same for two JSON values; of runs with different engines, what the author and statics have decided."""
+    marked: Sequence[GoldenDifference] = ()
+    if LEVELS in expected:
+        marked, expected, got = lengthened(expected, got)
+    check_keys(expected)
+    decided = (
+        *_decided(expected, got),
+        *_done("pulled out at", _times(expected, "removed"), _times(got, "removed")),
+        *_done("pushed at", _times(expected, "pushed"), _times(got, "pushed")),
+    )
+    if other_engine:
+        return decided
+    return (
+        *decided,
+        *marked,
+        *differing_samples(expected, got),
+        *_moved(expected, got),
+        *_placings(_by_brick(expected), _by_brick(got)),
+        *_bricks(_object(expected, "bricks"), _object(got, "bricks"), bool(_object(expected, "collapse"))),
+    )
+
+
+def _decided(expected: Object, got: Object) -> Differences:
+    """What no engine decides."""
+    for key in ("scenario", "variant", "system"):
+        yield from _value("snapshot", key, expected.get(key), got.get(key))
+    yield from _world(_object(expected, "world"), _object(got, "world"))
+    yield from _value("structure", "verdict", expected.get("verdict"), got.get("verdict"))
+    yield from _value("structure", "statics", expected.get("statics"), got.get("statics"))
+    was, now = _object(expected, "collapse"), _object(got, "collapse")
+    yield from _value("structure", "collapse level", was.get("level"), now.get("level"))
+
+
+def _moved(expected: Object, got: Object) -> Differences:
+    """What came of the whole as it moved."""
+    was, now = _object(expected, "collapse"), _object(got, "collapse")
+    yield from _value("structure", "collapse time", was.get("time_s"), now.get("time_s"), COLLAPSE_TIME)
+    yield from _value("structure", "gave way", was.get("gave_way"), now.get("gave_way"), unclear=is_name_or_none)
+    heights = expected.get("height_mm"), got.get("height_mm")
+    yield from _value("structure", "height", *heights, HEIGHT, unclear=is_number)
+    levels = expected.get("levels_standing"), got.get("levels_standing")
+    yield from _value("structure", "levels standing", *levels, unclear=is_count)
+
+
+def _world(expected: Object, got: Object) -> Differences:
+    yield from _value("world", "gravity", expected.get("gravity"), got.get("gravity"), GRAVITY)
+    yield from _value("world", "friction", expected.get("friction"), got.get("friction"), FRICTION)
+    was, now = _object(expected, "rubbing"), _object(got, "rubbing")
+    for key in sorted({*was, *now}):
+        yield from _value("world", f"friction, {key}", was.get(key), now.get(key), FRICTION)
+    was, now = _object(expected, "planes"), _object(got, "planes")
+    for plane in sorted({*was, *now}):
+        if plane in was and plane in now:
+            before, after = _object(was, plane), _object(now, plane)
+            yield from _value(plane, "friction", before.get("friction"), after.get("friction"), FRICTION)
+            yield from _vector(plane, "", (before, after), "at_mm", PLACE)
+            yield from _vector(plane, " of the normal", (before, after), "normal", NORMAL)
+        else:
+            yield GoldenDifference(plane, "plane", *_presence(plane in was), tolerance="exact")
+
+
+def _presence(before: bool) -> tuple[str, str]:
+    return ("present", ABSENT) if before else (ABSENT, "present")
+
+
+@dataclass(frozen=True, slots=True)
+class _Placing:
+    """The event in which a brick was placed."""
+
+    number: int
+    event: Object
+
+    @property
+    def time(self) -> object:
+        return self.event.get("time_s")
+
+    @property
+    def shown_time(self) -> str:
+        return _shown(self.time, PLACING_TIME)
+
+    def detail(self, brick: str) -> Object:
+        return _object(_object(self.event, "placed"), brick)
+
+
+def _by_brick(whole: Object) -> dict[str, _Placing]:
+    """Events by each brick placed, so that one more event, or other groups, do not shift all later ones."""
+    placings: dict[str, _Placing] = {}
+    for number, event in enumerate(_array(whole, "events"), start=1):
+        if not isinstance(event, dict):
+            raise MalformedSnapshotError(f"event {number} is not an object")
+        bricks = sorted(_object(event, "placed"))
+        if not bricks and ("removed" in event or "pushed" in event):
+            continue
+        if not bricks:
+            raise MalformedSnapshotError(f"event {number} places no brick")
+        for brick in bricks:
+            if brick in placings:
+                raise MalformedSnapshotError(f"event {number} places {brick!r} of event {placings[brick].number} again")
+            placings[brick] = _Placing(number, event)
+    return placings
+
+
+def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> Differences:
+    compared: set[tuple[int, int]] = set()  # pairs of events
+    for brick in [*expected, *(brick for brick in got if brick not in expected)]:
+        was, now = expected.get(brick), got.get(brick)
+        if was is None or now is None:
+            times = [placing.shown_time if placing is not None else ABSENT for placing in (was, now)]
+            yield GoldenDifference(brick, "placed at", times[0], times[1], tolerance="exact")
+            continue
+        yield from _value(brick, "placed at", was.time, now.time, PLACING_TIME)
+        if (was.number, now.number) not in compared:
+            compared.add((was.number, now.number))
+            label = f"event {was.number} ({was.shown_time})"
+            yield from _value(label, "margin", was.event.get("margin_mm"), now.event.get("margin_mm"), MARGIN)
+        yield from _make(brick, was.detail(brick), now.detail(brick))
+        yield from _vector(brick, " when placed", (was.detail(brick), now.detail(brick)), "at_mm", PLACE)
+        yield from _carriers(brick, " when placed", was.detail(brick), now.detail(brick))
+
+
+def _times(whole: Object, what: str) -> dict[str, list[object]]:
+    """When something was done to each brick."""
+    times = defaultdict[str, list[object]](list)
+    for event in (event for event in _array(whole, "events") if isinstance(event, dict)):
+        for brick in _array(event, what):
+            times[str(brick)].append(event.get("time_s"))
+    return times
+
+
+def _done(what: str, expected: Mapping[str, list[object]], got: Mapping[str, list[object]]) -> Differences:
+    for brick in [*expected, *(brick for brick in got if brick not in expected)]:
+        for was, now in zip_longest(expected.get(brick, ()), got.get(brick, ())):
+            yield from _value(brick, what, was, now, PLACING_TIME)
+
+
+def _bricks(expected: Object, got: Object, fell: bool) -> Differences:
+    for brick in [*expected, *(brick for brick in got if brick not in expected)]:
+        if brick in expected and brick in got:
+            yield from _brick(brick, _object(expected, brick), _object(got, brick), fell)
+        else:
+            yield GoldenDifference(brick, "brick", *_presence(brick in expected), tolerance="exact")
+
+
+def _brick(brick: str, expected: Object, got: Object, fell: bool) -> Differences:
+    was, now = expected.get("state"), got.get("state")
+    yield from _value(brick, "level", expected.get("level"), got.get("level"))
+    # Whether what a collapse left has been proven by the end hangs on when the last splinter came to rest.
+    if not (fell and was in PROVEN_OR_NOT and now in PROVEN_OR_NOT):
+        yield from _value(brick, "state", was, now, unclear=is_undecided_state)
+    # Where and on what a brick ended says something new only if both runs agree on how it ended.
+    if was == now != UNCLEAR:
+        yield from _place(brick, expected, got, unclear=is_number)
+
+
+def _make(brick: str, expected: Object, got: Object) -> Differences:
+    """What the author wrote of a brick, its place aside."""
+    yield from _vector(brick, " of the turn", (expected, got), "turn_deg", TURN)
+    yield from _vector(brick, " size", (expected, got), "size_mm", SIZE)
+    if "volume_mm3" in {*expected, *got}:  # of boxes, the size says all
+        yield from _vector(brick, " centre of mass", (expected, got), "centre_of_mass_mm", SIZE)
+        yield from _value(brick, "volume", expected.get("volume_mm3"), got.get("volume_mm3"), VOLUME)
+    yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
+
+
+def _place(brick: str, expected: Object, got: Object, unclear: IsValue | None = None) -> Differences:
+    yield from _vector(brick, "", (expected, got), "at_mm", POSITION, unclear)
+    yield from _carriers(brick, "", expected, got)
+
+
+def _carriers(brick: str, when: str, expected: Object, got: Object) -> Differences:
+    yield from _supports(brick, when, _object(expected, "rests_on"), _object(got, "rests_on"))
+
+
+def _supports(brick: str, when: str, expected: Object, got: Object) -> Differences:
+    for lower in sorted({*expected, *got}):
+        if lower in expected and lower in got:
+            shares = expected[lower], got[lower]
+            yield from _value(brick, f"share on {lower}{when}", *shares, SHARE, unclear=is_number)
+        else:
+            held = f"{lower} (share {_shown(expected.get(lower, got.get(lower)), SHARE)})"
+            shown = (held, ABSENT) if lower in expected else (ABSENT, held)
+            yield GoldenDifference(brick, f"rests on{when}", *shown, tolerance="exact")
+
+
+def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and what they may be
+    subject: str,
+    name: str,
+    expected: object,
+    got: object,
+    quantity: Quantity | None = None,
+    unclear: IsValue | None = None,
+) -> Sequence[GoldenDifference]:
+    """The difference of two values, if they differ; `unclear` says which may be too close to call, if any may."""
+    if _same(expected, got, quantity) or is_excused(expected, got, unclear):
+        return ()
+    tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
+    texts = _shown(expected, quantity), _shown(got, quantity)
+    numbers = expected if is_number(expected) else None, got if is_number(got) else None
+    return (GoldenDifference(subject, name, *texts, tolerance, numbers, quantity.unit if quantity is not None else ""),)
+
+
+def _same(expected: object, got: object, quantity: Quantity | None) -> bool:
+    if type(expected) is type(got) and expected == got:  # as nearly all are
+        return True
+    if quantity is not None and is_number(expected) and is_number(got):
+        return abs(expected - got) <= quantity.tolerance + NUMERICAL_NOISE
+    # JSON's `true` is not its 1, though Python's is.
+    return expected == got and isinstance(expected, bool) is isinstance(got, bool)
+
+
+def _shown(value: object, quantity: Quantity | None) -> str:
+    if quantity is not None and is_number(value):
+        return f"{value:.{quantity.digits}f} {quantity.unit}".rstrip()
+    return ABSENT if value is None else str(value)
+
+
+def _vector(  # noqa: PLR0913, PLR0917 -- as `_value`
+    subject: str,
+    what: str,
+    holders: tuple[Object, Object],
+    key: str,
+    quantity: Quantity,
+    unclear: IsValue | None = None,
+) -> Differences:
+    was, now = (_components(subject, key, holder) for holder in holders)
+    for axis in "xyz":
+        yield from _value(subject, axis + what, was.get(axis), now.get(axis), quantity, unclear)
+
+
+def _components(subject: str, key: str, holder: Object) -> Mapping[str, object]:
+    values = _array(holder, key)
+    if len(values) not in (0, 3):
+        raise MalformedSnapshotError(f"{key} of {subject} is not three numbers")
+    return dict(zip("xyz", values, strict=False))
+
+
+def _object(holder: Object, key: str) -> Object:
+    value = holder.get(key, {})
+    if not isinstance(value, dict):
+        raise MalformedSnapshotError(f"{key!r} is not an object")
+    return value
+
+
+def _array(holder: Object, key: str) -> list[object]:
+    value = holder.get(key, [])
+    if not isinstance(value, list):
+        raise MalformedSnapshotError(f"{key!r} is not an array")
+    return value

@@ -1,0 +1,282 @@
+"""The format and names of golden files: snapshot <-> JSON, canonical text, allowed keys."""
+
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from functools import cache
+from hashlib import sha256
+from os.path import exists
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeAlias, TypeGuard
+
+from stackdsl.disk import make_folder, move_file, read_file
+from stackdsl.goldens.snapshot import (
+    FORMAT,
+    UNCLEAR,
+    FinalBrick,
+    FirstCollapse,
+    FixedPlane,
+    Identity,
+    MalformedSnapshotError,
+    PlacedBrick,
+    Placing,
+    Pushing,
+    Removing,
+    Samples,
+    Scene,
+    Snapshot,
+)
+from stackdsl.trace import NO_PART, BrickState
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+
+# Snapshot -> JSON values, and the one text that a golden file may have.
+
+
+SCALARS = (str, float, int)
+ENCODER = json.JSONEncoder(ensure_ascii=True, allow_nan=False)  # once, for it is called for every brick
+
+
+def document(snapshot: Snapshot) -> dict[str, object]:
+    """The snapshot as plain JSON values; what is not locked is left out."""
+    return {"format": FORMAT, **_plain(snapshot.identity), **_plain(snapshot, without=("identity",))}
+
+
+def _plain(record: "DataclassInstance", without: Sequence[str] = ()) -> dict[str, object]:
+    named = [(name, getattr(record, name)) for name in _names(type(record)) if name not in without]
+    return {name: _plain_value(value) for name, value in named if value is not None}
+
+
+@cache
+def _names(kind: "type[DataclassInstance]") -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
+def _plain_value(value: object) -> object:
+    if isinstance(value, SCALARS):
+        return value
+    if isinstance(value, tuple):
+        return [_plain_value(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: _plain_value(item) for key, item in value.items()}
+    return _plain(value) if is_dataclass(value) and not isinstance(value, type) else value
+
+
+def canonical_text(snapshot: Snapshot) -> str:
+    """The text of a golden file: one line a brick and an event so that a diff reads well; ASCII."""
+    rest = _plain(snapshot, without=("identity", "events", "bricks"))
+    head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
+    lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
+    events = [event_text(_plain(event)) for event in snapshot.events]
+    bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
+    lines.append('  "events": ' + block("[]", events, "  "))
+    lines.append('  "bricks": ' + block("{}", bricks, "  "))
+    return block("{}", lines, "") + "\n"
+
+
+def event_text(event: Mapping[str, object]) -> str:
+    """An event of a document, with a line for each brick that it places."""
+    if not isinstance(placed := event.get("placed"), Mapping):
+        return f"    {_json(event)}"
+    head = {key: value for key, value in event.items() if key != "placed"}
+    bricks = [f"      {_json(brick)}: {_json(detail)}" for brick, detail in placed.items()]
+    return f'    {_json(head)[:-1]}, "placed": ' + block("{}", bricks, "    ") + "}"
+
+
+def block(brackets: str, lines: Sequence[str], indent: str) -> str:
+    """Lines within brackets, or brackets alone."""
+    return f"{brackets[0]}\n" + ",\n".join(lines) + f"\n{indent}{brackets[1]}" if lines else brackets
+
+
+def _json(value: object) -> str:
+    return ENCODER.encode(value)
+
+
+# Which keys a golden file may hold: one that nobody reads, or one misspelt, would be compared with nothing.
+
+
+WHOLE = {"format", *(field.name for field in fields(Identity)), *(field.name for field in fields(Snapshot))}
+
+
+def check_keys(whole: Mapping[str, object]) -> None:
+    """Raise MalformedSnapshotError if the JSON value of a golden file holds a key that no snapshot has."""
+    _check("the file", whole, WHOLE - {"identity"})
+    world = whole.get("world")
+    _check("the world", world, _field_names(Scene))
+    _check_each(_values(_at(world, "planes")), _field_names(FixedPlane))
+    _check("the collapse", whole.get("collapse"), _field_names(FirstCollapse))
+    _check("the samples", whole.get("samples"), _field_names(Samples))
+    _check_each(_values(whole.get("bricks")), _field_names(FinalBrick))
+    events = whole.get("events")
+    for event in events if isinstance(events, list) else ():
+        _check("an event", event, _field_names(Placing) | _field_names(Removing) | _field_names(Pushing))
+        _check_each(_values(_at(event, "placed")), _field_names(PlacedBrick))
+
+
+def _field_names(*kinds: type) -> set[str]:
+    return {field.name for kind in kinds for field in fields(kind)}
+
+
+def _at(holder: object, key: str) -> object:
+    return holder.get(key) if isinstance(holder, Mapping) else None
+
+
+def _values(holder: object) -> Iterable[tuple[str, object]]:
+    return holder.items() if isinstance(holder, Mapping) else ()
+
+
+def _check_each(entries: Iterable[tuple[str, object]], known: set[str]) -> None:
+    for name, entry in entries:
+        _check(repr(name), entry, known)
+
+
+def _check(what: str, entry: object, known: set[str]) -> None:
+    if isinstance(entry, Mapping) and not entry.keys() <= known:
+        raise MalformedSnapshotError(f"{what} has an unknown key {min(entry.keys() - known)!r}")
+
+
+# What of a golden file may be too close to call, and which values such an observation may have all the same.
+#
+# A file says so where the run that it locks came out so, and agrees then with any value that a run may have there; what
+# is no such value is a slip of whoever edited it.
+
+
+LARGEST = 1e300  # of a number that is compared as one
+
+IsValue: TypeAlias = Callable[[object], bool]  # whether a JSON value is one that an observation may have
+
+
+def is_excused(expected: object, got: object, unclear: IsValue | None) -> bool:
+    """Whether one is too close to call, which agrees with any value that there may be in its place, and no other."""
+    if unclear is None or UNCLEAR not in (expected, got):
+        return False
+    return unclear(got if expected == UNCLEAR else expected)
+
+
+def is_undecided_state(value: object) -> bool:
+    return isinstance(value, str) and value in {state.value for state in BrickState} - NO_PART
+
+
+def is_name_or_none(value: object) -> bool:
+    return value is None or isinstance(value, str)
+
+
+def is_count(value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < LARGEST
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    # The bound keeps out NaN, infinities, and integers too large to become floats.
+    return isinstance(value, int | float) and not isinstance(value, bool) and -LARGEST < value < LARGEST
+
+
+# Which file a snapshot is kept in: `tower/step-10mm.exact.json`, a name that shells, git and Windows take as it is.
+#
+# A name is made so that what it was made from can be read from it again; one of which that is not so, such as one with
+# capitals, which some disks take for small letters, gets a digest; so does one that ends as if it had one. So no two
+# identities share a file, and no file is called otherwise because of what other variants there are.
+
+
+LONGEST_PART: Final = 60  # characters of each part of a name: disks that encrypt take 143
+DIGEST: Final = 10  # hexadecimal digits, where a name alone does not do
+ENDS_IN_DIGEST: Final = re.compile(rf".*-[0-9a-f]{{{DIGEST}}}")
+DEVICES: Final = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?")  # which Windows takes for no file
+OLD_NAME: Final = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # such as `tower[step=10mm,exact].json`
+NEW_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tuned|stock|modified)\.json")
+_CHOICE: Final = re.compile(r"([a-z][a-z0-9_]*)-(.*?)(?:_(?=[a-z][a-z0-9_]*-)|$)")
+
+
+def golden_name(identity: Identity) -> str:
+    """The name of the file of a snapshot, below the directory of golden files."""
+    chosen = identity.variant.removesuffix(identity.system).removesuffix(",")
+    parts = [_variant(chosen)] if chosen else []
+    parts += [_plain_name(identity.system)] if identity.system else []
+    return f"{_plain_name(identity.scenario)}/{'.'.join(parts) or _with_digest('', '')}.json"
+
+
+def golden_file(directory: Path, identity: Identity) -> Path:
+    """The file of a snapshot: under its name, or under the one that earlier versions gave it, if it is there alone."""
+    path, old = directory / golden_name(identity), directory / old_name(identity)
+    return old if not exists(path) and exists(old) else path
+
+
+def directory_of(file: Path) -> Path:
+    """The directory of golden files that one of them is in, by its name."""
+    return file.parent if OLD_NAME.fullmatch(file.name) else file.parent.parent
+
+
+def _variant(chosen: str) -> str:
+    slug = chosen.replace("/", "-per-").replace("%", "pct").replace("=", "-").replace(",", "_")
+    choices = [f"{name}={_value(value)}" for name, value in _CHOICE.findall(slug)]
+    return slug if ",".join(choices) == chosen and _is_plain(slug) else _with_digest(slug, chosen)
+
+
+def _value(slug: str) -> str:
+    return re.sub(r"(?<=[0-9])pct$", "%", slug.replace("-per-", "/"))
+
+
+def _plain_name(name: str) -> str:
+    return name if _is_plain(name) and "." not in name else _with_digest(name, name)
+
+
+def _is_plain(slug: str) -> bool:
+    plain = re.fullmatch(r"[a-z0-9](?:[a-z0-9._-]*[a-z0-9])?", slug) is not None
+    taken = DEVICES.fullmatch(slug) or ENDS_IN_DIGEST.fullmatch(slug)
+    return plain and len(slug) <= LONGEST_PART and not taken
+
+
+def _with_digest(slug: str, meant: str) -> str:
+    digest = sha256(_bytes(meant)).hexdigest()[:DIGEST]
+    kept = re.sub(r"[^a-z0-9]+", "-", slug.casefold())[: LONGEST_PART - DIGEST - 1].strip("-")
+    return f"{kept or 'x'}-{digest}"
+
+
+def old_name(identity: Identity) -> str:
+    """The name of the same file in versions up to 0.1."""
+    # A dot in a scenario's name could make a device name of Windows, such as `con.txt[...]`.
+    return f"{_old_part(identity.scenario, r'[^a-z0-9_=,+-]')}[{_old_part(identity.variant, r'[^a-z0-9_=,+.-]')}].json"
+
+
+def _old_part(name: str, unsafe: str) -> str:
+    """A name with every unsafe character as %xx (capitals too: some disks take `A` for `a`), shortened by a hash."""
+    escaped = re.sub(unsafe, lambda found: "".join(f"%{byte:02x}" for byte in _bytes(found.group())), name)
+    if len(escaped) <= LONGEST_PART:
+        return escaped
+    digest = sha256(_bytes(name)).hexdigest()[:16]
+    return f"{escaped[: LONGEST_PART - len(digest) - 1]}~{digest}"
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", errors="surrogatepass")
+
+
+# Golden files of earlier versions, moved to the names that this one gives them.
+
+
+def moved_to_new_names(directory: Path) -> Iterator[tuple[Path, Path | None]]:
+    """Rename each file; what it was and is, and None where it says no name or another file has it. Raises OSError.
+
+    Cut short, it has moved some, each as a whole, and can be called again.
+    """
+    for old in sorted(file for file in directory.glob("*.json") if OLD_NAME.fullmatch(file.name)):
+        identity = _identity(old, directory)
+        new = directory / golden_name(identity) if identity is not None else None
+        if new is None or new.exists():
+            yield old, None
+            continue
+        make_folder(new.parent, directory)
+        move_file(old, new, directory)
+        yield old, new
+
+
+def _identity(file: Path, directory: Path) -> Identity | None:
+    with suppress(OSError, ValueError, RecursionError, KeyError, TypeError):
+        value = json.loads(read_file(file, within=directory))
+        names = [value[key] for key in ("scenario", "variant", "system")]
+        if all(isinstance(name, str) for name in names):
+            return Identity(*names)
+    return None

@@ -1,0 +1,533 @@
+"""Golden files: read on every run, written only on request; owners, and changes that await review."""
+
+import json
+import os
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields, replace
+from errno import ENAMETOOLONG
+from hashlib import sha256
+from pathlib import Path
+from secrets import token_hex
+from time import time
+from typing import Final
+
+from stability.name_order import as_counted
+from stackdsl.disk import (
+    NOT_REGULAR,
+    LeadsOutsideError,
+    leads_outside,
+    make_folder,
+    read_file,
+    refuse_outside,
+    remove_file,
+    remove_folder,
+    replace_file,
+    unlinked,
+)
+from stackdsl.goldens.comparison import compare_documents
+from stackdsl.goldens.file_format import NEW_NAME, OLD_NAME, directory_of, document, golden_file, golden_name, old_name
+from stackdsl.goldens.short_format import golden_text
+from stackdsl.goldens.snapshot import (
+    COMPACT_FORMAT,
+    FORMAT,
+    Identity,
+    MalformedSnapshotError,
+    Snapshot,
+    differ_in_engine,
+    stamp_note,
+)
+from stackdsl.project_file import GOLDEN
+from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
+from stackdsl.shown_text import visible
+
+# Who keeps a golden file that is not of the project's own scenarios: a test in Python, or YAML that stands elsewhere.
+#
+# The file says so itself, in one line, so that whoever checks all scenarios of a project knows what is not theirs to
+# remove. Nothing is compared with it, and what is locked is the same whoever keeps it.
+
+
+ELSEWHERE: Final = "elsewhere"  # in the place of a file that is not below the project, or is none, as in a notebook
+LINE: Final = re.compile(rb'^  "kept_by": ("(?:[^"\\\n]|\\.)*"),?\r?$', re.MULTILINE)
+
+
+def keeper_of(file: str, golden: Path, scenarios: Path) -> str:
+    """What a golden file is to say of who keeps it; empty of what is written below the directory of scenarios.
+
+    `file` is where the scenario, or the test, is written; `golden` the directory of golden files, `scenarios` that of
+    the scenarios that are checked together with it.
+    """
+    ways = [(Path(way(file)), Path(way(scenarios)), Path(way(golden.parent))) for way in (_absolute, os.path.realpath)]
+    if any(own.is_relative_to(folder) for own, folder, _ in ways):
+        return ""
+    inside = [own.relative_to(home).as_posix() for own, _, home in ways if own.is_relative_to(home)]
+    return next((name for name in inside if is_there(name, golden)), ELSEWHERE)
+
+
+def _absolute(path: str | Path) -> str:
+    return os.path.abspath(path)  # a link is left as it is
+
+
+def keeper_in(content: object) -> str:
+    """Who keeps a golden file by what it holds; empty where it says nothing."""
+    found = LINE.search(content) if isinstance(content, bytes) else None
+    with suppress(ValueError):
+        value = json.loads(found[1]) if found is not None else ""
+        return value if isinstance(value, str) else ""
+    return ""
+
+
+def is_there(keeper: str, golden: Path) -> bool:
+    """Whether who keeps a file of a directory is still there, as far as one knows; outside of the project is nobody."""
+    if keeper in ("", ELSEWHERE):
+        return bool(keeper)
+    try:
+        return not leads_outside(golden.parent / keeper, golden.parent) and os.path.isfile(golden.parent / keeper)
+    except OSError as error:  # where one may not look, it may be there
+        return error.errno != ENAMETOOLONG
+    except ValueError:  # a name that no file has
+        return False
+
+
+def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
+    """Whether somebody else keeps a golden file, beside those files, by their true paths, of which all is known."""
+    try:
+        keeper = keeper_in(read_file(file, within=golden))
+    except OSError:
+        return False
+    return is_there(keeper, golden) and os.path.realpath(golden.parent / keeper) not in checked
+
+
+# Golden files: a snapshot each, read on every run, written only when a person asks for it.
+
+
+WRITABLE = "make room for it, or name another directory by --golden"
+CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves it
+STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
+FORMAT_KEY = re.compile(rb'"format":\s*(\d+)')
+TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
+LEFT_NAME = re.compile(r"\.[0-9a-f]+" + re.escape(TEMPORARY))
+HEAD = 256  # [bytes] of a golden file that say what it is
+LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
+NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
+
+
+LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE)  # by an update
+
+
+class NewerFormatError(MalformedSnapshotError):
+    """A newer version wrote a golden file: what it locks is not known here, so it is left alone."""
+
+
+class GoldenWriteRefusedError(RuntimeError):
+    """Golden files are written by people, who review them as a diff; a CI run only reads them."""
+
+
+def check_golden(
+    snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False, kept_by: str = ""
+) -> GoldenResult:
+    """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
+
+    Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
+    what it was made with before. With `lock_new`, a file that there is not is written as well.
+
+    A file that was made with another engine is not written over, for those who have that one: whoever means to removes
+    it first. `kept_by` is who keeps a file in which nobody is named who is still there, as `keepers.keeper_of` says.
+
+    Raises GoldenWriteRefusedError if asked to update in CI.
+    """
+    if update or lock_new:
+        refuse_in_ci(os.environ)
+    path = golden_file(directory, snapshot.identity)
+    found = content(path, directory)
+    kept, keeper = keeper_in(found), kept_by
+    if is_there(kept, directory):
+        keeper = kept
+    text = golden_text(replace(snapshot, kept_by=keeper or None))
+    if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
+        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
+    result = judged_content(path.as_posix(), found, document(snapshot))
+    if result.status is GoldenStatus.MISSING and lock_new and not update:
+        return _written(path, directory, text, result, GoldenStatus.NEW)
+    agrees = result.status is GoldenStatus.SAME
+    of_another_format = isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
+    outgrown = agrees and (of_another_format or kept != keeper)
+    if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or outgrown))):
+        return replace(result, offered="" if agrees else text)
+    was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not outgrown else ""
+    return _written(path, directory, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
+
+
+def _format_of(text: bytes) -> bytes:
+    """The format that a golden file says it has."""
+    found = FORMAT_KEY.search(text[:HEAD])
+    return found[1] if found else b""
+
+
+def _written(path: Path, directory: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
+    try:
+        write_golden(path, text, directory)
+    except OSError as error:
+        return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
+    return replace(result, status=status, note="", digest="")
+
+
+def content(path: Path, directory: Path) -> bytes | GoldenResult:
+    """All that a golden file in a directory holds, or why it cannot be read."""
+    file = path.as_posix()
+    try:
+        return read_file(path, within=directory)
+    except FileNotFoundError:
+        return GoldenResult(GoldenStatus.MISSING, file)
+    except LeadsOutsideError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=str(error.strerror))
+    except OSError as error:
+        note = NOT_REGULAR if error.strerror == NOT_REGULAR else f"it cannot be read: {error.strerror}"
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=note)
+
+
+def content_of(file: str) -> bytes | GoldenResult:
+    """All that a golden file holds, or why it cannot be read."""
+    return content(Path(file), directory_of(Path(file)))
+
+
+def text_digest(found: bytes | GoldenResult) -> str:
+    """The SHA-256 of what a golden file holds; empty where it cannot be read."""
+    return sha256(found).hexdigest() if isinstance(found, bytes) else ""
+
+
+def restamped(was: str, now: str) -> str:
+    """The text of a golden file with the stamp of another one; that other one as a whole, if it has no line for it."""
+    stamp = STAMP_LINE.search(now)
+    return STAMP_LINE.sub(lambda _: stamp.group(), was) if stamp and len(STAMP_LINE.findall(was)) == 1 else now
+
+
+def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, object]) -> GoldenResult:
+    """The comparison of a snapshot's JSON value with what was read of a golden file."""
+    if not isinstance(found, bytes):
+        return found
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it is not UTF-8 text: {error}")
+    return replace(judge_text(file, text, got), digest=text_digest(found))
+
+
+def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
+    """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything.
+
+    What is told of it is escaped here, for terminals, pages and annotations alike.
+    """
+    try:
+        expected = _parsed(text)
+        stamps = expected.get("stamp"), got.get("stamp")
+        other_engine = differ_in_engine(*stamps)
+        differences = compare_documents(expected, got, other_engine=other_engine)
+    except NewerFormatError as error:
+        return GoldenResult(GoldenStatus.NEWER, file, note=visible(str(error)))
+    except (ValueError, RecursionError) as error:
+        return GoldenResult(GoldenStatus.UNREADABLE, file, note=visible(_why_not(text, error)))
+    agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
+    status = GoldenStatus.DIFFERENT if differences else agrees
+    return GoldenResult(status, file, tuple(map(_escaped, differences)), visible(stamp_note(*stamps)))
+
+
+def _escaped(found: GoldenDifference) -> GoldenDifference:
+    told = visible(found.subject), visible(found.quantity), visible(found.expected), visible(found.got)
+    return replace(found, subject=told[0], quantity=told[1], expected=told[2], got=told[3])
+
+
+def _why_not(text: str, error: Exception) -> str:
+    """Why a text holds no snapshot."""
+    if marker := CONFLICT.search(text):
+        line = text.count("\n", 0, marker.start()) + 1
+        return f"it holds two versions, with the markers of a merge from line {line} on; keep one, or write it anew"
+    return f"it holds no snapshot: {error}"
+
+
+def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
+    """The golden file, of some, that says all that this snapshot does but what it is called; empty if none does."""
+    got = document(snapshot)
+    own = {key: got[key] for key in ("scenario", "variant", "system")}
+    for file in files:
+        with suppress(ValueError, RecursionError):
+            found = content_of(file)
+            expected = _parsed(found.decode("utf-8")) if isinstance(found, bytes) else {}
+            if expected.get("system") == own["system"] and not compare_documents({**expected, **own}, got):
+                return file
+    return ""
+
+
+def identity_in(text: str) -> Identity | None:
+    """Which run a text is the snapshot of; None where it is no snapshot that this version reads as a whole."""
+    try:
+        value = _parsed(text)
+        if compare_documents(value, value):
+            return None
+    except (ValueError, RecursionError):
+        return None
+    names = [value.get(key) for key in ("scenario", "variant", "system")]
+    return Identity(*names) if all(isinstance(name, str) for name in names) else None  # type: ignore[arg-type]
+
+
+def _parsed(text: str) -> Mapping[str, object]:
+    """The JSON value of a golden file of our format. Raises ValueError or RecursionError."""
+    value = json.loads(text, object_pairs_hook=_without_duplicates)
+    if not isinstance(value, Mapping):
+        raise MalformedSnapshotError("its JSON is no object")
+    if "\\u" in text:  # an escaped half of a surrogate pair could be read but never be printed
+        json.dumps(value, ensure_ascii=False).encode("utf-8")
+    was = value.get("format", "none")
+    if isinstance(was, int) and not isinstance(was, bool) and was > COMPACT_FORMAT:
+        raise NewerFormatError(
+            f"its format is {was}, which a newer version wrote; this one reads up to {COMPACT_FORMAT}; update stackdsl"
+        )
+    if was is True or was not in (FORMAT, COMPACT_FORMAT):
+        read = f"this version reads {FORMAT} and {COMPACT_FORMAT}"
+        raise MalformedSnapshotError(f"its format is {was}, {read}; write it anew with --update")
+    return value
+
+
+def _without_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    values = dict(pairs)
+    if len(values) < len(pairs):
+        raise MalformedSnapshotError("a key is written twice")
+    return values
+
+
+def is_ci(environment: Mapping[str, str]) -> bool:
+    """Whether an environment is that of a CI run."""
+    return environment.get("CI", "").strip().lower() not in NOT_CI
+
+
+def refuse_in_ci(environment: Mapping[str, str]) -> None:
+    """Raise GoldenWriteRefusedError if the environment is that of a CI run."""
+    if is_ci(environment):
+        raise GoldenWriteRefusedError("golden files are not written in CI: update them locally and review the diff")
+
+
+def write_golden(path: Path, text: str, directory: Path) -> None:
+    """Replace a file in a directory as a whole, so that no reader and no crash ever sees half of it.
+
+    Raises OSError, and LeadsOutsideError where a link leads it out of the directory.
+    """
+    make_folder(path.parent, directory)
+    _remove_left_over(path.parent, directory)
+    # Not the process id: two containers that share a volume may both be number 7.
+    fresh = f".{token_hex(16)}{TEMPORARY}"
+    replace_file(
+        path, text.encode("utf-8"), directory, fresh=fresh, synced=True
+    )  # what people write into one that agrees stays
+
+
+def _remove_left_over(folder: Path, directory: Path) -> None:
+    """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
+    for file in folder.glob(f".*{TEMPORARY}"):
+        with suppress(OSError):  # another run may do the same
+            if LEFT_NAME.fullmatch(file.name) and time() - file.stat(follow_symlinks=False).st_mtime > LEFT_OVER:
+                remove_file(file, directory)
+
+
+def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked: Iterable[str] = ()) -> tuple[str, ...]:
+    """The golden files that belong to none of the `expected` file names, and that nobody else keeps.
+
+    Answers only when the whole set of scenarios was selected and valid, else nobody knows what belongs to the rest.
+    `checked` are the files of that set: what one of these says it keeps, and does not, is obsolete.
+    """
+    if not whole_set:
+        return ()
+    names: set[str] = set()
+    # A directory that cannot be read is told for each snapshot that should be in it.
+    with suppress(OSError):
+        entries = list(directory.iterdir())
+        names |= {entry.name for entry in entries if OLD_NAME.fullmatch(entry.name) and entry.is_file()}
+        # What is behind a link belongs to somebody else.
+        for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
+            names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
+    known = {os.path.realpath(file) for file in checked}
+    unused = [directory / name for name in sorted(names.difference(expected))]
+    return tuple(file.as_posix() for file in unused if not is_kept(file, directory, known))
+
+
+def _is_golden(file: Path) -> bool:
+    """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
+    with suppress(OSError):
+        return NEW_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD, file.parent.parent)
+    return False
+
+
+def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
+    """Remove golden files; those that are gone now, which are not all where the disk refuses.
+
+    Raises GoldenWriteRefusedError in CI.
+    """
+    refuse_in_ci(os.environ)
+    removed = []
+    for file in files:
+        with suppress(OSError):
+            remove_file(Path(file), directory_of(Path(file)))
+            removed.append(file)
+        with suppress(OSError):  # one that is not empty stays
+            if not OLD_NAME.fullmatch(Path(file).name):
+                remove_folder(Path(file).parent, directory_of(Path(file)))
+    return tuple(removed)
+
+
+# What came out other than a golden file says, kept until somebody accepts it or not.
+#
+# A file each, in the directory where a project remembers things, named after the golden file that it would become.
+
+
+FOLDER: Final = "pending"
+OFFERED: Final = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.RENAMED, GoldenStatus.UNREADABLE)
+
+
+class StaleError(RuntimeError):
+    """A golden file is another than the one that was compared: what would be accepted is not what was seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pending:
+    """One snapshot that waits for a decision."""
+
+    golden: str  # the file that it would become, as seen from the directory above the one where things are remembered
+    case: str
+    status: str  # of the golden file when it was compared
+    against: str  # digest of that file; empty where there was none
+    renamed_from: str  # as `golden`; empty where nothing is renamed
+    failed: tuple[str, ...]  # expectations that the run did not meet
+    text: str
+    file: str = ""  # of YAML that has the case, as `golden`; empty where that cannot be told
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The golden files that accepting it writes or removes."""
+        return tuple(filter(None, (self.golden, self.renamed_from)))
+
+    def differences(self, goldens: "Waiting") -> tuple[GoldenDifference, ...]:
+        """What it says other than the golden file does, as far as that can be read."""
+        found = goldens.content(self.renamed_from or self.golden)
+        if not isinstance(found, bytes):
+            return ()
+        got = json.loads(self.text)
+        return judge_text(self.golden, found.decode("utf-8", "replace"), got).differences
+
+    def is_stale(self, goldens: "Waiting") -> bool:
+        """Whether the golden file has changed since it was compared."""
+        now = text_digest(goldens.content(self.golden))
+        return now not in (self.against, sha256(self.text.encode()).hexdigest())
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """All that waits, in a directory such as `.stackdsl`, of becoming golden files in another one.
+
+    Whoever sent the project may have made what waits: it counts only where its text is a snapshot, and where its names
+    are those that this program gives to the golden files of such.
+    """
+
+    state: Path
+    golden: Path | None = None  # the directory of golden files; by default the one beside the other
+
+    @property
+    def home(self) -> Path:
+        """What golden files are seen from."""
+        return self.state.parent
+
+    @property
+    def folder(self) -> Path:
+        """Where golden files are."""
+        return self.golden or self.home / GOLDEN
+
+    def content(self, golden: str) -> bytes | GoldenResult:
+        """What a golden file holds, by its name in what waits."""
+        return content(self.home / golden, self.folder)
+
+    def note(self, case: str, golden: GoldenResult, failed: tuple[str, ...], file: str = "") -> None:
+        """Keep what differs from its golden file, and let go of what does not; `file` is the YAML that has the case."""
+        key = os.path.relpath(golden.file, self.home)
+        with suppress(OSError):  # it can be had again
+            if golden.status not in OFFERED or not golden.offered:
+                remove_file(unlinked(self.state, FOLDER) / self._file(key).name, self.home)
+                return
+            renamed = os.path.relpath(golden.renamed_from, self.home) if golden.renamed_from else ""
+            source = os.path.relpath(file, self.home) if os.path.isfile(file) else ""
+            kept = Pending(key, case, golden.status.value, golden.digest, renamed, failed, golden.offered, source)
+            write_golden(unlinked(self.state, FOLDER) / self._file(key).name, json.dumps(asdict(kept)), self.home)
+            ignored = self.state / ".gitignore"
+            if not ignored.exists():
+                replace_file(ignored, b"*\n", self.home)
+
+    def forget(self, agreeing: Iterable[str]) -> None:
+        """Let go of what no longer differs, and of what would take away a golden file that agrees."""
+        keys = {os.path.relpath(file, self.home) for file in agreeing}
+        for pending in self.all():
+            if keys & {pending.golden, pending.renamed_from}:
+                with suppress(OSError):
+                    self.reject(pending)
+
+    def forget_gone(self, names: Collection[str], files: Iterable[str]) -> None:
+        """Let go of what came from one of these files, and is none of the cases that they have now."""
+        known = {os.path.relpath(file, self.home) for file in files}
+        for pending in self.all():
+            if pending.file in known and pending.case not in names:
+                with suppress(OSError):
+                    self.reject(pending)
+
+    def all(self) -> Iterator[Pending]:
+        """All of it, by the names of cases; a file that is none is passed over."""
+        found = []
+        with suppress(OSError):
+            for file in unlinked(self.state, FOLDER).glob("[0-9a-f]*.json"):
+                with suppress(OSError, ValueError, TypeError, RecursionError, KeyError):
+                    value = json.loads(read_file(unlinked(file), within=self.home))
+                    pending = Pending(**{**value, "failed": tuple(value["failed"])})
+                    texts = [getattr(pending, field.name) for field in fields(Pending) if field.name != "failed"]
+                    is_text = all(isinstance(text, str) for text in (*texts, *pending.failed))
+                    if is_text and file == self._file(pending.golden) and self._is_own(pending):
+                        found.append(pending)
+        yield from sorted(found, key=lambda pending: as_counted(pending.case))
+
+    def _is_own(self, pending: Pending) -> bool:
+        """Whether this program could have written it: a snapshot, its case, and the golden file of that."""
+        identity = identity_in(pending.text)
+        if identity is None or pending.case != f"{identity.scenario}[{identity.variant}]":
+            return False
+        names = golden_name(identity), old_name(identity)
+        if pending.golden not in [os.path.relpath(self.folder / name, self.home) for name in names]:
+            return False
+        return not pending.renamed_from or self._is_golden_file(pending.renamed_from)
+
+    def _is_golden_file(self, name: str) -> bool:
+        """Whether it is the name of a golden file, as one sees it from where others are seen from."""
+        inside = os.path.relpath(self.home / name, self.folder)
+        folder, _, file = inside.rpartition("/")
+        named = OLD_NAME.fullmatch(file) if not folder else NEW_NAME.fullmatch(file)
+        return named is not None and "/" not in folder and folder != ".." and os.path.normpath(name) == name
+
+    def accept(self, pending: Pending) -> None:
+        """Let it become the golden file; a renamed one goes from where it was.
+
+        Raises StaleError, OSError, and GoldenWriteRefusedError in CI. Whenever it is cut short, both files are whole,
+        and it can be accepted again.
+        """
+        refuse_in_ci(os.environ)
+        if not self._is_own(pending):
+            raise StaleError(f"{pending.golden} is no golden file of {pending.case}: check it again")
+        if pending.is_stale(self):
+            raise StaleError(f"{pending.golden} has changed since it was compared: check {pending.case} again")
+        for name in pending.files:
+            refuse_outside((self.home / name).parent, self.folder)
+        write_golden(self.home / pending.golden, pending.text, self.folder)
+        if pending.renamed_from:
+            remove_file(self.home / pending.renamed_from, self.folder)
+        self.reject(pending)
+
+    def reject(self, pending: Pending) -> None:
+        """Forget it; the golden file stays as it is. Raises OSError."""
+        unlinked(self.state, FOLDER)
+        remove_file(self._file(pending.golden), self.home)
+
+    def _file(self, golden: str) -> Path:
+        return self.state / FOLDER / f"{sha256(golden.encode('utf-8', 'surrogateescape')).hexdigest()[:32]}.json"

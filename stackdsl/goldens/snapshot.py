@@ -1,0 +1,557 @@
+"""Trace -> snapshot: the observations that a golden file locks, with their precision."""
+
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from itertools import takewhile
+from math import atan2, degrees, hypot, inf, isfinite, isnan
+from typing import TypeAlias
+
+from stability.contact_law import Friction, GivenFriction, Rule, law_of
+from stability.geometry.box import Box
+from stability.geometry.placed_shape import top_W
+from stability.model import BodyId, ConvexShape, Pose, Vec3
+from stability.problem import Stage
+from stackdsl.results import GoldenDifference
+from stackdsl.timeline import World
+from stackdsl.trace import (
+    ACTIONS,
+    COLLAPSE_SHARE_OF_SMALLEST_SIDE,
+    COLLAPSE_TILT,
+    NO_PART,
+    STAND,
+    BrickState,
+    BrickTrack,
+    Collapse,
+    Edge,
+    Ensemble,
+    Event,
+    EventKind,
+    Trace,
+)
+
+# What a golden file locks of a run, as values, and how finely each kind of number is held.
+#
+# Facts that a person can read, and that a small disturbance does not change: a collapse is chaotic once it is under
+# way, and a bare engine creeps. What is not clear-cut is written as `unclear`, which compares equal to anything, or
+# left out.
+
+
+FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
+COMPACT_FORMAT = 2  # of one that tells of very many bricks by level; both are read
+UNCLEAR = "unclear"  # too close to call; equal to anything
+
+
+class MalformedSnapshotError(ValueError):
+    """A golden file holds JSON, yet no snapshot; the message says where."""
+
+
+Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A kind of number: how it is written, and how far it may move until it counts as different."""
+
+    unit: str
+    digits: int  # decimals written; of a result ten times finer than the tolerance, so rounding never decides
+    tolerance: float  # in `unit`
+
+
+POSITION = Quantity("mm", 2, 0.5)  # half the moulding tolerance of a brick
+HEIGHT = Quantity("mm", 2, 0.5)  # as POSITION: it is the top of one brick
+MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which it is made of, agree within 0.1 mm
+SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width
+COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in when a tower has visibly begun to fall
+PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240 s
+# What the author wrote is compared as exactly as it is locked: to the last digit, which rounding may turn.
+PLACE = Quantity("mm", 2, 0.01)
+TURN = Quantity("deg", 3, 0.001)
+SIZE = Quantity("mm", 4, 0.0001)
+VOLUME = Quantity("mm3", 3, 0.001)
+MASS = Quantity("g", 5, 0.00001)
+GRAVITY = Quantity("m/s2", 6, 0.000001)
+FRICTION = Quantity("", 6, 0.000001)
+NORMAL = Quantity("", 6, 0.000001)
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Which run it is."""
+
+    scenario: str
+    variant: str  # such as `step=10mm,thesis`
+    system: str
+
+
+@dataclass(frozen=True, slots=True)
+class FirstCollapse:
+    """The collapse; what is None is not locked."""
+
+    level: int
+    time_s: Number | None
+    gave_way: BodyId | None
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedBrick:
+    """Where a brick was set down, and who carried it once it had been judged."""
+
+    at_mm: tuple[Number, ...]  # centre of mass in W
+    turn_deg: tuple[Number, ...]  # from body axes to W: axis times angle
+    size_mm: tuple[Number, ...]  # of the box around it, along its own axes
+    mass_g: Number
+    rests_on: Mapping[BodyId, Number] | None  # shares; None where no model tells
+    centre_of_mass_mm: tuple[Number, ...] | None = None  # from the middle of the box around it; None if it is a box
+    volume_mm3: Number | None = None  # None of a box
+
+
+@dataclass(frozen=True, slots=True)
+class Placing:
+    """Bricks set down at one time."""
+
+    time_s: Number
+    margin_mm: Number | None  # least tipping margin of the stack afterwards; None where no model tells
+    placed: Mapping[BodyId, PlacedBrick]
+
+
+@dataclass(frozen=True, slots=True)
+class Removing:
+    """Bricks pulled out at one time."""
+
+    time_s: Number
+    removed: tuple[BodyId, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Pushing:
+    """Bricks pushed at one time."""
+
+    time_s: Number
+    pushed: tuple[BodyId, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FinalBrick:
+    """How a brick ended; what is None is not locked."""
+
+    level: int
+    state: str  # a BrickState, or UNCLEAR
+    at_mm: tuple[Number, ...] | None
+    rests_on: Mapping[BodyId, Number] | None
+
+
+@dataclass(frozen=True, slots=True)
+class FixedPlane:
+    """The ground or a wall."""
+
+    at_mm: tuple[Number, ...]
+    normal: tuple[Number, ...]
+    friction: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What does not move, so that a snapshot is never the same as that of another scene."""
+
+    gravity: Number  # [m/s2]
+    friction: Number
+    planes: Mapping[BodyId, FixedPlane]
+    rubbing: Mapping[str, Number | str] | None = None  # what rubs otherwise; None where one coefficient is all
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """What became of many samples: exact, for the seed says which they are."""
+
+    seed: int
+    drawn: int
+    stood: int
+    fell: Mapping[str, int]  # by level
+    undecided: int
+    unfit: int
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """All that is locked of one run; what is None is not locked."""
+
+    identity: Identity
+    stamp: Mapping[str, str]  # versions of what made it
+    world: Scene
+    verdict: str
+    statics: str | None  # what was proven when bricks were last set down; None where no system proves
+    collapse: FirstCollapse | None
+    height_mm: Number | None  # of what stands
+    levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
+    events: tuple[Placing | Removing | Pushing, ...]
+    bricks: Mapping[BodyId, FinalBrick]  # by level, then name
+    kept_by: str | None = None  # as `stackdsl.goldens.golden` says; never compared
+    samples: Samples | None = None  # None of one run
+
+    @property
+    def placings(self) -> tuple[Placing, ...]:
+        """The events in which bricks were set down."""
+        return tuple(event for event in self.events if isinstance(event, Placing))
+
+
+# Who rubs otherwise than most, as a golden file tells it, and back: one value a key, in an order of its own.
+
+
+RULE, OWN, PAIR, KIND = "rule", "own ", "pair ", "kind "
+
+
+def rubbing_of(friction: GivenFriction) -> Mapping[str, Number | str] | None:
+    """What is told beside the usual coefficient; None where that is all."""
+    if not isinstance(friction, Friction):
+        return None
+    told: dict[str, Number | str] = {KIND + brick: kind for brick, kind in friction.kinds.items()}
+    told |= {OWN + name: round(own, FRICTION.digits) for name, own in friction.own.items()}
+    told |= {
+        PAIR + "/".join(sorted(pair)): round(between, FRICTION.digits) for pair, between in friction.between.items()
+    }
+    return {RULE: str(friction.rule), **dict(sorted(told.items()))}
+
+
+def friction_told(usual: float, told: object) -> GivenFriction:
+    """The friction of a scene of which this is told. Raises ValueError where it means nothing."""
+    if not isinstance(told, Mapping):
+        return usual
+    own: dict[str, float] = {}
+    between: dict[tuple[str, str], float] = {}
+    kinds: dict[str, str] = {}
+    for key, value in told.items():
+        if key.startswith(OWN):
+            own[key.removeprefix(OWN)] = float(value)
+        elif key.startswith(KIND):
+            kinds[key.removeprefix(KIND)] = str(value)
+        elif key.startswith(PAIR):
+            one, other = key.removeprefix(PAIR).split("/")
+            between[one, other] = float(value)
+    return Friction(usual, own, between, kinds, Rule(told.get(RULE, Rule.LOWER)))
+
+
+# Trace -> snapshot: of all that happened, what is worth locking and clear enough to be locked.
+
+
+CLEAR_CUT = 3.0  # times beyond, or below, the threshold of a collapse; other engines lie within 30 % of each other
+STANDING = frozenset(state.value for state in STAND)
+UNMOVED = 1e-6  # [m] of one that a hit did not reach, or that went back to where it was
+HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
+
+
+def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
+    """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
+    states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
+    # What has fallen may lean on what stands, or not, by a hair: where debris comes to lie is not locked.
+    carried = _supports(edge for edge in trace.edges if _carries(edge, trace, states))
+    disturbed = any(_is_moved(track) for track in trace.tracks.values())
+    return Snapshot(
+        identity=identity,
+        stamp=dict(sorted(stamp.items())),
+        world=scene_of(world),
+        verdict=trace.verdict.value,
+        statics=trace.statics.stability.value if trace.statics is not None else None,
+        collapse=_first_collapse(trace, modelled),
+        height_mm=_height(trace.tracks, states) if modelled else None,
+        levels_standing=_levels_standing(trace.tracks, states) if modelled else None,
+        events=tuple(_events(trace, modelled)),
+        bricks={
+            brick: _final(track, states[brick], None if disturbed else carried[brick])
+            if _lies_still(states[brick], trace.collapse, modelled)
+            else FinalBrick(track.level, states[brick], at_mm=None, rests_on=None)
+            for brick, track in sorted(trace.tracks.items(), key=lambda item: (item[1].level, item[0]))
+        },
+    )
+
+
+def _rounded(value: float, quantity: Quantity) -> Number:
+    # Adding zero turns -0.0 into 0.0.
+    return round(value, quantity.digits) + 0.0 if isfinite(value) else str(value)
+
+
+def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
+    return tuple(_rounded(1000.0 * value, quantity) for value in position_W)
+
+
+def scene_of(world: World) -> Scene:
+    """What does not move."""
+    return Scene(
+        gravity=_rounded(world.gravity, GRAVITY),
+        friction=_rounded(law_of(world.friction).usual, FRICTION),
+        rubbing=rubbing_of(world.friction),
+        planes={
+            plane.id: FixedPlane(
+                at_mm=_in_mm(plane.point_W, POSITION),
+                normal=tuple(_rounded(value, NORMAL) for value in plane.normal_W),
+                friction=_rounded(plane.friction, FRICTION),
+            )
+            for plane in world.planes
+        },
+    )
+
+
+def _turn(pose: Pose) -> tuple[Number, ...]:
+    """The turn of a body as axis times angle [deg], the same for the same turn."""
+    x, y, z, w = pose.orientation
+    # Half a turn one way is half a turn the other way: then the first component that counts is positive.
+    leading = w if abs(w) > HALF_TURN else next((value for value in (x, y, z) if abs(value) > HALF_TURN), 1.0)
+    sign = 1.0 if leading > 0.0 else -1.0
+    sine = hypot(x, y, z)
+    angle = degrees(2.0 * atan2(sine, sign * w))
+    return tuple(_rounded(sign * value / sine * angle if sine > 0.0 else 0.0, TURN) for value in (x, y, z))
+
+
+def _first_collapse(trace: Trace, modelled: bool) -> FirstCollapse | None:
+    collapse, statics = trace.collapse, trace.statics
+    if collapse is None:
+        return None
+    if not modelled:
+        return FirstCollapse(collapse.level, time_s=None, gave_way=None)
+    # Of several ways to fall, as the two sides of what is symmetric, a program finds any one.
+    any_way = statics is not None and statics.stage is not Stage.TIPPING
+    return FirstCollapse(
+        collapse.level, _rounded(collapse.time, COLLAPSE_TIME), UNCLEAR if any_way else collapse.gave_way
+    )
+
+
+def _departure(track: BrickTrack) -> float:
+    """How far a brick left its place, in thresholds of a collapse."""
+    lost = track.shift if track.sunk is None else track.sunk
+    return max(_in_limits(lost, track), track.tilt / COLLAPSE_TILT)
+
+
+def _in_limits(length: float, track: BrickTrack) -> float:
+    return length / (COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness)
+
+
+def _is_moved(track: BrickTrack) -> bool:
+    """Whether a hit moved it: by how much is chaotic."""
+    return track.sunk is not None and track.shift > UNMOVED
+
+
+def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
+    """The state of a brick where a small disturbance does not change it, else UNCLEAR."""
+    if modelled and ((collapse is None and not _is_moved(track)) or track.state is BrickState.UNPLACED):
+        return track.state.value
+    match track.state:
+        case BrickState.REMOVED | BrickState.THROWN:
+            clear = True
+        case BrickState.UNPLACED:
+            # Within the level itself it is a matter of moments which brick was still set down.
+            clear = collapse is not None and track.level > collapse.level
+        case BrickState.FALLEN:
+            clear = _departure(track) > CLEAR_CUT
+        case BrickState.DISPLACED:
+            clear = _departure(track) < 1.0 / CLEAR_CUT and _in_limits(track.shift, track) > CLEAR_CUT
+        case _:
+            clear = max(_departure(track), _in_limits(track.shift, track)) < 1.0 / CLEAR_CUT
+    return track.state.value if clear else UNCLEAR
+
+
+def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:
+    """Whether the final place of a brick can be locked: debris may nudge whatever is not held fixed."""
+    return modelled and (state in STANDING if collapse is None else state == BrickState.FROZEN)
+
+
+def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
+    """The highest corner of what stands; UNCLEAR if it hangs on a brick that is."""
+    tops = {brick: top_W(track.brick.shape, track.final) for brick, track in tracks.items()}
+    surely = 1000.0 * max((tops[brick] for brick, state in states.items() if state in STANDING), default=0.0)
+    perhaps = 1000.0 * max((tops[brick] for brick, state in states.items() if state == UNCLEAR), default=0.0)
+    return UNCLEAR if perhaps > surely + HEIGHT.tolerance else _rounded(surely, HEIGHT)
+
+
+def _levels_standing(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
+    levels = defaultdict[int, list[str]](list)
+    for brick, track in tracks.items():
+        if track.state not in NO_PART:
+            levels[track.level].append(states[brick])
+    surely = _unbroken(levels, STANDING)
+    perhaps = _unbroken(levels, STANDING | {UNCLEAR})
+    return surely if surely == perhaps else UNCLEAR
+
+
+def _unbroken(levels: Mapping[int, Sequence[str]], allowed: frozenset[str]) -> int:
+    """How many levels, from the first on, hold nothing but bricks in an allowed state."""
+    return sum(1 for _ in takewhile(lambda level: allowed.issuperset(levels[level]), sorted(levels)))
+
+
+def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]:
+    """Who carries each brick, and which share; two contacts with one body count together."""
+    supports: defaultdict[BodyId, dict[BodyId, float]] = defaultdict(dict)
+    for edge in edges:
+        supports[edge.upper][edge.lower] = supports[edge.upper].get(edge.lower, 0.0) + edge.share
+    return supports
+
+
+def _carries(edge: Edge, trace: Trace, states: Mapping[BodyId, str]) -> bool:
+    """Whether the lower brick has not fallen, nor may have where nobody can tell what it carries."""
+    if edge.lower not in trace.tracks:
+        return True
+    may_have_fallen = isnan(edge.share) and states[edge.lower] == UNCLEAR
+    return trace.tracks[edge.lower].state is not BrickState.FALLEN and not may_have_fallen
+
+
+def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
+    return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
+
+
+def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushing]:
+    """Placings, save those that a bare engine's luck in when it falls may take away, removals and pushes."""
+    actions = [event for event in trace.events if event.kind in ACTIONS]
+    falls = trace.collapse.time if trace.collapse is not None else inf
+    safe = [action for action in actions if action.time <= falls]
+    # What a model says of the placing that brought the stack down, it says of the stump and the debris.
+    safe = safe if trace.collapse is None else safe[:-1]
+    for number, event in enumerate(actions):
+        told = modelled and number < len(safe)
+        if event.kind is EventKind.REMOVED:
+            yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
+        elif event.kind is EventKind.PUSHED:
+            yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
+        elif event.kind in (EventKind.SHAKEN, EventKind.TAKEN, EventKind.LET_GO):
+            continue  # the scenario says how the ground and hands move
+        elif modelled or _is_below(event, trace):
+            yield Placing(
+                time_s=_rounded(event.time, PLACING_TIME),
+                margin_mm=_rounded(1000.0 * event.margin, MARGIN) if told and event.margin is not None else None,
+                placed={brick: _placed(brick, trace, told) for brick in sorted(event.bricks)},
+            )
+
+
+def _is_below(event: Event, trace: Trace) -> bool:
+    """Whether all that was placed belongs to levels that were complete when the collapse began, if one did."""
+    collapse = trace.collapse
+    return collapse is None or all(trace.tracks[brick].level < collapse.level for brick in event.bricks)
+
+
+def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
+    edges = trace.edges_when_placed.get(brick) if told else None
+    track = trace.tracks[brick]
+    shape = track.brick.shape
+    size, centre = _around(shape)
+    boxed = isinstance(shape, Box)
+    return PlacedBrick(
+        at_mm=_in_mm(track.placed.position_W, POSITION),
+        turn_deg=_turn(track.placed),
+        size_mm=_in_mm(size, SIZE),
+        mass_g=_rounded(1000.0 * track.brick.mass, MASS),
+        rests_on=_shares(_supports(edges)[brick]) if edges is not None else None,
+        centre_of_mass_mm=None if boxed else _in_mm(centre, SIZE),
+        volume_mm3=None if boxed else _rounded(1e9 * shape.volume, VOLUME),
+    )
+
+
+def _around(shape: ConvexShape) -> tuple[Vec3, Vec3]:
+    """The sides of the box around a shape, along its own axes, and its centre of mass seen from the middle of that."""
+    if isinstance(shape, Box):
+        return shape.size, (0.0, 0.0, 0.0)
+    lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
+    (ax, ay, az), (bx, by, bz) = lows, highs
+    return (bx - ax, by - ay, bz - az), (-0.5 * (ax + bx), -0.5 * (ay + by), -0.5 * (az + bz))
+
+
+def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float] | None) -> FinalBrick:
+    """One that stands still; where those are that a hit has moved, and who carries whom then, is not locked."""
+    at_mm = (UNCLEAR,) * 3 if _is_moved(track) else _in_mm(track.final.position_W, POSITION)
+    return FinalBrick(track.level, state, at_mm, _shares(carried) if carried is not None else None)
+
+
+# Counts of samples -> snapshot, and how two such differ.
+
+
+VERDICT = "samples"  # in place of that of one run
+COUNTS = ("seed", "drawn", "stood", "undecided", "unfit")
+ABSENT = "none"
+
+
+def snapshot_of_samples(ensemble: Ensemble, world: World, identity: Identity, stamp: Mapping[str, str]) -> Snapshot:
+    """What is locked of many samples: how many there are, and what became of them."""
+    fell = {str(level): count for level, count in sorted(ensemble.fell.items())}
+    counts = (ensemble.seed, ensemble.drawn, ensemble.stood, fell, ensemble.undecided, ensemble.unfit)
+    return Snapshot(
+        identity=identity,
+        stamp=dict(sorted(stamp.items())),
+        world=scene_of(world),
+        verdict=VERDICT,
+        statics=None,
+        collapse=None,
+        height_mm=None,
+        levels_standing=None,
+        events=(),
+        bricks={},
+        samples=Samples(*counts),
+    )
+
+
+def differing_samples(expected: Mapping[str, object], got: Mapping[str, object]) -> Iterator[GoldenDifference]:
+    """The counts of two documents that are not the same."""
+    was, now = _object(expected, "samples"), _object(got, "samples")
+    for key in COUNTS:
+        yield from _differing(key, was.get(key), now.get(key))
+    before, after = _object(was, "fell"), _object(now, "fell")
+    for level in sorted({*before, *after}, key=lambda level: (len(level), level)):
+        yield from _differing(f"fell at level {level}", before.get(level), after.get(level))
+
+
+def _differing(what: str, expected: object, got: object) -> Iterator[GoldenDifference]:
+    if expected != got or isinstance(expected, bool):
+        was, now = (ABSENT if value is None else str(value) for value in (expected, got))
+        yield GoldenDifference("samples", what, was, now, tolerance="exact")
+
+
+def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:
+    value = holder.get(key, {})
+    if not isinstance(value, dict):
+        raise MalformedSnapshotError(f"{key!r} is not an object")
+    return value
+
+
+# What a snapshot was made with: versions, of which another one is a remark, and the engine, of which it is more.
+
+
+STAMPED = ("stackdsl",)  # distributions whose versions may move a snapshot, beside that of an engine
+ENGINES = ("mujoco", "pybullet", "sapien")  # each by the name of its distribution, as it is imported
+
+
+def current_stamp(engine: str, steps: int) -> dict[str, str]:
+    """The versions that a snapshot is made with, of a run in which this engine took so many steps.
+
+    What took none was decided by statics, whatever the engine. PyBullet is named all the same, as it always was.
+    """
+    named = (*STAMPED, engine) if steps or engine == "pybullet" else STAMPED
+    return {"python": f"{sys.version_info.major}.{sys.version_info.minor}"} | {
+        name: found for name in named if (found := _version(name))
+    }
+
+
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return ""
+
+
+def differ_in_engine(expected: object, got: object) -> bool:
+    """Whether two stamps name engines, and not the same: what such a run did after its first step is another story."""
+    was, now = (_engines(stamp) for stamp in (expected, got))
+    return bool(was and now and was != now)
+
+
+def _engines(stamp: object) -> set[str]:
+    return set(ENGINES) & _as_mapping(stamp).keys()
+
+
+def stamp_note(expected: object, got: object) -> str:
+    """What a snapshot was made with, where that is not what is in use now."""
+    was, now = _as_mapping(expected), _as_mapping(got)
+    changed = [name for name in sorted({*was, *now}) if was.get(name) != now.get(name)]
+    made = ", ".join(f"{name} {was.get(name, 'none')} (now {now.get(name, 'none')})" for name in changed)
+    return f"made with {made}" if made else ""
+
+
+def _as_mapping(stamp: object) -> Mapping[str, object]:
+    return stamp if isinstance(stamp, Mapping) else {}

@@ -1,0 +1,1 @@
+"""Loads from files of other programs: read, checked, settled and written as bricks."""

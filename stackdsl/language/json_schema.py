@@ -1,0 +1,128 @@
+"""What an author may write, as JSON Schema: for editors, and for the remedies of mistakes."""
+
+import json
+from collections.abc import Iterator
+from functools import cache, lru_cache
+from typing import Any, Final
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from stackdsl.language.schema import Scenario, models
+from stackdsl.language.value_types import DISTRIBUTION_PATTERN, EXPRESSION_PATTERN, FILE
+from stackdsl.language.yaml.includes import INCLUDE, LISTS
+from stackdsl.language.yaml.source import KeyPath
+
+DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
+PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # what language servers for YAML read, old ones too
+
+
+_INCLUDE: Final = {
+    "description": "All items of the list that is called so in another file.",
+    "type": "object",
+    "properties": {INCLUDE: FILE},
+    "required": [INCLUDE],
+    "additionalProperties": False,
+}
+
+
+class _ForEditors(GenerateJsonSchema):
+    """Any scalar may be an expression; a key may be absent, but not without a value."""
+
+    def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
+        return _or_expression(super().int_schema(schema))
+
+    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
+        return _or_expression(super().float_schema(schema), f"{EXPRESSION_PATTERN}|{DISTRIBUTION_PATTERN}")
+
+    def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
+        return _or_expression(super().bool_schema(schema))
+
+    def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
+        return self.generate_inner(schema["schema"])
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        json_schema = super().default_schema(schema)
+        return {key: value for key, value in json_schema.items() if (key, value) != ("default", None)}
+
+    def field_title_should_be_set(self, schema: object) -> bool:
+        return False
+
+
+def _or_expression(schema: JsonSchemaValue, pattern: str = EXPRESSION_PATTERN) -> JsonSchemaValue:
+    return {"anyOf": [schema, {"type": "string", "pattern": pattern}]}
+
+
+def json_schema() -> JsonSchemaValue:
+    """What an author may write, as JSON Schema; expressions are not looked into."""
+    return _json_schema_of(models().Scenario)
+
+
+@cache
+def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
+    schema = scenario.model_json_schema(schema_generator=_ForEditors)
+    for owner, key in [*((schema, key) for key in LISTS), (schema["$defs"]["BuildStep"], "bricks")]:
+        items = owner["properties"][key]
+        items["items"] = {"anyOf": [items["items"], {"$ref": "#/$defs/Include"}]}
+    schema["$defs"]["Include"] = _INCLUDE
+    return {"$schema": DIALECT, **schema, "title": "StackDSL scenario"}
+
+
+def schema_text() -> str:
+    """The JSON schema as it is kept in `scenario.schema.json`."""
+    return json.dumps({**_as_draft_7(json_schema()), "$schema": PUBLISHED}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _as_draft_7(value: Any) -> Any:  # noqa: ANN401 -- JSON
+    """A schema as draft 7 spells it: tuples by `items`, and nothing beside a `$ref`, since it would be passed over."""
+    if isinstance(value, list):
+        return [_as_draft_7(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    spelt = {{"prefixItems": "items"}.get(key, key): _as_draft_7(member) for key, member in value.items()}
+    if "$ref" in spelt and len(spelt) > 1:
+        return {"allOf": [{"$ref": spelt.pop("$ref")}], **spelt}
+    return spelt
+
+
+def keys_at(path: KeyPath) -> tuple[str, ...]:
+    """The keys that an author may write in the mapping at a path."""
+    return tuple(key for node in nodes_at(path) for key in node.get("properties", {}))
+
+
+def description_at(path: KeyPath) -> str:
+    """What is said of the value at a path; empty if nothing is."""
+    return next((str(node["description"]) for node in nodes_at(path) if "description" in node), "")
+
+
+def nodes_at(path: KeyPath) -> Iterator[JsonSchemaValue]:
+    """The parts of the schema that speak of a path, the nearest first."""
+    yield from _nodes_at(tuple(0 if isinstance(each, int) else each for each in path), models().Scenario)
+
+
+@lru_cache(maxsize=1000)  # whoever makes one mistake in all of a hundred bricks asks for one place again and again
+def _nodes_at(path: KeyPath, scenario: type[Scenario]) -> tuple[JsonSchemaValue, ...]:
+    return tuple(_found_at(path, scenario))
+
+
+def _found_at(path: KeyPath, scenario: type[Scenario]) -> Iterator[JsonSchemaValue]:
+    if not path:
+        yield from _alternatives(json_schema())
+        return
+    for parent in _nodes_at(path[:-1], scenario):
+        within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
+        within = within or next(
+            iter(parent.get("patternProperties", {}).values()), None
+        )  # what authors call as they like
+        if isinstance(within, dict):
+            yield from _alternatives(within)
+
+
+def _alternatives(node: JsonSchemaValue) -> Iterator[JsonSchemaValue]:
+    """A node, and what stands behind its references and alternatives."""
+    yield node
+    definitions = json_schema().get("$defs", {})
+    reference = str(node.get("$ref", "")).rpartition("/")[2]
+    for other in [definitions.get(reference), *node.get("anyOf", [])]:
+        if other is not None:
+            yield from _alternatives(other)

@@ -1,0 +1,360 @@
+"""The types of values in YAML: quantities, tolerances, names, systems, references to bricks."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Annotated, Final, Literal, TypeAlias, get_args
+
+from pydantic import AfterValidator, BaseModel, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, WithJsonSchema
+from pydantic_core import CoreSchema, core_schema
+
+from stability.model import GROUND, BodyId
+from stackdsl.language.quantities import (
+    ACCELERATION,
+    ANGLE,
+    COEFFICIENT,
+    COUNT,
+    DENSITY,
+    DURATION,
+    EXTENT,
+    FREQUENCY,
+    IMPULSE,
+    LENGTH,
+    LEVEL,
+    MASS,
+    PARTS_OF_G,
+    SHARE,
+    SIDE,
+    SIGNED,
+    SLOPE,
+    SPEED,
+    Dimension,
+    MistakeError,
+    parse_quantity,
+    quantity_pattern,
+    shown,
+)
+from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_share, parse_tolerance
+from stackdsl.language.yaml.source import KeyPath
+
+# Which bricks a claim or an impact names: all values whose type says that they do.
+
+
+def _itself(value: object) -> BodyId | None:
+    return value if isinstance(value, str) else None
+
+
+@dataclass(frozen=True, slots=True)
+class NamesBody:
+    """Marks a type whose values name a brick, as `Annotated[..., NamesBody()]`."""
+
+    or_plane: bool = False  # or else the ground or a wall
+    read: Callable[[object], BodyId | None] = _itself  # the name in a value, if there is one
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A name, and where it stands in the file."""
+
+    path: KeyPath
+    name: BodyId
+    or_plane: bool  # whether the ground or a wall may be meant as well
+
+
+def named_in(model: BaseModel, path: KeyPath = ()) -> Iterator[Named]:
+    """The names in a mapping that stands at a path, in the order of its keys."""
+    markers = _markers(type(model))
+    for key, field in type(model).model_fields.items():
+        value, place = getattr(model, key), (*path, field.alias or key)
+        if isinstance(value, BaseModel):
+            yield from named_in(value, place)
+        elif key in markers and isinstance(value, tuple):
+            yield from (name for index, each in enumerate(value) for name in _name(each, markers[key], (*place, index)))
+        elif key in markers:
+            yield from _name(value, markers[key], place)
+
+
+def _name(value: object, marker: NamesBody, path: KeyPath) -> Iterator[Named]:
+    name = marker.read(value)
+    if name is not None:
+        yield Named(path, name, marker.or_plane)
+
+
+@cache
+def _markers(model: type[BaseModel]) -> Mapping[str, NamesBody]:
+    found = {key: _marker_in((*field.metadata, field.annotation)) for key, field in model.model_fields.items()}
+    return {key: marker for key, marker in found.items() if marker is not None}
+
+
+def _marker_in(parts: tuple[object, ...]) -> NamesBody | None:
+    for part in parts:
+        found = part if isinstance(part, NamesBody) else _marker_in(get_args(part))
+        if found is not None:
+            return found
+    return None
+
+
+# The types of the values that an author writes: quantities, tolerances, names, and systems.
+#
+# Each tells pydantic how the value is read, and editors how it is written.
+
+
+JsonSchema: TypeAlias = dict[str, object]
+EXPRESSION_PATTERN: Final = r"\$\{"
+# In place of a value: a range, or a distribution. What it comes to, `uncertain` says.
+DISTRIBUTION_PATTERN: Final = r"±|\+/?-|\.\.|^\s*(?:uniform|normal|lognormal|table)\s"
+
+
+@dataclass(frozen=True, eq=False)  # compared as what it is, for `schema` cannot be hashed
+class Reads:
+    """Tells pydantic which function reads a value, and editors how it is written."""
+
+    read: Callable[[object], object]
+    schema: JsonSchema
+
+    def __get_pydantic_core_schema__(self, _source: object, _handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, _core: CoreSchema, _handler: GetJsonSchemaHandler) -> JsonSchema:
+        return dict(self.schema)
+
+
+def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
+    """Text of one form, or an expression."""
+    whole = rf"^\s*(?:{pattern})\s*$|{EXPRESSION_PATTERN}"
+    return {"type": "string", "pattern": whole, "description": description, "examples": [example]}
+
+
+# --- quantities and tolerances ----------------------------------------------------------------------------------------
+
+
+def quantity(dimension: Dimension) -> Reads:
+    """How a quantity of a dimension is read, and written."""
+    noun = f"{dimension.noun} with its unit" if dimension.needs_unit else dimension.noun
+    schema = text_schema(quantity_pattern(dimension), noun, dimension.example)
+    schema["pattern"] = f"{schema['pattern']}|{DISTRIBUTION_PATTERN}"
+    return Reads(partial(parse_quantity, dimension=dimension), _or_number(schema, dimension))
+
+
+def _tolerance(
+    dimension: Dimension, example: str, parse: Callable[..., Tolerance] = parse_tolerance, *, alone: bool = False
+) -> Reads:
+    quantity = quantity_pattern(dimension)
+    pair = rf"{quantity if dimension.units else SIGNED}|{SIGNED}"
+    forms = [rf"(?:[<>]=?|[≤≥])\s*{quantity}", rf"(?:{pair})\s*(?:±|\+/?-|\.\.)\s*{quantity}"]
+    prefix = rf"{dimension.prefix}\s+" if dimension.prefix else ""
+    pattern = rf"{prefix}(?:{'|'.join([*forms, *([SIGNED] if dimension.whole else [quantity] if alone else [])])})"
+    schema = text_schema(pattern, f"{dimension.noun} within a tolerance", example)
+    return Reads(partial(parse, dimension=dimension), _or_number(schema, dimension) if dimension is COUNT else schema)
+
+
+def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
+    if dimension.needs_unit:
+        # What editors tell of another number; only 0 is the same in every unit.
+        bare = {"const": 0, "errorMessage": f"write {schema['description']}"}
+        return schema if dimension.positive else {"anyOf": [bare, schema]}
+    number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
+    return {"anyOf": [number, schema]}
+
+
+Length = Annotated[float, quantity(LENGTH)]  # [m], either sign
+NonNegativeLength = Annotated[float, quantity(EXTENT)]  # [m]
+PositiveLength = Annotated[float, quantity(replace(EXTENT, positive=True))]  # [m]
+Side = Annotated[float, quantity(SIDE)]  # [m] of a brick
+Duration = Annotated[float, quantity(DURATION)]  # [s]
+PositiveDuration = Annotated[float, quantity(replace(DURATION, positive=True))]  # [s]
+Angle = Annotated[float, quantity(ANGLE)]  # [rad]
+Slope = Annotated[float, quantity(SLOPE)]  # [rad], level to upright
+Density = Annotated[float, quantity(DENSITY)]  # [kg/m3]
+Mass = Annotated[float, quantity(MASS)]  # [kg]
+Acceleration = Annotated[float, quantity(ACCELERATION)]  # [m/s2]
+Speed = Annotated[float, quantity(SPEED)]  # [m/s]
+Impulse = Annotated[float, quantity(IMPULSE)]  # [N s], either sign
+MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: beyond, there is a typo
+FASTEST_SHAKEN: Final = 100.0  # [Hz] beyond, the steps of an engine do not tell one way from the other
+ShakeFrequency = Annotated[float, quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
+ShakeAcceleration = Annotated[float, quantity(replace(ACCELERATION, most=MOST_SHAKEN))]  # [m/s2]
+# [m/s2], either way
+SignedAcceleration = Annotated[
+    float, quantity(replace(ACCELERATION, least=-MOST_SHAKEN, most=MOST_SHAKEN, positive=False))
+]
+Friction = Annotated[float, Field(strict=True, ge=0, le=10, allow_inf_nan=False)]  # Coulomb coefficient
+ShareOfLimit = Annotated[float, quantity(replace(SHARE, most=2.0))]  # may go beyond the limit
+
+LengthTolerance = Annotated[Tolerance, _tolerance(EXTENT, "200 mm ± 1 mm")]
+LengthLowerBound = Annotated[Tolerance, _tolerance(EXTENT, "> 5 mm", parse_lower_bound)]
+FrequencyTolerance = Annotated[Tolerance, _tolerance(FREQUENCY, ">= 2 Hz")]
+DurationTolerance = Annotated[Tolerance, _tolerance(DURATION, "5 s .. 7 s")]
+CountTolerance = Annotated[Tolerance, _tolerance(COUNT, "<= 2")]
+LevelTolerance = Annotated[Tolerance, _tolerance(LEVEL, "level 9 ± 1")]
+SlopeTolerance = Annotated[Tolerance, _tolerance(SLOPE, ">= 3 deg")]
+GravityTolerance = Annotated[Tolerance, _tolerance(PARTS_OF_G, ">= 0.05")]
+FrictionTolerance = Annotated[Tolerance, _tolerance(COEFFICIENT, "<= 0.2")]
+ShareOfSamples = Annotated[Tolerance, _tolerance(SHARE, ">= 95 %", parse_share, alone=True)]
+Confidence = Annotated[float, quantity(replace(SHARE, least=0.5, most=0.999999))]
+ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
+
+
+# --- which gaps count as contact --------------------------------------------------------------------------------------
+
+_TOUCHING_ADVICE = "write `exactly`, or the widest gap that counts, such as `within 0.1 mm`"
+
+
+def read_touching(written: object) -> float:
+    """How wide gaps count as contact in statics [m]: `exactly`, none at all, or `within 0.1 mm`."""
+    if not isinstance(written, str):
+        raise MistakeError("SD103", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
+    if written.strip() == "exactly":
+        return 0.0
+    found = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
+    if found is None:
+        raise MistakeError("SD104", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
+    return parse_quantity(found[1], replace(EXTENT, positive=True))
+
+
+_TOUCHING_PATTERN = rf"exactly|within\s+{quantity_pattern(EXTENT)}"
+Touching = Annotated[
+    float, Reads(read_touching, text_schema(_TOUCHING_PATTERN, "which gaps count as contact", "within 0.1 mm"))
+]
+
+# --- counts -----------------------------------------------------------------------------------------------------------
+
+MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
+MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
+MAX_STONES: Final = 200  # of one arch: each is a solid of its own, and as thin wedges all are near each other
+
+Flag = Annotated[bool, Field(strict=True)]
+MAX_SAMPLES: Final = 10_000_000  # an hour of a tower of 100 planks
+Samples = Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
+Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+_SLUG = r"[a-z0-9][a-z0-9-]{0,63}"
+NAME: Final = r"[A-Za-z][A-Za-z0-9_.-]{0,63}"
+
+
+def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
+    if not isinstance(written, str):
+        raise MistakeError("SD103", f"expected {noun}, not {shown(written)}", advice)
+    if not re.fullmatch(pattern, written):
+        raise MistakeError("SD104", f"{shown(written)} is not {noun}", advice)
+    return written
+
+
+def _text(pattern: str, noun: str, advice: str, example: str) -> Reads:
+    read = partial(_read_text, pattern=pattern, noun=noun, advice=advice)
+    return Reads(read, text_schema(pattern, noun, example))
+
+
+_NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
+_SLUG_ADVICE = "write small letters, digits and -, at most 64"
+Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
+BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
+PlaceName = Annotated[
+    str, _text(r"L[1-9][0-9]{0,5}\.[1-9][0-9]{0,5}", "the place of a brick", "write such as L2.3", "L2.3")
+]
+BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
+BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
+_UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or ground", _NAME_ADVICE, "beam")
+Supports = Annotated[
+    tuple[Annotated[str, _UPHOLDS, NamesBody(or_plane=True)], ...], Field(min_length=1, max_length=1000)
+]
+SUPPORTS: Final[JsonSchema] = {
+    "anyOf": [_UPHOLDS.schema, {"type": "array", "items": _UPHOLDS.schema, "minItems": 1}],
+}
+_FIXED = rf"(?:{GROUND}|wall[0-9]+)"
+
+
+def _not_fixed(name: str) -> str:
+    if re.fullmatch(_FIXED, name):
+        whose = "the ground" if name == GROUND else "a wall"
+        message = f"'{name}' is not a name that a brick can have, but that of {whose}"
+        raise MistakeError("SD104", message, "take another name")
+    return name
+
+
+BrickName = Annotated[
+    str,
+    replace(
+        _text(NAME, "a name that a brick can have", _NAME_ADVICE, "keystone"),
+        schema=text_schema(rf"(?!{_FIXED}$){NAME}", "a name that a brick can have", "keystone"),
+    ),
+    AfterValidator(_not_fixed),
+]
+TYPE_NAME: Final = _text(NAME, "a name that a kind of brick can have", _NAME_ADVICE, "carton")
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+
+
+# --- variables --------------------------------------------------------------------------------------------------------
+
+VALUE: Final[JsonSchema] = {"type": ["number", "string"]}  # a number, a quantity, or a word
+VALUES: Final[JsonSchema] = {
+    "anyOf": [
+        {"type": "array", "items": VALUE, "minItems": 1},
+        {"type": "string", "pattern": r"\.\.|\$\{", "description": "a range", "examples": ["5 mm .. 15 mm by 0.5 mm"]},
+    ]
+}
+
+
+_EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
+_IN_ONE_LINE: Final[JsonSchema] = {"type": "string", "pattern": DISTRIBUTION_PATTERN, "examples": ["0.5 ± 0.05"]}
+_DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
+    "uniform": ("all alike likely", _EITHER_WAY),
+    "normal": ("mean ± standard deviation", _EITHER_WAY),
+    "lognormal": ("the median", VALUE),
+    "dispersion": ("of a lognormal one: the standard deviation of the logarithm", {"type": "number"}),
+    "table": ("values, one as likely as the other", {"type": "array", "items": VALUE, "minItems": 1}),
+    "least": ("of a normal or lognormal one: nothing below is drawn", VALUE),
+    "most": ("of a normal or lognormal one: nothing above is drawn", VALUE),
+}
+SPREADS: Final[JsonSchema] = {
+    "anyOf": [
+        _IN_ONE_LINE,
+        {
+            "type": "object",
+            "properties": {key: {**schema, "description": told} for key, (told, schema) in _DISTRIBUTIONS.items()},
+            "additionalProperties": False,
+        },
+    ]
+}
+
+
+def variables_schema(values: JsonSchema) -> WithJsonSchema:
+    """A mapping of variables to these."""
+    return WithJsonSchema({"type": "object", "additionalProperties": values})
+
+
+# Written out by `spreading` before anything is validated.
+REPEAT = Annotated[object, variables_schema(VALUES)]
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+FILE: Final[JsonSchema] = {"type": "string", "description": "a file, as seen from this one", "examples": ["base.yaml"]}
+
+# --- systems ----------------------------------------------------------------------------------------------------------
+
+System: TypeAlias = Literal["exact", "thesis", "tuned", "stock", "modified"]
+SYSTEMS: Final[tuple[System, ...]] = get_args(System)
+PROVING: Final[tuple[System, ...]] = ("exact",)  # those that know what statics says
+
+
+def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
+    if len(set(systems)) < len(systems):
+        raise MistakeError("SD104", "a system is named twice", "name each once")
+    return systems
+
+
+Systems = Annotated[tuple[System, ...], Field(min_length=1), AfterValidator(_once)]
+_ONE_SYSTEM: Final[JsonSchema] = {"enum": list(SYSTEMS)}
+ONE_OR_MORE_SYSTEMS: Final[JsonSchema] = {
+    "anyOf": [_ONE_SYSTEM, {"type": "array", "items": _ONE_SYSTEM, "minItems": 1}]
+}
+
+
+def listed(written: object) -> object:
+    """One in place of a list of one."""
+    return [written] if isinstance(written, str) else written

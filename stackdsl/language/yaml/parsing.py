@@ -1,0 +1,506 @@
+"""Parses YAML into nodes with positions; refuses what is ambiguous or malformed."""
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import islice
+from math import isfinite
+from typing import Final, TypeAlias
+
+import yaml
+
+from stackdsl.diagnostics import Diagnostic, Page, Span, did_you_mean
+from stackdsl.shown_text import COMMANDING, JOINERS, UNSEEN
+
+# Syntax errors in plain words: what either parser says of malformed YAML, told as cause and remedy, at its place.
+
+
+UNKNOWN_ESCAPE: Final = (
+    "an escape that YAML does not know",
+    "double the backslash, or put the text in single quotes",
+)
+# What either parser says -> message and hint. In the message, @ is the character blamed, # the line of the opening.
+SYNTAX: Final = (
+    ("mapping values", "a ':' where no key can stand", "quote the text that holds it, or check the indentation"),
+    ("any token|parsing a block node", "a value cannot begin with '@'", "quote it"),
+    ("quoted scalar.*(end of stream|document)", "a quoted text is not closed", "add the missing quote"),
+    ("quoted scalar", *UNKNOWN_ESCAPE),
+    ("simple key", "a key without its ':'", "write `key: value`, or check the indentation"),
+    ("a block mapping:", "neither a key of the mapping from line # nor its end", "check indentation and quotes"),
+    (
+        "a block collection:",
+        "neither an item of the list from line # nor its end",
+        "begin each item with '- ', or indent as above",
+    ),
+    ("a flow sequence:", "the list that opens in line # lacks a ',' or ']'", "close it; in brackets, quote ${...}"),
+    ("a flow mapping:", "the mapping that opens in line # lacks a ',' or '}'", "close it; in braces, quote ${...}"),
+    ("a flow node:", "a value or a closing bracket is missing", "write it, or quote text that holds , [ ] { or }"),
+    ("a block scalar", "'@' begins a text block, and what follows is none", 'quote a comparison: ">= 20"'),
+    ("mapping keys", "a '?' that begins no key", "quote it"),
+    ("unexpected ':'", "a ':' in brackets that ends no key", "quote the text that holds it"),
+    ("sequence entries", "a list cannot begin here", "begin it on the next line, or quote the text"),
+    ("an alias|an anchor", "an alias or anchor without a name", "quote text that begins with * or &"),
+    ("expected '?<document start>", "text after the end of a document", "begin the next scenario with '---'"),
+)
+BLAMES_OPENING = re.compile(
+    "quoted scalar.*(end of stream|document)|simple key|a block scalar|a directive|an alias|an anchor|a tag:"
+)
+
+
+MERGE_MARKER: Final = re.compile(r"<{7}(?: |$)")  # as git leaves it
+
+
+def syntax_error(page: Page, error: yaml.MarkedYAMLError) -> Diagnostic:
+    """What is wrong with a text that is no YAML."""
+    marked = next((number for number, line in enumerate(page.lines) if MERGE_MARKER.match(line)), None)
+    if marked is not None:
+        message = "the file holds two versions, with the markers of a merge from here on"
+        hint = "keep what is meant of both, and delete the lines that begin with <<<<<<<, ======= and >>>>>>>"
+        return Diagnostic("SD004", page.span(marked, 0), message, hint)
+    said = f"{error.context or ''}: {error.problem or ''}"
+    line, column = _blamed(page, error, said)
+    span = page.span(line, column)
+    if re.search("directive(?!>)|incompatible YAML", said):
+        return Diagnostic("SD010", span, "a directive", "delete the line")
+    if re.search("a tag:|tag handle", said):
+        return Diagnostic("SD010", span, "a tag", "delete it; quote text that begins with !")
+    known = ((message, hint) for pattern, message, hint in SYNTAX if re.search(pattern, said))
+    message, hint = next(known, (f"the YAML cannot be read: {error.problem}", "check the indentation and the quotes"))
+    opening = error.context_mark.line + 1 if error.context_mark else line + 1
+    return Diagnostic("SD004", span, message.replace("#", str(opening)).replace("@", page.at(line, column)), hint)
+
+
+def _blamed(page: Page, error: yaml.MarkedYAMLError, said: str) -> tuple[int, int]:
+    """The place of a syntax error: where it shows, unless that is the end of the text and the opening tells more."""
+    shows = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (0, 0)
+    opening = (error.context_mark.line, error.context_mark.column) if error.context_mark else shows
+    place = opening if BLAMES_OPENING.search(said) or page.ends_before(*shows) else shows
+    if page.ends_before(*place):
+        return page.last_visible()
+    if "quoted scalar" in said:  # libyaml marks the backslash, the pure parser what follows
+        return place[0], max(place[1] if place == opening else 0, page.lines[place[0]].rfind("\\", 0, place[1] + 1))
+    return place
+
+
+# What a plain scalar means: a value only where no YAML version and no eye reads it otherwise.
+#
+# Those are numbers as JSON writes them, `true` and `false`. What remains is text, or else a trap (`no`, `012`, `1:30`,
+# an empty value): an error with its remedy.
+
+
+Scalar: TypeAlias = bool | int | float | str | None
+
+MAX_EXACT: Final = 2**53  # the largest integer up to which a double, and so every JSON reader, is exact
+QUOTE_WIDTH: Final = 40  # [characters] of the author's text in a message
+
+KEYS: Final = ("y", "n", "Y", "N", "on")  # no scenario has true or false for a key
+
+INTEGER = re.compile(r"-?(0|[1-9]\d*)", re.ASCII)
+FLOAT = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?", re.ASCII)
+# What may follow the digits begins with a dot, so that there is one way to read them: two ways take quadratic time.
+LOOSE_NUMBER = re.compile(r"[-+]?(\d[\d_]*(\.[\d_]*)?|\.\d[\d_]*)([eE][-+]?\d+)?", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Trap:
+    """Why a plain scalar is ambiguous, and what to write instead."""
+
+    meaning: str
+    remedy: str
+
+
+TRUE = Trap("is true to some YAML readers and text to others", "write true, or quote it if it is text")
+FALSE = Trap("is false to some YAML readers and text to others", "write false, or quote it if it is text")
+NULL = Trap("is a missing value", "write the value, or leave out the key")
+NOT_FINITE = Trap("is not a finite number", "write a finite number, or quote it if it is text")
+OUT_OF_RANGE = Trap("is beyond what a number can hold", "write fewer digits, or quote it if it is text")
+MERGE = Trap("has a meaning of its own in YAML 1.1", "quote it")
+TRAP_WORDS: Final = {
+    **dict.fromkeys(("true", "yes", "on", "y"), TRUE),
+    **dict.fromkeys(("false", "no", "off", "n"), FALSE),
+    **dict.fromkeys(("null", "~", ""), NULL),
+    **dict.fromkeys((sign + word for sign in ("", "+", "-") for word in (".inf", "inf", "infinity")), NOT_FINITE),
+    **dict.fromkeys((".nan", "nan"), NOT_FINITE),
+    **dict.fromkeys(("<<", "="), MERGE),
+}
+TRAP_SHAPES: Final = (
+    (
+        re.compile(r"[-+]?0([oO][0-7_]+|[xX][\da-fA-F_]+|[bB][01_]+)", re.ASCII),
+        Trap("is a number in another base to some YAML readers", "write it in decimal, or quote it if it is text"),
+    ),
+    (
+        re.compile(r"[-+]?[\d_]+(:\d+)+(\.[\d_]*)?", re.ASCII),
+        Trap("is a number to base 60 in YAML 1.1", "write a time with its unit, as in 90 s, or quote it if it is text"),
+    ),
+    (
+        re.compile(r"\d{4}-\d\d?-\d\d?(([Tt]|[ \t]+)\d\d?:\d\d(:\d\d)?.*)?", re.ASCII),
+        Trap("is a date to some YAML readers", "quote it"),
+    ),
+)
+
+
+def plain_value(text: str) -> Scalar | Trap:
+    """What a plain scalar means; a number or boolean only if nobody reads it otherwise."""
+    if text in ("true", "false"):
+        return text == "true"
+    if FLOAT.fullmatch(text):
+        return _number(text)
+    if LOOSE_NUMBER.fullmatch(text):
+        remedy = f"write {shown(_strict_number(text))}, or quote it if it is text"
+        return Trap("is not a number to every YAML reader", remedy)
+    shaped = (trap for shape, trap in TRAP_SHAPES if shape.fullmatch(text))
+    return TRAP_WORDS.get(text.lower()) or next(shaped, text)
+
+
+def _number(text: str) -> int | float | Trap:
+    """The number that a strict text stands for, unless that loses digits or leaves the range of doubles."""
+    if INTEGER.fullmatch(text):
+        # The length first: Python refuses to convert very long integers.
+        exact = len(text) <= len(str(-MAX_EXACT)) and abs(int(text)) <= MAX_EXACT
+        return int(text) if exact else OUT_OF_RANGE
+    value = float(text)
+    vanished = value == 0 and re.search("[1-9]", re.split("[eE]", text)[0])
+    return OUT_OF_RANGE if vanished or not isfinite(value) else value
+
+
+def _strict_number(text: str) -> str:
+    """A loosely written number as JSON writes it: `+012` as 12, `.5` as 0.5, `1_000.` as 1000.0."""
+    sign = "-" if text.startswith("-") else ""
+    digits = text.lstrip("+-").replace("_", "").lstrip("0")
+    whole = digits if digits[:1].isdigit() else f"0{digits}"
+    return sign + re.sub(r"\.(?!\d)", ".0", whole)
+
+
+def key_trap(key: str) -> Trap | None:
+    """Why a plain key is ambiguous; `y` and `n` name coordinates and counts, and `on` says on what a brick lies."""
+    value = key if key in KEYS else plain_value(key)
+    if isinstance(value, str):
+        return None
+    meaning = value.meaning if isinstance(value, Trap) else "is not text"
+    return Trap(meaning, f'quote it: "{shown(key)}"')
+
+
+def shown(text: str) -> str:
+    """The author's text in a message, cut to a bearable length."""
+    return text if len(text) <= QUOTE_WIDTH else text[: QUOTE_WIDTH - 1] + "…"
+
+
+# The characters that may stand in a scenario: those that every YAML version and both parsers see alike.
+
+
+UNSEEN_PATTERN = re.compile(f"[{UNSEEN}{JOINERS}]")
+
+
+def commanding_character(text: str) -> str:
+    """The name of the first character of a value that a terminal would obey; empty if there is none."""
+    found = COMMANDING.search(text)
+    return _name(found.group()) if found else ""
+
+
+def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
+    """The first character of each line that cannot stand in a scenario."""
+    for line, text in enumerate(page.lines):
+        if text.isascii() and text.isprintable():  # as most are; the pattern takes long to make
+            continue
+        if found := _unreadable_pattern().search(text):
+            yield _unreadable(found.group(), page.span(line, found.start()))
+
+
+@cache
+def _unreadable_pattern() -> re.Pattern[str]:
+    # Control characters and surrogates, as YAML demands; besides, what YAML versions or the two parsers see
+    # differently: tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
+    unlike = "[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
+    return re.compile(f"{unlike}|[{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
+
+
+def _unreadable(character: str, span: Span) -> Diagnostic:
+    if character == "\t":
+        return Diagnostic("SD004", span, "a tab", "use spaces; in a double-quoted text, write \\t")
+    if UNSEEN_PATTERN.fullmatch(character):
+        message = f"the character {_name(character)} is not seen, or lets the line read otherwise than it is"
+        return Diagnostic("SD004", span, message, "delete it")
+    return Diagnostic("SD004", span, f"the character {_name(character)} cannot stand in a scenario", "delete it")
+
+
+def _name(character: str) -> str:
+    return f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
+
+
+# Parser events as nodes: the values of one document and the place of each, its aliases not yet spread out.
+#
+# Read from events, not by `yaml.load`, so that hostile nesting stops at once and positions survive.
+
+
+MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
+COMMA: Final = "write a decimal point in place of the comma"
+MAX_VALUES: Final = 100_000  # written in one file; bounds the memory that spans take to some 100 MB
+MAX_MISTAKES: Final = 1000  # reported of one file; who mends these sees the next
+ANCHORS_COMPARED: Final = 20  # with a misspelt alias; comparing all would take a hostile file minutes
+
+BEGIN: Final = "begin with `scenario: its-name`"
+NO_MAPPING: Final = "a scenario is a mapping of keys to values, but this document is "
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    span: Span
+    value: Scalar
+
+
+@dataclass(frozen=True, slots=True)
+class List:
+    span: Span
+    items: tuple["Node", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    span: Span
+    entries: tuple[tuple[str, Span, "Node"], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Alias:
+    span: Span
+    target: "Node"
+
+
+Node: TypeAlias = Leaf | List | Map | Alias
+
+
+class StopReadingError(Exception):
+    """What follows cannot be read, or is not worth it."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic)
+        self.diagnostic = diagnostic
+
+
+@dataclass(slots=True)
+class Reading:
+    """How far a file is read: the events to come, and what was seen."""
+
+    page: Page
+    events: Iterator[yaml.Event]
+    diagnostics: list[Diagnostic] = field(default_factory=list)
+    anchors: dict[str, Node | None] = field(default_factory=dict)  # None: its value is not complete yet
+    values: int = 0
+    aliased: int = 0
+
+    def report(self, code: str, span: Span, message: str, hint: str = "") -> None:
+        """Note a mistake after which reading goes on, unless there are too many."""
+        found = Diagnostic(code, span, message, hint)
+        if len(self.diagnostics) >= MAX_MISTAKES - 1:
+            raise StopReadingError(found)
+        self.diagnostics.append(found)
+
+
+def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
+    """The mapping that the document is, or None if it has a mistake."""
+    before = len(reading.diagnostics)
+    reading.anchors.clear()
+    if reading.page.at(*_start(start)) == "%":
+        reading.report("SD010", reading.page.span(*_start(start)), "a directive", "delete the line")
+    root = next(reading.events)
+    if isinstance(root, yaml.ScalarEvent) and not root.value and not root.style:
+        span = reading.page.span(*_start(start))
+        reading.report("SD005", span, "the document is empty", "write a scenario here, or delete the '---'")
+        return None
+    if isinstance(root, yaml.ScalarEvent):
+        hint = "put a space after the colon" if ":" in root.value else BEGIN
+        reading.report("SD004", _span(reading.page, root), NO_MAPPING + "a single value", hint)
+        return None
+    node = _node(reading, root, 0, None)
+    if isinstance(node, List):
+        reading.report("SD004", node.span, NO_MAPPING + "a list", BEGIN)
+    clean = len(reading.diagnostics) == before
+    return node if clean and isinstance(node, Map) else None
+
+
+# --- places -----------------------------------------------------------------------------------------------------------
+
+
+def _span(page: Page, start: yaml.Event, end: yaml.Event | None = None) -> Span:
+    """From the start of one event to the end of it, or of another."""
+    return page.span(*_start(start), *_end(end or start))
+
+
+def _start(event: yaml.Event) -> tuple[int, int]:
+    assert event.start_mark is not None  # only the stubs doubt it
+    return event.start_mark.line, event.start_mark.column
+
+
+def _end(event: yaml.Event) -> tuple[int, int]:
+    assert event.end_mark is not None  # as above
+    return event.end_mark.line, event.end_mark.column
+
+
+# --- values -----------------------------------------------------------------------------------------------------------
+
+
+def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -> Node:
+    """The value that begins with `event`, `depth` collections deep, under the key at `owner`."""
+    reading.values += 1
+    span = _span(reading.page, event)
+    if reading.values > MAX_VALUES:
+        message = f"the file holds more than {MAX_VALUES} values"
+        raise StopReadingError(Diagnostic("SD006", span, message, "split it, or use a layout"))
+    if isinstance(event, yaml.AliasEvent):
+        return _alias(reading, event.anchor or "", span)
+    assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)  # nothing else begins a value
+    _report_tag(reading, event, span)
+    if event.anchor and event.anchor in reading.anchors:
+        reading.report("SD010", span, f"the anchor '{shown(event.anchor)}' is given twice", "give each its own name")
+    if event.anchor:
+        reading.anchors[event.anchor] = None
+    node = _leaf(reading, event, owner) if isinstance(event, yaml.ScalarEvent) else _nest(reading, event, depth, owner)
+    if event.anchor:
+        reading.anchors[event.anchor] = node
+    return node
+
+
+def _alias(reading: Reading, name: str, span: Span) -> Node:
+    if name not in reading.anchors:
+        quoted = shown(name)
+        near = [known for known in islice(reading.anchors, ANCHORS_COMPARED) if len(known) <= QUOTE_WIDTH]
+        hint = did_you_mean(quoted, near) or f"define it before, with &{quoted}; quote text that begins with *"
+        reading.report("SD004", span, f"there is no anchor '{quoted}' before this alias", hint)
+        return Leaf(span, None)
+    target = reading.anchors[name]
+    if target is None:
+        message = f"the alias '{shown(name)}' stands inside the value that it repeats"
+        reading.report("SD008", span, message, "write the value out")
+        return Leaf(span, None)
+    return Alias(span, target)
+
+
+def _report_tag(reading: Reading, event: yaml.ScalarEvent | yaml.CollectionStartEvent, span: Span) -> None:
+    if event.tag is not None:
+        tag = event.tag.replace("tag:yaml.org,2002:", "!!")
+        reading.report("SD010", span, f"the tag '{shown(tag)}'", "delete it; quote text that begins with !")
+
+
+def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf:
+    span = _span(reading.page, event)
+    if re.search("[\ud800-\udfff]", event.value):  # only the pure parser lets such escapes pass
+        raise StopReadingError(Diagnostic("SD004", span, *UNKNOWN_ESCAPE))
+    if event.style:
+        _report_commands(reading, event.value, span)
+        _report_swallowed_comparison(reading, event, span)
+        return Leaf(span, event.value)
+    value = plain_value(event.value)
+    if not isinstance(value, Trap):
+        return Leaf(span, value)
+    if event.value:
+        reading.report("SD009", span, f"'{shown(event.value)}' {value.meaning}", value.remedy)
+    else:
+        _report_missing(reading, event, owner)
+    return Leaf(span, None)
+
+
+def _report_commands(reading: Reading, value: str, span: Span) -> None:
+    """An escape may bring in what nobody may write as it is: names and descriptions are shown in terminals."""
+    if name := commanding_character(value):
+        reading.report("SD004", span, f"an escape stands for {name}, which terminals obey", "leave it out")
+
+
+def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> None:
+    """Point at the key without a value, or at the dash of an empty item."""
+    line, column = _start(event)
+    span = owner or reading.page.span(line, max(0, column - 1))
+    reading.report("SD009", span, "a value is missing", _remedy_of_missing(span))
+
+
+def _remedy_of_missing(span: Span) -> str:
+    """What to write instead, from what stands before the place, at it and after it."""
+    start = span.column - span.excerpt_column
+    end = start + span.end_column - span.column
+    key = span.excerpt[start:end]
+    if ":" in key:
+        return "put a space after the colon"
+    if key[:1].isdigit() and _ends_in_comma(span):
+        return COMMA
+    if span.excerpt[end:].strip() == ":":
+        return "write the value, indent the lines below that belong to it, or delete the line"
+    return "write the value, or delete the line"
+
+
+def _ends_in_comma(span: Span) -> bool:
+    """Whether what stands right before a place is a digit and a comma, as of a number in a flow mapping."""
+    return re.search(r"\d,$", span.excerpt[: span.column - span.excerpt_column]) is not None
+
+
+def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span: Span) -> None:
+    """`>5` opens a text block indented by five: it would swallow a comparison and what follows."""
+    line, column = _start(event)
+    if re.match(r"([&!]\S*\s+)*[|>][-+]?\d", reading.page.lines[line][column:]):
+        reading.report("SD009", span, "this begins a text block with a set indentation", 'quote a comparison: ">5"')
+
+
+# --- collections ------------------------------------------------------------------------------------------------------
+
+
+def _nest(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: Span | None) -> List | Map:
+    if depth >= MAX_DEPTH:
+        raise StopReadingError(too_deep(reading.page.span(*_start(start))))
+    build = _map if isinstance(start, yaml.MappingStartEvent) else _list
+    return build(reading, start, depth, owner)
+
+
+def too_deep(span: Span) -> Diagnostic:
+    return Diagnostic("SD007", span, f"more than {MAX_DEPTH} lists and mappings inside each other", "flatten them")
+
+
+def _list(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: Span | None) -> List:
+    items: list[Node] = []
+    while not isinstance(event := next(reading.events), yaml.SequenceEndEvent):
+        items.append(_node(reading, event, depth + 1, None))
+    return List(_nest_span(reading.page, start, event, owner), tuple(items))
+
+
+def _map(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: Span | None) -> Map:
+    entries: dict[str, tuple[Span, Node]] = {}
+    while not isinstance(event := next(reading.events), yaml.MappingEndEvent):
+        key, span = _key(reading, event, depth)
+        value = _node(reading, next(reading.events), depth + 1, span)
+        if key in entries:
+            first = entries[key][0]
+            message = f"duplicate key '{shown(key)}', first defined at {first.line}:{first.column}"
+            reading.report("SD003", span, message, "delete or rename one of them")
+        elif key is not None:
+            entries[key] = (span, value)
+    owner = owner or next((span for span, _ in entries.values()), None)
+    flat = tuple((key, span, value) for key, (span, value) in entries.items())
+    return Map(_nest_span(reading.page, start, event, owner), flat)
+
+
+def _nest_span(page: Page, start: yaml.CollectionStartEvent, end: yaml.Event, owner: Span | None) -> Span:
+    """The brackets, or for a collection without them the key that owns it, or else its beginning."""
+    if start.flow_style and page.at(*_start(start)) in set("[{&!"):
+        return _span(page, start, end)
+    return owner or page.span(*_start(start))
+
+
+def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, Span]:
+    """The key that begins with `event`, None if it is no text; and its place."""
+    span = _span(reading.page, event)
+    if not isinstance(event, yaml.ScalarEvent) or _start(event)[0] != _end(event)[0]:
+        reading.report("SD010", span, "a key that is not text on one line", "write a plain word as the key")
+        if isinstance(event, yaml.CollectionStartEvent):
+            _node(reading, event, depth + 1, None)
+        return None, span
+    _report_tag(reading, event, span)
+    if event.anchor is not None:
+        reading.report("SD010", span, "an anchor on a key", f"move &{shown(event.anchor)} behind the colon")
+    if event.style:
+        _report_commands(reading, event.value, span)
+        return event.value, span
+    if event.value == "<<":
+        reading.report("SD010", span, "a merge key", "repeat the keys here")
+    elif trap := key_trap(event.value):
+        remedy = COMMA if _ends_in_comma(span) and event.value[:1].isdigit() else trap.remedy
+        reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", remedy)
+    return event.value, span

@@ -1,0 +1,463 @@
+"""What statics says of a scenario, as text: proofs, margins, remedies, friction."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import degrees, hypot, inf
+from typing import Any
+
+from stability.analysis.weakest import Weakest
+from stability.contact_law import Friction, law_of
+from stability.geometry.box_distance import TOUCHING, reach_between
+from stability.geometry.vectors import body_axes, scale
+from stability.model import GROUND, BodyId, Brick, Vec3
+from stability.name_order import in_order
+from stability.problem import Placed, Stability
+from stability.statics.fall_description import fall_side
+from stability.statics.structure import Structure
+from stackdsl.checking.cases import Case
+from stackdsl.compiler.fit import Fit, Sited, fits
+from stackdsl.judging.numbers import Knobs
+from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, Judged, Proofs, margins_of_assembly, proofs_of
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
+from stackdsl.report.blocks import Block, blocks_text, line, table
+from stackdsl.report.text import side_text
+from stackdsl.report.warnings import modified_text
+from stackdsl.shown_text import without_commands
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.systems import Method, as_played
+from stackdsl.simulation.worlds import settings_for
+from stackdsl.timeline import Arrival, Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline
+from stackdsl.trace import Margins
+from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
+
+# What statics says of scenarios, before anything is played.
+
+
+ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls"}  # of the others nothing is known
+OPEN = "not proven"
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What was proven of one scenario in one variant."""
+
+    scenario: str
+    variant: str  # without a system
+    bricks: int  # of the structure
+    proven: int  # that stand once they are set down, and all before them
+    answer: str  # `stands`, `falls` or `not proven`
+    reason: str  # why not, where something falls or is in doubt
+    time: float | None  # of the first placement that does not stand [s]
+    within: float = 0.0  # [m] what stands counts on gaps up to this as contact; 0 if on none
+
+    @property
+    def name(self) -> str:
+        """The scenario, and the variant where it has more than one."""
+        return f"{self.scenario}[{self.variant}]" if self.variant else self.scenario
+
+
+def said_of(case: Case) -> Said:
+    """Judge each placement of a case by statics, up to the first thing that only an engine can follow."""
+    timeline = case.timeline
+    proofs = proofs_of(timeline)
+    verdict = proofs.verdict
+    bricks = sum(not placement.hits for placement in timeline.placements)
+    fallen = [judged for judged in proofs.judged if judged.verdict.stability is not Stability.STABLE]
+    proven = sum(len(judged.bricks) for judged in proofs.judged if judged not in fallen)
+    answer = ANSWERS.get(verdict.stability, OPEN)
+    reason = verdict.reason if verdict.stability is not Stability.STABLE else ""
+    if answer == "stands" and proven < bricks:
+        answer, reason = OPEN, f"{bricks - proven} of {bricks} bricks are left to the engine"
+    first = {fallen[0].bricks[0]} if fallen else frozenset[str]()
+    times = [act.time for act in timeline.actions if isinstance(act, Placement) and act.brick.id in first]
+    variant = ",".join(f"{name}={text}" for name, text in case.parameters)
+    return Said(
+        case.scenario_name,
+        variant,
+        bricks,
+        proven,
+        answer,
+        reason,
+        times[0] if times else None,
+        verdict.touching_within,
+    )
+
+
+def statics_text(said: Sequence[Said], width: int, colour: bool) -> str:
+    """One row a variant, and below them why what does not stand does not."""
+    if not said:
+        return ""
+    rows = [
+        {
+            "scenario": each.scenario,
+            "variant": each.variant or "-",
+            "bricks": str(each.bricks),
+            "proven": str(each.proven),
+            "statics": each.answer,
+            "at s": f"{each.time:.3f}" if each.time is not None else "-",
+        }
+        for each in said
+    ]
+    reasons = [line(f"  {each.name}: {each.answer}: {each.reason}") for each in said if each.reason]
+    across = [line(f"  {each.name}: stands{touching_text(each.within)}") for each in said if each.within > 0.0]
+    blocks: list[Block] = [[table(rows, ("scenario", "variant", "statics"))]]
+    blocks += [[line("Not proven to stand", "bold"), *reasons]] if reasons else []
+    blocks += [[line("Stable only if gaps count as contact", "bold"), *across]] if across else []
+    counts = {answer: sum(each.answer == answer for each in said) for answer in (*ANSWERS.values(), OPEN)}
+    sums = ", ".join(f"{count} {answer}" for answer, count in counts.items() if count)
+    total = f"{len(said)} variant{'s' * (len(said) != 1)}: {sums}; nothing was played"
+    return blocks_text([*blocks, [line(total)]], width, colour)
+
+
+# What would let a scenario stand that falls, a line a remedy.
+
+
+NO_COUNTERWEIGHT = "no counterweight on one brick was found"
+KILOGRAM = 1.0  # [kg] from which on a mass is told in kg
+
+
+def remedy_lines(remedies: Remedies) -> Iterator[str]:
+    """All of them, and what is proven not to help."""
+    found = list(map(_number, remedies.numbers))
+    found += [friction_text(remedies.friction)] if remedies.friction is not None else []
+    found += [counterweight_text(remedies.counterweight)] if remedies.counterweight is not None else []
+    yield from found
+    if not remedies.numbers:
+        yield "no number of the file by itself, of those that were tried"
+    if remedies.counterweight is None:
+        yield "no counterweight on a brick is enough: none rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
+
+
+def _number(remedy: OtherNumber) -> str:
+    knob, limit = remedy.knob, remedy.limit
+    sign = ">=" if limit.least else "<="
+    return f"{knob.name} {sign} {knob.text(limit.value)}, in place of {knob.text(knob.number)} at {knob.span}"
+
+
+def friction_text(remedy: MoreFriction) -> str:
+    if remedy.factor == inf:
+        return "no friction is enough"
+    if remedy.alike:
+        return f"friction >= {remedy.coefficient:.4g}"
+    return f"every friction times {remedy.factor:.4g}, of brick on brick {remedy.coefficient:.4g}"
+
+
+def counterweight_text(remedy: HeavierBrick) -> str:
+    mass = f"{remedy.mass:.4g} kg" if remedy.mass >= KILOGRAM else f"{1000.0 * remedy.mass:.4g} g"
+    return f"{mass} on {remedy.brick}, at its centre{later_text(remedy.next_to_fall)}"
+
+
+def later_text(next_to_fall: Collection[BodyId]) -> str:
+    """What a remedy does not help."""
+    return f"; later {names_text(in_order(next_to_fall))} would fall" if next_to_fall else ""
+
+
+# What to say of bricks that rub otherwise than most.
+
+
+def rubbing_lines(timeline: Timeline) -> Iterator[str]:
+    """What has a friction of its own, and pairs; and of which pairs no two bodies touch as they are set down."""
+    law = law_of(timeline.world.friction)
+    if not law.differs:
+        return
+    if law.own:
+        own = ", ".join(f"{name} {each:g}" for name, each in sorted(law.own.items()))
+        yield f"  friction of their own: {own}; of two that touch: {law.rule}"
+    touching = _touching(timeline, law)
+    for pair, each in sorted(law.between.items()):
+        never = "" if frozenset(pair) in touching else "; no two of these touch as they are set down"
+        yield f"  friction {each:g} between {pair[0]} and {pair[1]}{never}"
+
+
+def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
+    """Which bodies and kinds touch each other at any time while nothing moves."""
+    world = timeline.world
+    structure = Structure(world.planes, (), 0.0, world.gravity, world.tolerances)
+    for placement in timeline.placements:
+        structure.put(Placed(placement.brick, placement.pose))
+    return {
+        frozenset(names)
+        for contact in structure.contacts_of(list(structure.bricks))
+        for names in product(
+            (contact.lower, law.kinds.get(contact.lower, contact.lower)),
+            (contact.upper, law.kinds.get(contact.upper, contact.upper)),
+        )
+    }
+
+
+# The weakest spot of a structure, in the same words wherever it is told, and as JSON.
+
+
+def weakest_text(weakest: Weakest) -> str:
+    """`weakest: L2.1; from 0.258 g towards 0 deg on, L2.1, L3.1 tip over L1.1`."""
+    bearing = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}"
+    return f"weakest: {weakest.brick}; from {weakest.acceleration:.4g} g towards {bearing} deg on, {weakest.gives_way}"
+
+
+def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
+    """The same by key, with every brick that begins to move."""
+    return {
+        "brick": weakest.brick,
+        "bricks": list(weakest.bricks),
+        "survives_g": float(f"{weakest.acceleration:.6g}"),
+        "fails_g": float(f"{weakest.fails:.6g}"),
+        "bearing_deg": float(f"{degrees(weakest.bearing):.6g}"),
+        "gives_way": weakest.gives_way,
+    }
+
+
+# What statics says of a build, as text: proofs of placements, what they would survive, and what would mend a fall.
+
+
+MICROSECONDS = 1e6
+TOLD = (*ALL, "guaranteed", "squeezed")  # the margins that are told of what stands
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How much is worked out and told."""
+
+    margins: bool | None = None  # what proofs would survive; None: of few bricks
+    remedies: bool | None = None  # what would mend a fall; None: of few bricks
+    times: bool = False  # what each proof cost, which differs from run to run
+
+
+def stages_told(proofs: Proofs, times: bool) -> Mapping[BodyId, str]:
+    """What is said of each brick that was judged: its proof; with `times`, and the last of a group, what it cost."""
+    told = {}
+    for judged in proofs.judged:
+        for brick in judged.bricks:
+            cost = _cost(judged) if times and brick == judged.bricks[-1] else ""
+            told[brick] = f"  {_answer(judged, brick)}{cost}"
+    return told
+
+
+def _answer(judged: Judged, brick: BodyId) -> str:
+    if brick in judged.verdict.moving:
+        answer = "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
+        return f"{answer}: {judged.verdict.stage}" if judged.verdict.stage is not None else answer
+    stage = judged.stages[brick]
+    return f"{stage}" if stage is not None else "not proven"
+
+
+def _cost(judged: Judged) -> str:
+    together = f" for {len(judged.bricks)} bricks" if len(judged.bricks) > 1 else ""
+    return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
+
+
+def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
+    proofs: Proofs, timeline: Timeline, count: int, extent: Extent, knobs: Knobs, margins: Margins | None = None
+) -> Iterator[str]:
+    """What became of all that was judged, of `count` bricks in all; `margins` are those that are `TOLD`, if known."""
+    verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
+    if verdict.stability is not Stability.STABLE:
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
+        yield from _fall(proofs, timeline, extent, knobs)
+    elif judged < count:
+        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows what comes of the others"
+    else:
+        seconds = sum(judged.verdict.seconds for judged in proofs.judged)
+        cost = f", in {1000.0 * seconds:.3g} ms" if extent.times else ""
+        within = verdict.touching_within
+        yield f"  statics: every placement proven to stand{touching_text(within)}{cost}"
+        if within > 0.0:
+            yield f"    this counts on gaps of up to {mm(within)} as contact; with `touching: exactly` it is not proven"
+        yield from _margins(proofs, extent, margins)
+
+
+def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: Knobs) -> Iterator[str]:
+    """Everything that moves, which way, and what would mend it."""
+    verdict, bricks = proofs.verdict, proofs.assembly.bricks
+    in_doubt = verdict.stability is Stability.UNDECIDED
+    yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
+    if side := side_text(fall_side(verdict, bricks)):
+        yield f"    it goes {side}"
+    if in_doubt or extent.remedies is False:
+        return
+    if extent.remedies is None and len(bricks) > MOST_FOR_PROGRAMS:
+        yield f"    what would mend more than {MOST_FOR_PROGRAMS} bricks takes its time; ask for it with --remedies"
+        return
+    yield "    what would mend it, each tried:"
+    yield from (f"      {line}" for line in remedy_lines(remedies_of(knobs, timeline, proofs)))
+
+
+def _margins(proofs: Proofs, extent: Extent, margins: Margins | None) -> Iterator[str]:
+    count = len(proofs.assembly.bricks)
+    if extent.margins is False:
+        return
+    if extent.margins is None and count > MOST_FOR_PROGRAMS:
+        yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take their time; ask for them with --margins"
+        return
+    margins = margins or margins_of_assembly(proofs.assembly, TOLD)
+    yield "    it would survive " + "; ".join(_margin_texts(margins))
+    if margins.squeezed:
+        yield "    this counts on contacts that may be squeezed together, as hard as it takes, or may not be"
+    if margins.weakest is not None:
+        yield f"    {weakest_text(margins.weakest)}"
+    if margins.joint is not None:
+        lower, upper = margins.joint
+        yield f"    least margin of placement: {upper} on {lower}"
+    if margins.guaranteed is not None:
+        yield f"    rest is {_certainty(margins)}"
+
+
+def _certainty(margins: Margins) -> str:
+    """Whether rest is all that can happen, and why."""
+    why = margins.certainty or "forces along normals alone balance every brick"
+    return f"{'guaranteed' if margins.guaranteed else 'possible'}: {why}"
+
+
+def _margin_texts(margins: Margins) -> Iterator[str]:
+    if margins.acceleration is not None:
+        bearing = f" towards {round(degrees(margins.bearing)) % 360} deg" if margins.bearing is not None else ""
+        yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
+    if margins.tilt is not None:
+        yield f"a tilt of {degrees(margins.tilt):.4g} deg"
+    if margins.friction is not None:
+        yield f"friction down to {margins.friction:.4g}"
+    if margins.placement == inf:  # all lies on the ground, and nothing on another brick
+        yield "every brick however far beside its place"
+    elif margins.placement is not None:
+        yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
+
+
+# What was compiled, as text: the world, every brick with time, place and supports, and the systems it is played on.
+#
+# Where `exact` is one of them: which stage proved each placement, what that would survive, or what would mend a fall.
+
+
+AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+def explanation_text(cases: Sequence[Case], extent: Extent = Extent()) -> str:
+    """One scenario in one variant; `cases` are its systems."""
+    return without_commands("\n".join(_lines(cases, extent)) + "\n")
+
+
+def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
+    scenario, timeline = cases[0].scenario, cases[0].timeline
+    chosen = ", ".join(f"{name} = {text}" for name, text in cases[0].variant.parameters)
+    yield f"{scenario.scenario}{f' ({chosen})' if chosen else ''}, from {cases[0].source.span_of(('scenario',))}"
+    if scenario.description:
+        yield f"  {' '.join(scenario.description.split())}"
+    yield from _world(timeline)
+    count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
+    what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
+    yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
+    yield ""
+    proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None
+    yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
+    yield ""
+    if proofs is not None:
+        knobs = Knobs(scenario, cases[0].variant)
+        yield from proven_lines(proofs, timeline, count, extent, knobs)
+        yield ""
+    for case in cases:
+        yield from _system(case.system, timeline)
+
+
+def _world(timeline: Timeline) -> Iterator[str]:
+    world = timeline.world
+    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {law_of(world.friction).usual:g}"
+    yield from rubbing_lines(timeline)
+    for plane in world.planes:
+        normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)
+        yield f"  {plane.id}: normal ({normal}), friction {plane.friction:g}"
+
+
+def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
+    """One line a brick set down, with what `told` says of it, and one each other action."""
+    placed = timeline.placements
+    width = max(len(placement.brick.id) for placement in placed)
+    bricks, planes = [placement.brick for placement in placed], [plane.id for plane in timeline.world.planes]
+    found = iter(zip(placed, fits(_sited(timeline), timeline.world.planes), strict=True))
+    for action in timeline.actions:
+        match action:
+            case Removal():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
+            case Push():
+                impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
+                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
+            case Shake():
+                yield f"  {action.time:8.3f} s  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
+            case Move(lowers=False):
+                yield f"  {action.time:8.3f} s  {action.brick:<{width}}  {moving_text(action.course)} by hand"
+            case Hold():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  held"
+            case LetGo():
+                yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  let go"
+            case Placement():
+                placement, fit = next(found)
+                yield (
+                    f"  {placement.time:8.3f} s  {placement.brick.id:<{width}}  "
+                    f"at {_mm(placement.pose.position_W)} mm  along {_direction(placement)}  "
+                    f"{_footing(placement, fit, bricks, planes)}{told.get(placement.brick.id, '')}"
+                )
+
+
+def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Sequence[BodyId]) -> str:
+    """On what a brick is set down, and which walls it touches; or how else it comes."""
+    if placement.arrival in (Arrival.LET_GO, Arrival.DROPPED):
+        return "dropped"
+    if placement.arrival is Arrival.THROWN:
+        return f"thrown at {hypot(*placement.velocity_W):.4g} m/s"
+    boxes = [bricks[index] for index in fit.on_boxes]
+    below = [*(brick.id for brick in boxes), *(planes[index] for index in fit.on_planes)]
+    walls = [planes[index] for index in fit.beside_planes]
+    if not below:
+        return "between " + ", ".join([*(bricks[index].id for index in fit.beside_boxes), *walls])
+    through = _touched_through(placement.brick, boxes) if len(below) > 1 else ""
+    by_hand = ", brought by hand" if placement.arrival is Arrival.BY_HAND else ""
+    return f"on {', '.join(below)}{through}" + (f", against {', '.join(walls)}" if walls else "") + by_hand
+
+
+def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:
+    """Which of the boxes below are too thin to keep a brick off what they lie on."""
+    reach = reach_between(brick.shape.least_thickness)
+    sheets = [box.id for box in boxes if box.shape.least_thickness <= reach]
+    share = f"{100.0 * TOUCHING:g} % of {brick.id}"
+    return f" (touched through {', '.join(sheets)}, thinner than {share})" if sheets else ""
+
+
+def _sited(timeline: Timeline) -> list[Sited]:
+    """All bricks, each from the moment when it is placed until the one when it is pulled out."""
+    moments = list(timeline.moments())
+    until = {
+        name: float(turn)
+        for turn, moment in enumerate(moments)
+        if isinstance(moment, Removal)
+        for name in moment.bricks
+    }
+    return [
+        Sited(float(turn), placement.brick.shape, placement.pose, until.get(placement.brick.id, inf))
+        for turn, moment in enumerate(moments)
+        if isinstance(moment, tuple)
+        for placement in moment
+    ]
+
+
+def _mm(position: Vec3) -> str:
+    return "(" + " ".join(f"{1000.0 * part:8.2f}" for part in position) + ")"
+
+
+def _direction(placement: Placement) -> str:
+    """The direction of the longest side of a brick."""
+    reach = placement.brick.shape.reach
+    longest = max(range(3), key=lambda axis: reach(AXES[axis]) + reach(scale(-1.0, AXES[axis])))
+    direction = body_axes(placement.pose.orientation)[longest]
+    return "(" + " ".join(f"{round(part, 3) + 0.0:6.3f}" for part in direction) + ")"
+
+
+def _system(name: str, timeline: Timeline) -> Iterator[str]:
+    system = system_named(name)
+    yield f"  {name}: {system.summary}"
+    yield f"    {settings_for(as_played(timeline, system.modification), system).summary()}"
+    if modified := system.modification.summary:
+        yield f"    {modified_text(modified)}"
+    if system.method is Method.PROVEN:
+        yield "    what statics proves to stand is frozen; there is no engine until something moves"
+    elif system.method is Method.PUBLISHED:
+        yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
+    else:
+        yield "    every brick is stepped all the time"

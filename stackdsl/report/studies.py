@@ -1,0 +1,704 @@
+"""Results of studies as text, CSV and JSON: limits, sensitivities, survival, fragility, sweeps, orders."""
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from itertools import groupby
+from math import atan2, ceil, degrees, hypot, inf, log10
+from typing import Any, Final
+
+from stability.analysis.acceleration_margin import tilt
+from stability.analysis.building_order import BuildingOrder
+from stability.analysis.removal_order import Longest, Pull, Soonest
+from stability.analysis.repair import BrickShift, Propping, SeveralShifts
+from stability.problem import Stability
+from stackdsl.judging.proofs import Along, Survival
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
+from stackdsl.judging.statistics import Interval
+from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json, weakest_text
+from stackdsl.report.warnings import levels_told
+from stackdsl.shown_text import visible
+from stackdsl.studies.find_limit import End, FoundLimit, Want
+from stackdsl.studies.fragility_curve import Fragility, Point
+from stackdsl.studies.fragility_intensity import SHAKING
+from stackdsl.studies.sensitivities import Effect, Of, Sensitivities, Source
+from stackdsl.studies.sweep import SweptCase
+
+# A fragility curve as text, CSV and JSON.
+
+
+FORMAT = 1  # of the JSON; raised when something in it changes its meaning
+PERCENT = 100.0
+FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "low", "high", "decided")
+
+
+def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
+    """Points, curve, and what is to be said of both."""
+    yield name
+    unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
+    heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
+    yield f"  {heading:>20}  share that falls, and between which it lies ({sure})"
+    for point in fragility.points:
+        yield f"  {_number(fragility, point.value):>20}  {_share(point)}  {_counts(point)}"
+    yield from (f"  {line}" for line in _curve_lines(fragility, unit, sure))
+    judged = sum(point.count for point in fragility.points)
+    if fragility.intensity.kind in SHAKING and fragility.points:
+        judged = fragility.points[0].count
+    if judged:
+        each = 1000.0 * fragility.cpu_time / judged
+        yield f"  {judged} verdicts in {fragility.cpu_time:.2f} s of all processors, {each:.3g} ms each"
+
+
+def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
+    curve = fragility.curve
+    if fragility.fell_built:
+        yield f"{fragility.fell_built} samples fell while they were built; the curve is of the others"
+    if curve is None:
+        yield f"no lognormal curve: {fragility.no_curve}"
+    else:
+        median, dispersion = _between(fragility, curve.median_within), _plain_interval(curve.dispersion_within)
+        how = "" if curve.rises else ", and fewer fall at more"
+        yield (
+            f"lognormal: median {_number(fragility, curve.median)} {unit}".rstrip()
+            + f" ({median}), dispersion {curve.dispersion:.4g} ({dispersion}){how}; intervals at {sure}"
+        )
+    if fragility.half is not None:
+        whose = "the samples" if fragility.intensity.kind in SHAKING else "the points"
+        yield f"half fall at {_number(fragility, fragility.half)} {unit}".rstrip() + f", by {whose} alone"
+    if fragility.left_out:
+        yield f"{fragility.left_out} verdicts are open, and the curve is without them"
+    if missed := fragility.missed:
+        where = ", ".join(_number(fragility, point.value) for point in missed)
+        yield f"the curve misses the interval of {len(missed)} of {len(fragility.points)} points: {where}"
+
+
+def _number(fragility: Fragility, value: float) -> str:
+    return f"{fragility.intensity.shown(value):.4g}"
+
+
+def _share(point: Point) -> str:
+    within = point.within
+    return f"{PERCENT * point.share:6.2f} %  {PERCENT * within.low:6.2f} .. {PERCENT * within.high:6.2f} %"
+
+
+def _counts(point: Point) -> str:
+    open_ones = f", {point.unknown} open" if point.unknown else ""
+    return f"{point.fell:>6} of {point.count}{open_ones}  ({_decided(point)})"
+
+
+def _decided(point: Point) -> str:
+    return ", ".join(f"{count} {way}" for way, count in sorted(point.ways.items(), key=lambda each: -each[1]))
+
+
+def _between(fragility: Fragility, within: Interval) -> str:
+    return f"{_number(fragility, within.low)} .. {_number(fragility, within.high)}"
+
+
+def _plain_interval(within: Interval) -> str:
+    return f"{within.low:.4g} .. {within.high:.4g}"
+
+
+def fragility_csv(curves: Sequence[tuple[str, Fragility]]) -> str:
+    """A row a point."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("case", "over", *FRAGILITY_COLUMNS))
+    for name, fragility in curves:
+        for point in fragility.points:
+            writer.writerow((name, fragility.intensity.name, *_fragility_row(fragility, point).values()))
+    return out.getvalue()
+
+
+def fragility_json(curves: Sequence[tuple[str, Fragility]]) -> dict[str, Any]:
+    """The same as JSON, with the curve; `null` where there is none."""
+    return {"format": FORMAT, "cases": [{"case": name, **as_values(fragility)} for name, fragility in curves]}
+
+
+def as_values(fragility: Fragility) -> dict[str, Any]:
+    """A fragility curve as plain values."""
+    curve = fragility.curve
+    fitted = None
+    if curve is not None:
+        fitted = {
+            "median": _rounded(fragility.intensity.shown(curve.median)),
+            "median_within": [_rounded(fragility.intensity.shown(end)) for end in _ends(curve.median_within)],
+            "dispersion": _rounded(curve.dispersion),
+            "dispersion_within": [_rounded(end) for end in _ends(curve.dispersion_within)],
+            "rises": curve.rises,
+        }
+    return {
+        "over": fragility.intensity.name,
+        "unit": fragility.intensity.shown_unit,
+        "seed": fragility.seed,
+        "confidence": fragility.confidence,
+        "points": [
+            {**_fragility_row(fragility, point), "decided": dict(sorted(point.ways.items()))}
+            for point in fragility.points
+        ],
+        "lognormal": fitted,
+        "no_lognormal": fragility.no_curve,
+        "half": _rounded(fragility.intensity.shown(fragility.half)) if fragility.half is not None else None,
+        "fell_built": fragility.fell_built,
+        "left_out": fragility.left_out,
+        "missed": [_rounded(fragility.intensity.shown(point.value)) for point in fragility.missed],
+    }
+
+
+def _ends(within: Interval) -> tuple[float, float]:
+    return within.low, within.high
+
+
+def _fragility_row(fragility: Fragility, point: Point) -> dict[str, Any]:
+    share = point.share if point.count > point.unknown else None
+    numbers = (point.fell, point.unknown, point.count, share and _rounded(share))
+    ends = (_rounded(end) for end in _ends(point.within))
+    return dict(
+        zip(
+            FRAGILITY_COLUMNS,
+            (
+                _rounded(fragility.intensity.shown(point.value)),
+                fragility.intensity.shown_unit,
+                *numbers,
+                *ends,
+                _decided(point),
+            ),
+            strict=True,
+        )
+    )
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+# What limits of scenarios were found, as text, CSV and JSON.
+
+
+DIGITS: Final = (6, 10)  # of a limit: at least and at most
+NUMBERS: Final = ("stands", "beyond", "written", "low", "high")
+LIMIT_COLUMNS: Final = (
+    *("case", "want", "name", "end", "stands", "beyond", "unit", "stands_si", "beyond_si", "written", "low", "high"),
+    *("by_program", "verdicts", "is_open", "judged", "bricks", "place", "why"),
+)
+
+
+def limit_lines(finding: FoundLimit) -> Iterator[str]:
+    """What was found of one case, and how sure that is."""
+    yield finding.case
+    yield f"  {_limit(finding)}"
+    if finding.end in (End.LIMIT, End.NOWHERE) and finding.why:
+        when = "" if not finding.moment else f", when what comes at {finding.moment:g} s is set down"
+        yield f"    what falls: {finding.why}{when}"
+    if finding.end is End.OPEN:
+        yield f"    undecided: {finding.why}"
+    yield from (f"    {line}" for line in _remarks(finding))
+
+
+def _limit(finding: FoundLimit) -> str:
+    asked, stands = f"{finding.want} {finding.name}", _text(finding, finding.stands)
+    match finding.end:
+        case End.LIMIT:
+            return f"{asked}: {stands} stands, {_text(finding, finding.beyond)} falls"
+        case End.EDGE:
+            return f"{asked}: {stands} stands, and {_text(finding, finding.beyond)} is no scenario: {finding.why}"
+        case End.NONE if finding.stands == inf:
+            return f"{asked}: no limit; it is held on all sides"
+        case End.NONE:
+            way = "down" if finding.want is Want.LEAST else "up"
+            why = f"; further, {finding.why}, so say how far: --to" if finding.why else ""
+            return f"{asked}: no limit was found: it stands {way} to {stands}{why}"
+        case End.NOWHERE if finding.written is None:
+            return f"{asked}: none, as it is not proven to stand by itself"
+        case End.NOWHERE:
+            return f"{asked}: none was found: it falls with all that were tried"
+        case End.OPEN:
+            return f"{asked}: none was found: it is proven to stand with none that was tried"
+        case End.NO_EFFECT:
+            return f"{asked}: has no effect on what is built"
+        case _:
+            return f"{asked}: nothing is set down at rest that statics could judge"
+
+
+def _remarks(finding: FoundLimit) -> Iterator[str]:
+    """What the limit is worth."""
+    if finding.written is not None:
+        where = f" at {finding.place}" if finding.place else ""
+        yield f"in place of {_text(finding, finding.written)}{where}" + (f"; {finding.others}" * bool(finding.others))
+    if finding.by_program and finding.written is None:
+        yield "forces prove the one, a motion the other, of what is finished"
+    elif finding.written is not None and finding.end is not End.NOTHING:
+        how = "told by a program, and asked on both sides; " if finding.by_program else ""
+        least, most = _text(finding, finding.low), _text(finding, finding.high)
+        yield f"{how}{finding.verdicts} verdict{'s' * (finding.verdicts > 1)}, from {least} to {most}"
+    if finding.is_open:
+        yield "undecided between: it is too close to its limit to say more"
+    if finding.contradicting:
+        yield f"this is not the only limit: {', and '.join(_contradicting(finding))}"
+    if finding.judged < finding.bricks and finding.stands is not None:
+        yield f"of {finding.judged} of {finding.bricks} bricks: from there on an engine has a word, which is not asked"
+
+
+def _contradicting(finding: FoundLimit) -> Iterator[str]:
+    """What came of numbers that are other than on the rest of their side of the limit."""
+    for answer, group in groupby(finding.contradicting, key=lambda each: each[1]):
+        values = [_text(finding, value) for value, _ in group]
+        ends = (
+            f" with each of {len(values)} numbers from {values[0]} to {values[-1]}"
+            if len(values) > 1
+            else f" at {values[0]}"
+        )
+        yield f"it {answer} also{ends}"
+
+
+def _text(finding: FoundLimit, value: float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.{_digits(finding)}g} {finding.unit}".rstrip()
+
+
+def _digits(finding: FoundLimit) -> int:
+    """As many as tell one side of the limit from the other."""
+    least, most = DIGITS
+    if finding.stands is None or finding.beyond is None or finding.stands == finding.beyond:
+        return least
+    size = max(abs(finding.stands), abs(finding.beyond))
+    return min(most, max(least, ceil(log10(size / abs(finding.stands - finding.beyond))) + 2))
+
+
+def limit_csv(findings: Sequence[FoundLimit]) -> str:
+    """A row a case and number."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, LIMIT_COLUMNS, extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(map(_limit_row, findings))
+    return out.getvalue()
+
+
+def limit_json(findings: Sequence[FoundLimit]) -> dict[str, Any]:
+    """The same as JSON, with what contradicts; `null` where there is no number."""
+    return {"format": FORMAT, "found": [*map(_limit_row, findings)]}
+
+
+def _limit_row(finding: FoundLimit) -> dict[str, Any]:
+    row = {key: value for key, value in asdict(finding).items() if key not in ("scale", "moment", "others")}
+    row["contradicting"] = [{"value": value, "answer": answer} for value, answer in finding.contradicting]
+    numbers = {key: _finite_in_si(row[key]) for key in NUMBERS}
+    in_si = {f"{key}_si": _finite_in_si(row[key], finding.scale) for key in ("stands", "beyond")}
+    return row | numbers | in_si
+
+
+def _finite_in_si(value: float | None, scale: float = 1.0) -> float | None:
+    return None if value is None or value == inf else scale * value
+
+
+# What margins depend on most, as text, CSV and JSON.
+
+
+UNITS: Final = {Of.ACCELERATION: "g", Of.FRICTION: ""}
+HOW: Final = {
+    Source.CHECKED: "differences say so too",
+    Source.DUALS: "not held against differences",
+    Source.DIFFERENCES: "by differences alone",
+    Source.NONE: "there is no margin on either side",
+}
+SENSITIVITY_COLUMNS: Final = (
+    "case",
+    "margin",
+    "what",
+    "unit",
+    "size",
+    "less",
+    "more",
+    "by_a_hundredth",
+    "kink",
+    "source",
+)
+
+
+def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
+    """The margin, and a line for each number that it depends on, the most first."""
+    yield found.case
+    unit = UNITS[found.of]
+    what = "least friction" if found.of is Of.FRICTION else "acceleration"
+    yield f"  {what} {found.margin:.4g} {unit}".rstrip() + "; by a hundredth of each number it changes by up to:"
+    shown = [each for each in found.effects if each.counts][:most]
+    width = max((len(each.what) for each in shown), default=0)
+    for each in shown:
+        yield f"    {each.what:<{width}}  {each.matters:>10.3g} {unit:<1}  {_slopes(each, unit)}; {HOW[each.source]}"
+    rest = sum(each.counts for each in found.effects) - len(shown)
+    if rest:
+        yield f"    and {rest} more"
+    nothing = [each for each in found.effects if not each.counts]
+    if nothing:
+        by_forces = sum(each.source is Source.DUALS for each in nothing)
+        checked = ", none of them held against differences" if by_forces == len(nothing) else ""
+        unchecked = checked or (f", {by_forces} of them not held against differences" if by_forces else "")
+        yield f"    {len(nothing)} of {len(found.effects)} numbers do not matter{unchecked}"
+    if found.in_doubt:
+        yield "    forces or motions are not unique at the limit: what is not checked may be off; --check N checks more"
+    if found.judged < found.bricks:
+        yield f"  of {found.judged} of {found.bricks} bricks: from there on an engine has a word, which is not asked"
+
+
+def _slopes(effect: Effect, unit: str) -> str:
+    per = f" {unit}/{effect.unit}" if unit and effect.unit else (f" {unit}" if unit else f" 1/{effect.unit}")
+    per = per if unit or effect.unit else ""
+    if not effect.has_kink:
+        assert effect.more is not None
+        return f"{effect.more:+.4g}{per}"
+    less, more = ("no margin" if each is None else f"{each:+.4g}{per}" for each in (effect.less, effect.more))
+    return f"{less} below and {more} above"
+
+
+def sensitivity_csv(found: Sequence[Sensitivities]) -> str:
+    """A row a number."""
+    out = io.StringIO()
+    writer = csv.DictWriter(out, SENSITIVITY_COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for each in found:
+        writer.writerows(
+            {"case": each.case, "margin": each.margin, **_sensitivity_row(effect)} for effect in each.effects
+        )
+    return out.getvalue()
+
+
+def sensitivity_json(found: Sequence[Sensitivities]) -> dict[str, Any]:
+    """The same as JSON; `null` where there is no margin on a side."""
+    return {"format": FORMAT, "cases": [*map(_sensitivity_case, found)]}
+
+
+def _sensitivity_case(found: Sensitivities) -> dict[str, Any]:
+    told = {"case": found.case, "of": found.of, "margin": found.margin, "in_doubt": found.in_doubt}
+    return {**told, "effects": [*map(_sensitivity_row, found.effects)]}
+
+
+def _sensitivity_row(effect: Effect) -> dict[str, Any]:
+    return {
+        **{"what": effect.what, "unit": effect.unit, "size": effect.size, "less": effect.less, "more": effect.more},
+        **{"by_a_hundredth": effect.matters, "kink": effect.has_kink, "source": effect.source},
+    }
+
+
+# What a structure survives by bearing, as text, CSV and JSON.
+
+
+SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_way")
+
+
+def survival_lines(name: str, survival: Survival) -> Iterator[str]:
+    """One line where the same gives way, and the number for all bearings."""
+    yield name
+    worst = survival.worst
+    if worst.survived == inf:
+        yield "  survives every acceleration, in every direction: it is held on all sides"
+        return
+    first = survival.weakest
+    if first is None:
+        yield (
+            f"  survives {worst.survived:.4g} g along these bearings, which is a tilt of {degrees(worst.tilt):.4g} deg;"
+            f" least towards {degrees(worst.bearing):.4g} deg"
+        )
+    else:
+        told = degrees(tilt(first.acceleration))
+        yield f"  survives {first.acceleration:.4g} g in every direction, which is a tilt of {told:.4g} deg"
+        yield f"  {weakest_text(first)}"
+    for rows in _alike(survival.along):
+        yield f"  {_span(rows):>20}  {_range([row.survived for row in rows]):>16} g  {rows[0].gives_way}".rstrip()
+
+
+def _alike(along: Sequence[Along]) -> list[list[Along]]:
+    """Neighbours at which the same gives way; those around +x come first, as one."""
+    runs = [list(rows) for _, rows in groupby(along, key=lambda each: each.gives_way)]
+    if len(runs) > 1 and runs[0][0].gives_way == runs[-1][0].gives_way:
+        runs = [[*runs[-1], *runs[0]], *runs[1:-1]]
+    return runs
+
+
+def _span(rows: Sequence[Along]) -> str:
+    first, last = (f"{degrees(row.bearing):.4g}" for row in (rows[0], rows[-1]))
+    return f"towards {first} deg" if len(rows) == 1 else f"{first} to {last} deg"
+
+
+def _range(values: Sequence[float]) -> str:
+    least, most = f"{min(values):.4g}", f"{max(values):.4g}"
+    return least if least == most else f"{least} .. {most}"
+
+
+def survival_csv(survivals: Sequence[tuple[str, Survival]]) -> str:
+    """A row a bearing; nothing stands where nothing gives way."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(("case", *SURVIVAL_COLUMNS))
+    for name, survival in survivals:
+        for each in survival.along:
+            writer.writerow((name, *("" if value is None else value for value in _survival_row(each).values())))
+    return out.getvalue()
+
+
+def survival_json(survivals: Sequence[tuple[str, Survival]]) -> dict[str, Any]:
+    """The same as JSON; `null` where nothing gives way."""
+    cases = [
+        {
+            "case": name,
+            "survives_g": _finite_margin(
+                (survival.weakest and survival.weakest.acceleration) or survival.worst.survived
+            ),
+            "weakest": None if survival.weakest is None else weakest_json(survival.weakest),
+            "bearings": [*map(_survival_row, survival.along)],
+        }
+        for name, survival in survivals
+    ]
+    return {"format": FORMAT, "cases": cases}
+
+
+def _survival_row(each: Along) -> dict[str, float | str | None]:
+    numbers = (degrees(each.bearing), each.survived, each.fails, degrees(each.tilt))
+    return dict(zip(SURVIVAL_COLUMNS, (*map(_finite_margin, numbers), each.gives_way), strict=True))
+
+
+def _finite_margin(value: float) -> float | None:
+    return None if value == inf else float(f"{value:.6g}")
+
+
+# What came of a sweep, as text, CSV and JSON; the rows themselves are in its file.
+
+
+SAMPLED: Final = ("stands", "collapses", "undecided", "unfit", "failed")  # the verdicts of samples
+SWEEP_COLUMNS: Final = ("case", "rows", *SAMPLED, "stands_least", "stands_most")
+VERBS: Final = {
+    "stands": "stand",
+    "collapses": "fall",
+    "unfit": "of which a brick found no place beside others",
+}
+FEW: Final = 3  # reasons of failures that are told
+
+
+def sweep_lines(cases: Sequence[SweptCase]) -> Iterator[str]:
+    """A line a case; below it how that is known, and what failed. Rows may be of whoever sent the project."""
+    yield from map(visible, _lines(cases))
+
+
+def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
+    for each in cases:
+        if not each.rows:
+            continue
+        if not each.entry.case.is_sampled:
+            yield f"{each.entry.name}: {_once(each)}"
+            continue
+        yield f"{each.entry.name}: {each.rows} of {each.entry.count} samples, seed {each.entry.seed}: {_verdicts(each)}"
+        if (stands := each.stands) is not None:
+            sure = f"{100.0 * each.entry.case.scenario.confidence:g} % sure"
+            yield f"  share that stands: {100.0 * stands.low:.4g} .. {100.0 * stands.high:.4g} %, {sure}"
+        if each.ways:
+            yield f"  decided: {', '.join(f'{count} {way}' for way, count in each.ways.items())}"
+        failed = list(each.failed.items())
+        yield from (f"  failed: {why}" + (f" ({count} of them)" if count > 1 else "") for why, count in failed[:FEW])
+        if len(failed) > FEW:
+            yield f"  failed: {len(failed) - FEW} more reasons, in the rows whose verdict is failed"
+
+
+def sweep_csv(cases: Sequence[SweptCase]) -> str:
+    """A row a case."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(SWEEP_COLUMNS)
+    for each in cases:
+        share = each.stands
+        counts = (each.verdicts.get(verdict, 0) for verdict in SAMPLED)
+        writer.writerow((each.entry.name, each.rows, *counts, *((share.low, share.high) if share else ("", ""))))
+    return out.getvalue()
+
+
+def sweep_json(cases: Sequence[SweptCase]) -> dict[str, Any]:
+    """The same with levels and ways; no share where there are no samples."""
+    return {"format": FORMAT, "cases": [_sweep_case(each) for each in cases]}
+
+
+def _sweep_case(each: SweptCase) -> dict[str, Any]:
+    share = each.stands
+    return {
+        "case": each.entry.name,
+        "seed": each.entry.seed,
+        "rows": each.rows,
+        "planned": each.entry.count,
+        "verdicts": each.verdicts,
+        "fell": {str(level): count for level, count in each.fell.items()},
+        "ways": each.ways,
+        "failed": each.failed,
+        "stands": [share.low, share.high] if share is not None else None,
+    }
+
+
+def _verdicts(each: SweptCase) -> str:
+    parts = []
+    for verdict, count in each.verdicts.items():
+        levels = levels_told(each.fell) if verdict == "collapses" else ""
+        parts.append(f"{count} {VERBS.get(verdict, verdict)}{levels}")
+    return ", ".join(parts)
+
+
+def _once(each: SweptCase) -> str:
+    """What became of a case that is played once."""
+    kind = next(iter(each.kinds))
+    return f"{kind.verdict}{f' at level {kind.level}' if kind.level is not None else ''} ({kind.how})"
+
+
+# What `suggest` found: a line each, or a row each.
+
+
+ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
+
+
+def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
+    """The same keys for every kind; nothing where a kind has none."""
+    keys = ("kind", "bricks", "amount", "unit", "fails_with")
+    return {**dict(zip(keys, _amounts(suggestion), strict=True)), "text": suggestion_text(suggestion)}
+
+
+def _amounts(suggestion: Suggestion) -> tuple[str, str, float | None, str, float | None]:
+    match suggestion:
+        case BrickShift(brick):
+            return ("shift", brick, 1e3 * suggestion.length, "mm", 1e3 * suggestion.too_little)
+        case SeveralShifts(shifts, too_little):
+            longest = max(hypot(*shift) for _, shift in shifts)
+            names = " ".join(name for name, _ in shifts)
+            return ("shifts", names, 1e3 * longest, "mm", 1e3 * longest * too_little)
+        case HeavierBrick(brick, mass):
+            return ("counterweight", brick, 1e3 * mass, "g", None)
+        case MoreFriction(_, coefficient):
+            return ("friction", "", coefficient, "", None)
+        case Propping(bricks):
+            return ("props", " ".join(bricks), None, "", None)
+
+
+def suggestion_text(suggestion: Suggestion) -> str:
+    """What to do, in words."""
+    match suggestion:
+        case BrickShift(brick, shift):
+            return f"move {brick} by {_shift(shift)}, with what rests on it"
+        case SeveralShifts(shifts):
+            moves = ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts)
+            return f"move {moves}, with what rests on each"
+        case HeavierBrick():
+            return counterweight_text(suggestion)
+        case MoreFriction():
+            return friction_text(suggestion)
+        case Propping(bricks, later):
+            props = f"prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}, which must stay"
+            return props + later_text(later)
+
+
+def _shift(shift: tuple[float, float]) -> str:
+    """Rounded up, in five digits, so that it is enough."""
+    bearing = round(degrees(atan2(shift[1], shift[0])), 2)
+    towards = ALONG.get(int(bearing)) if bearing == int(bearing) else None
+    return f"{1e3 * hypot(*shift):.5g} mm towards {towards or f'{bearing:g} deg'}"
+
+
+# Pulls and building orders as text; the rows of their tables are the same for CSV and JSON.
+
+
+ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls", Stability.UNDECIDED: "not proven"}
+
+
+def pull_row(pull: Pull) -> dict[str, Any]:
+    """One brick that was pulled out of the whole."""
+    verdict = pull.verdict
+    why = verdict.reason or (f"{verdict.stage}" if verdict.stage is not None else "")
+    return {"brick": pull.brick, "carries": pull.carries, "rest": ANSWERS[verdict.stability], "proof": why}
+
+
+def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
+    """How many can be pulled, and each with its proof."""
+    counts = {answer: sum(p.verdict.stability is answer for p in pulls) for answer in ANSWERS}
+    told = ", ".join(f"{count} {ANSWERS[answer]}" for answer, count in counts.items() if count)
+    yield f"  pulled one at a time, the rest: {told}"
+    width = max(len(pull.brick) for pull in pulls)
+    for row in map(pull_row, pulls):
+        over = "" if row["carries"] else ", carries nothing"
+        yield f"    {row['brick']:<{width}}  {row['rest']}{': ' * bool(row['proof'])}{row['proof']}{over}"
+
+
+def longest_lines(longest: Longest) -> Iterator[str]:
+    """The longest order of pulls."""
+    if longest.proven:
+        bound = "no order is longer, which is proven"
+    else:
+        bound = f"no order is longer than {longest.at_most}, which is proven"
+        bound += f" ({longest.reason})" if longest.reason else ""
+    yield f"  longest order of pulls with the rest standing each time: {len(longest.order)}; {bound}"
+    if longest.order:
+        yield f"    {', '.join(longest.order)}"
+
+
+def soonest_line(soonest: Soonest) -> str:
+    """The worst case."""
+    if not soonest.order:
+        return (
+            f"  no {soonest.at_least - 1} pulls bring it down" if soonest.at_least > 1 else "  no worst case was found"
+        )
+    count = len(soonest.order)
+    fewest = "no fewer do, which is proven" if soonest.at_least == count else "fewer were not all proven"
+    return f"  it falls soonest with {count} pull{'s' * (count != 1)}: {', '.join(soonest.order)}; {fewest}"
+
+
+def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
+    """A row a step."""
+    return [
+        {"step": n, "brick": step.brick, "prop": step.propped, "struck": " ".join(step.struck)}
+        for n, step in enumerate(order.steps, 1)
+    ]
+
+
+def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str]:
+    """An order, and how many props it needs; if it was interrupted, the best by then."""
+    unpropped = order.without is not None and order.without.order is not None
+    if interrupted:
+        yield "  interrupted: this is what was known by then"
+    if not order.steps:
+        if order.impossible:
+            yield "  none exists, which is proven"
+        elif order.props_at_least:
+            yield f"  none was found; one needs at least {order.props_at_least} props, which is proven"
+        else:
+            yield "  none was found, and that there is none is not proven"
+        return
+    if unpropped:
+        yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
+    else:
+        yield from _props(order, interrupted)
+    yield from _steps(order)
+
+
+def _props(order: BuildingOrder, interrupted: bool) -> Iterator[str]:
+    proven = order.without is not None and order.without.impossible
+    yield f"  no order without props {'exists, which is proven' if proven else 'was found'}"
+    count = len(order.props)
+    least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
+    what = "props so far" if interrupted else "least props"
+    yield f"  {what}: {count} in all ({least}), of which {order.props_at_once} stand at a time"
+
+
+def _steps(order: BuildingOrder) -> Iterator[str]:
+    for row in order_rows(order):
+        prop = "  with a prop under it" if row["prop"] else ""
+        struck = f"; then no prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
+        yield f"  {row['step']:4}  {row['brick']}{prop}{struck}"
+
+
+def table_csv(rows: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
+    """Rows of cases, all with the same columns."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    if rows:
+        writer.writerow(("case", *rows[0][1]))
+    for name, row in rows:
+        writer.writerow((name, *(_plain_cell(value) for value in row.values())))
+    return out.getvalue()
+
+
+def _plain_cell(value: object) -> object:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "" if value is None else value

@@ -1,0 +1,251 @@
+"""Hands set brick on brick, each a little off: where all bricks lie in many samples of one design.
+
+A unit belongs where it lies in the design as seen from what it is set on: as that is shifted and turned, so is it; on
+several, in the middle of where each would have it. Its own error comes on top, so errors add up over the height, as
+they do in real hands that look at the brick below. It is let down from above until it touches. Where it would lie in a
+brick beside it, hands feel that and try again: the error is drawn anew.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from stability.analysis.sampled_columns import FlatSamples, Mask, Outline, outlines_overlap
+from stability.geometry.box_distance import LIMIT_ITSELF, reach_between
+from stability.geometry.placed_shape import above_plane, bodies_apart, in_place, meeting
+from stability.geometry.rows import Array
+from stability.geometry.vectors import multiply, rotate
+from stability.model import IDENTITY, Pose
+from stability.problem import Placed
+from stackdsl.sampling.samples import Design, Draws, Part, Unit
+from stackdsl.timeline import Spread
+
+DIGITS: Final = 12  # of a metre, and of a turn: below what processors agree on in roots and sines
+HALF_DIGITS: Final = 15  # of sine and cosine
+ATTEMPTS: Final = 50  # to set down a unit beside others
+FORGIVEN: Final = 1e-4  # [m] as deep as this bricks may lie in each other; less, where that is too deep to touch
+
+
+@dataclass
+class Hands:
+    """Where all bricks lie in some samples; a row a brick, a column a sample. Frame of the scene."""
+
+    design: Design
+    draws: Draws
+    x: Array = field(init=False)  # of the centre of mass [m]
+    y: Array = field(init=False)
+    turn: Array = field(init=False)  # about the upright, from the design [rad]
+    lift: Array = field(init=False)  # from the height in the design [m]
+    fits: Mask = field(init=False)  # whether all found a place in a sample
+    _reached: list[float] = field(default_factory=list)  # by brick: how far it lies from its place at most [m]
+    _spans: list[tuple[float, float]] = field(default_factory=list)  # by brick: the least and the highest of it [m]
+
+    def __post_init__(self) -> None:
+        shape = (len(self.design.parts), self.count)
+        self.x, self.y, self.turn, self.lift = (np.zeros(shape) for _ in range(4))
+        self.fits = np.ones(self.count, dtype=bool)
+
+    @property
+    def count(self) -> int:
+        """How many samples there are."""
+        return self.draws.count
+
+    def build(self) -> "Hands":
+        """Set down all units, one after the other."""
+        for moment in self.design.moments:
+            for unit in moment.units:
+                self._set_down(unit)
+        return self
+
+    # --- where a unit goes --------------------------------------------------------------------------------------------
+
+    def _set_down(self, unit: Unit) -> None:
+        belongs = self._belongs(unit)
+        self._put(unit, belongs, attempt=0, where=np.ones(self.count, dtype=bool))
+        crowded = self._crowded(unit)
+        for attempt in range(1, ATTEMPTS):
+            if unit.jitter is None or not crowded.any():
+                break
+            self._put(unit, belongs, attempt, crowded)
+            crowded &= self._crowded(unit)
+        self.fits &= ~crowded
+
+    def _belongs(self, unit: Unit) -> Array:
+        """(3, samples) where the centre of a unit belongs [m], and how far it is turned there [rad]."""
+        x, y = unit.centre
+        places = [np.broadcast_to(np.array([[x], [y], [0.0]]), (3, self.count))] if unit.grounded else []
+        for number in unit.supports:
+            px, py, _ = self.design.parts[number].placed.pose.position_W
+            cos, sin = np.cos(self.turn[number]), np.sin(self.turn[number])
+            dx, dy = x - px, y - py
+            at = (self.x[number] + cos * dx - sin * dy, self.y[number] + sin * dx + cos * dy, self.turn[number])
+            places.append(np.stack(at))
+        middle: Array = np.add.reduce(places) / len(places)
+        return middle
+
+    def _put(self, unit: Unit, belongs: Array, attempt: int, where: Mask) -> None:
+        """Put a unit in its place in some samples, with its error, and let it down."""
+        jitter, (x, y) = unit.jitter, unit.centre
+        place = belongs
+        if jitter is not None:
+            drawn = self.draws.uniform(unit.parts[0].name, attempt)
+            place = belongs + np.stack(
+                [_error(jitter.position, drawn[0]), _error(jitter.position, drawn[1]), _error(jitter.yaw, drawn[2])]
+            )
+        turn = np.round(place[2], DIGITS)
+        cos, sin = np.cos(turn), np.sin(turn)
+        for part in unit.parts:
+            px, py, _ = part.placed.pose.position_W
+            rows = (place[0] + cos * (px - x) - sin * (py - y), place[1] + sin * (px - x) + cos * (py - y))
+            self.x[part.number][where] = np.round(rows[0], DIGITS)[where]
+            self.y[part.number][where] = np.round(rows[1], DIGITS)[where]
+            self.turn[part.number][where] = turn[where]
+            self.lift[part.number][where] = 0.0
+            off = np.hypot(self.x[part.number] - px, self.y[part.number] - py).max()
+            del self._reached[part.number :]
+            self._reached.append(float(off))
+        lift = np.maximum.reduce([self._lift(part, unit) for part in unit.parts])
+        for part in unit.parts:
+            rows = self.lift[part.number]
+            rows[where] = lift[where]
+            del self._spans[part.number :]
+            self._spans.append((part.low + float(rows.min()), part.high + float(rows.max())))
+
+    # --- heights ------------------------------------------------------------------------------------------------------
+
+    def _lift(self, part: Part, unit: Unit) -> Array:
+        """How much higher than in the design a brick touches what is below it [m]."""
+        lift = np.full(self.count, -part.low)  # down to the ground
+        below = [other for other in self._near(part, unit) if other.high <= part.low + part.reach(other)]
+        for other in sorted(below, key=lambda each: (-self._spans[each.number][1], each.number)):
+            if (lift + part.low > self._spans[other.number][1]).all():
+                break
+            lift = np.maximum(lift, self._lift_on(part, other))
+        return lift
+
+    def _lift_on(self, part: Part, other: Part) -> Array:
+        if part.flat is not None and other.flat is not None:
+            over = outlines_overlap(self._outline(part), self._outline(other)) > 0.0
+            return np.where(over, other.high + self.lift[other.number] - part.low, -np.inf)
+        lifts = np.full(self.count, -np.inf)
+        for sample in range(self.count):
+            under = in_place(other.placed.brick.shape, self.pose(other, sample))
+            high = max(0.0, other.high + float(self.lift[other.number, sample]) - part.low) + part.high - part.low
+            from_there = self.pose(part, sample)
+            x, y, z = from_there.position_W
+            above = in_place(part.placed.brick.shape, Pose((x, y, z + high), from_there.orientation))
+            met = meeting(above, under, (0.0, 0.0, -1.0), 0.0)
+            if met is not None:
+                lifts[sample] = high - met[0]
+        return lifts
+
+    def touching(self, part: Part) -> Iterator[tuple[Part, Mask]]:
+        """What a brick that lies flat rests on, and in which samples; not the ground."""
+        bottom = part.low + self.lift[part.number]
+        for other in self._near(part, None):
+            reach = part.reach(other)
+            least, most = self._spans[part.number][0], float(bottom.max())
+            if other.flat is None or self._spans[other.number][1] < least - reach or other.low > most + reach:
+                continue
+            gap = bottom - other.high - self.lift[other.number]
+            near = (gap >= -reach) & self.design.is_bridged(gap, reach)
+            over: Mask = near & (outlines_overlap(self._outline(part), self._outline(other)) > 0.0)
+            if over.any():
+                yield other, over
+
+    def on_ground(self, part: Part) -> Mask:
+        """In which samples a brick lies on the ground."""
+        return self.design.is_bridged(part.low + self.lift[part.number], reach_between(part.thickness))
+
+    # --- what is in the way -------------------------------------------------------------------------------------------
+
+    def _crowded(self, unit: Unit) -> Mask:
+        """In which samples a unit lies in a brick or in a wall."""
+        found = np.zeros(self.count, dtype=bool)
+        for part in unit.parts:
+            for other in self._near(part, unit):
+                found |= self._overlaps(part, other)
+            for plane in self.design.planes[1:]:
+                away = part.placed.pose.position_W
+                nearest = sum((a - p) * n for a, p, n in zip(away, plane.point_W, plane.normal_W, strict=True))
+                if nearest - part.placed.brick.shape.bounding_radius > self._reached[part.number]:
+                    continue
+                for sample in range(self.count):
+                    body = in_place(part.placed.brick.shape, self.pose(part, sample))
+                    found[sample] |= above_plane(body, plane).gap < -FORGIVEN
+        return found
+
+    def _overlaps(self, part: Part, other: Part) -> Mask:
+        forgiven = min(LIMIT_ITSELF * FORGIVEN, part.reach(other))
+        (least, most), (other_least, other_most) = self._spans[part.number], self._spans[other.number]
+        if min(most - other_least, other_most - least) <= forgiven:
+            return np.zeros(self.count, dtype=bool)
+        low, high = part.low + self.lift[part.number], part.high + self.lift[part.number]
+        other_low, other_high = other.low + self.lift[other.number], other.high + self.lift[other.number]
+        level: Mask = np.minimum(high - other_low, other_high - low) > forgiven
+        if not level.any():
+            return level
+        deep: Mask = level & (outlines_overlap(self._around(part), self._around(other)) > forgiven)
+        if part.flat is None or other.flat is None:
+            for sample in np.nonzero(deep)[0]:
+                bodies = (in_place(each.placed.brick.shape, self.pose(each, int(sample))) for each in (part, other))
+                deep[sample] = bodies_apart(*bodies).gap < -forgiven
+        return deep
+
+    def _near(self, part: Part, unit: Unit | None) -> Iterator[Part]:
+        """The bricks that were set down before a unit, and that one of it may be above, or beside, in some sample."""
+        first = unit.parts[0].number if unit is not None else part.number
+        x, y, _ = part.placed.pose.position_W
+        for other in self.design.parts[:first]:
+            ox, oy, _ = other.placed.pose.position_W
+            reach = part.radius + other.radius + self._reached[part.number] + self._reached[other.number]
+            if (x - ox) ** 2 + (y - oy) ** 2 <= reach**2:
+                yield other
+
+    # --- places -------------------------------------------------------------------------------------------------------
+
+    def _outline(self, part: Part) -> Outline:
+        assert part.flat is not None
+        ux, uy, one, two = part.flat
+        n = part.number
+        cos, sin = np.cos(self.turn[n]), np.sin(self.turn[n])
+        return Outline((one, two), self.x[n], self.y[n], ux * cos - uy * sin, uy * cos + ux * sin)
+
+    def _around(self, part: Part) -> Outline:
+        """The outline of a brick in plan, or a square that it fits in."""
+        if part.flat is not None:
+            return self._outline(part)
+        n, one = part.number, np.ones(self.count)
+        return Outline((part.radius, part.radius), self.x[n], self.y[n], one, 0.0 * one)
+
+    def pose(self, part: Part, sample: int) -> Pose:
+        """Where a brick is in a sample, in the frame of the scene."""
+        x, y, lift, turn = (float(rows[part.number, sample]) for rows in (self.x, self.y, self.lift, self.turn))
+        half = 0.5 * turn
+        yaw = (0.0, 0.0, round(float(np.sin(half)), HALF_DIGITS), round(float(np.cos(half)), HALF_DIGITS))
+        designed = part.placed.pose
+        return Pose((x, y, designed.position_W[2] + lift), multiply(yaw, designed.orientation))
+
+    def placed(self, sample: int) -> list[Placed]:
+        """All bricks of a sample, in W, in the order of the hands."""
+        poses = [self.pose(part, sample) for part in self.design.parts]
+        if self.design.tilt != IDENTITY:
+            tilt = self.design.tilt
+            poses = [Pose(rotate(tilt, p.position_W), multiply(tilt, p.orientation)) for p in poses]
+        return [Placed(part.placed.brick, pose) for part, pose in zip(self.design.parts, poses, strict=True)]
+
+    def flat(self) -> FlatSamples:
+        """All bricks as outlines, where all lie flat."""
+        outlines = [self._outline(part) for part in self.design.parts]
+        cos, sin = np.stack([o.cos for o in outlines]), np.stack([o.sin for o in outlines])
+        return FlatSamples([o.half for o in outlines], self.x, self.y, cos, sin)
+
+
+def _error(spread: Spread | None, drawn: Array) -> Array:
+    if spread is None:
+        return np.zeros_like(drawn)
+    made: Array = spread.width * (ndtri(drawn) if spread.kind == "normal" else 2.0 * drawn - 1.0)
+    return np.round(made, DIGITS)

@@ -1,0 +1,1 @@
+"""Studies of one scenario: limits, sensitivities, fragility curves and sweeps."""

@@ -1,0 +1,300 @@
+"""Fits a lognormal fragility curve to shares of collapse, with exact intervals."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import exp, inf, log, sqrt
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import chdtri, log_ndtr, ndtr, ndtri, stdtrit
+
+from stability.geometry.rows import Array
+from stackdsl.judging.statistics import Interval, interval
+from stackdsl.sampling.fates import Fate
+from stackdsl.studies.fragility_intensity import Capacity, Intensity
+
+# A lognormal curve through shares of collapse, by maximum likelihood: median, dispersion, and how sure both are.
+#
+# At an intensity x the share that falls is Phi(ln(x / median) / dispersion), or one less that where falls grow rarer
+# with x. Of what is judged at several intensities the likelihood is that of a binomial count at each (Baker, Efficient
+# analytical fragility function fitting using dynamic structural analysis, Earthquake Spectra 31, 2015). But the same
+# samples are judged at all of them, so that the counts are not independent, and the inverse of Fisher's information
+# would be too sure: the covariance here is that of the scores summed by sample (the sandwich of Huber and White,
+# clustered). Where the intensity is known at which each sample falls, its logarithm is normal, and the intervals are
+# exact: those of Student and of chi squared.
+
+
+ROUNDING = 1e-9  # of logarithms: samples that differ by less are alike
+LEVEL = 1e-7  # of a slope in deviations: less than one sample of millions that falls or stands changes it
+FEWEST_POINTS = 2
+STEEP = "and the points do not say how steeply; take closer ones there"
+FEWEST = 3  # samples whose intensities are known, to say how they are spread
+
+
+@dataclass(frozen=True, slots=True)
+class Lognormal:
+    """A curve, and the intervals in which its numbers lie."""
+
+    median: float  # the intensity at which half falls
+    dispersion: float  # standard deviation of its logarithm
+    median_within: Interval
+    dispersion_within: Interval
+    rises: bool  # whether more falls at more
+
+    def share(self, value: float) -> float:
+        """The share that falls at an intensity."""
+        if value <= 0.0:
+            return 0.0 if self.rises else 1.0
+        deviations = log(value / self.median) / self.dispersion
+        return float(ndtr(deviations if self.rises else -deviations))
+
+
+class UndeterminedError(Exception):
+    """The data do not determine a curve; the message says why, with a `{}` for each of the intensities `at`."""
+
+    def __init__(self, message: str, *at: float) -> None:
+        super().__init__(message)
+        self.message, self.at = message, at
+
+
+def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
+    """The curve through what fell at some intensities, more than zero.
+
+    `fell` is (samples, intensities): 1 where a sample fell, 0 where it stood, NaN where that is not known. Raises
+    UndeterminedError.
+    """
+    known, x = ~np.isnan(fell), np.log(values)
+    fallen, count = np.nansum(fell, axis=0), known.sum(axis=0)
+    _refuse_undetermined(values, fallen, count)
+    middle, width = float(x.mean()), float(x.std())
+    z = (x - middle) / width  # of size one, for the solver
+    found = _most_likely(z, fallen, count)
+    eta = found[0] + found[1] * z
+    density = np.exp(-0.5 * eta**2) / sqrt(2.0 * np.pi)
+    above, below = np.exp(log_ndtr(eta)), np.exp(log_ndtr(-eta))
+    design = np.stack([np.ones_like(z), z])
+    information = (design * (count * density**2 / (above * below))) @ design.T
+    each = np.where(known, np.where(fell == 1.0, density / above, -density / below), 0.0)
+    scores = each @ design.T
+    inverse = np.linalg.inv(information)
+    covariance = inverse @ (scores.T @ scores) @ inverse
+    deviations = float(ndtri(0.5 + 0.5 * confidence))
+    # Where the same samples fall at all intensities, neither the slope nor what is known of it is but rounding.
+    if abs(found[1]) <= LEVEL or abs(found[1]) <= deviations * sqrt(covariance[1, 1]):
+        raise UndeterminedError("the share of collapse does not change with it beyond chance")
+    # ln median = middle - width a / b, and dispersion = width / |b|: both by the first derivatives.
+    a, b = found
+    of_median = width * np.array([-1.0 / b, a / b**2])
+    spreads = (sqrt(of_median @ covariance @ of_median), sqrt(covariance[1, 1]) / abs(b))
+    median, dispersion = exp(middle - width * a / b), width / abs(b)
+    of_both = (
+        _within(number, deviations * spread) for number, spread in zip((median, dispersion), spreads, strict=True)
+    )
+    about_median, about_dispersion = of_both
+    return Lognormal(median, dispersion, about_median, about_dispersion, rises=bool(b > 0.0))
+
+
+def through_capacities(capacities: Array, confidence: float) -> Lognormal:
+    """The curve of samples of which is known at which intensity each falls. Raises UndeterminedError."""
+    count = len(capacities)
+    if count < FEWEST:
+        raise UndeterminedError(f"of {count} samples is known at how much each falls, and {FEWEST} are the fewest")
+    logs = np.log(capacities)
+    mean, deviation = float(logs.mean()), float(logs.std())
+    if deviation <= ROUNDING:
+        raise UndeterminedError("all fall at {}, and nothing is spread", exp(mean))
+    unbiased, error = deviation * sqrt(count / (count - 1.0)), 1.0 - confidence
+    half = float(stdtrit(count - 1, 1.0 - 0.5 * error)) * unbiased / sqrt(count)
+    squares = unbiased * sqrt(count - 1.0)
+    low, high = (squares / sqrt(float(chdtri(count - 1, share))) for share in (0.5 * error, 1.0 - 0.5 * error))
+    return Lognormal(exp(mean), deviation, _within(exp(mean), half), Interval(low, high), rises=True)
+
+
+def _within(number: float, half: float) -> Interval:
+    return Interval(number * float(np.exp(-half)), number * float(np.exp(half)))
+
+
+def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
+    """(2,) for which Phi(a + b z) has the counts most likely; they overlap, so there is one such pair."""
+
+    def cost(found: Array) -> tuple[float, Array]:
+        eta = found[0] + found[1] * z
+        above, below = log_ndtr(eta), log_ndtr(-eta)
+        log_density = -0.5 * eta**2 - 0.5 * np.log(2.0 * np.pi)
+        slope = fallen * np.exp(log_density - above) - (count - fallen) * np.exp(log_density - below)
+        return -float(fallen @ above + (count - fallen) @ below), -np.array([slope.sum(), slope @ z])
+
+    start = np.array([float(ndtri((fallen.sum() + 0.5) / (count.sum() + 1.0))), 0.0])
+    result = minimize(cost, start, jac=True, method="BFGS", options={"gtol": 1e-9 * float(count.sum())})
+    solution: Array = result.x
+    return solution
+
+
+def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
+    """Raise UndeterminedError where no curve is the likeliest one: counts on both sides of a step say nothing of it."""
+    if len(values) < FEWEST_POINTS:
+        raise UndeterminedError("one intensity above zero is too few for a curve; ask for more points")
+    if fallen.sum() in (0, count.sum()):
+        which = "none falls at any point" if not fallen.any() else "all fall at each point"
+        raise UndeterminedError(f"{which} above zero; take points on both sides of where that changes")
+    some_fell, some_stood = values[fallen > 0], values[fallen < count]
+    for before, after in ((some_stood, some_fell), (some_fell, some_stood)):
+        if before.max() <= after.min():
+            if before.max() == after.min():
+                raise UndeterminedError(f"all turns about {{}}, {STEEP}", float(after.min()))
+            raise UndeterminedError(
+                f"all turns between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
+            )
+
+
+# The share of samples that fall over an intensity: points with exact intervals, and a lognormal curve through them.
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """What became of the samples at one intensity."""
+
+    value: float  # in SI, or in g
+    fell: int
+    unknown: int  # that may have gone either way
+    count: int
+    within: Interval  # of the share that falls, by Clopper and Pearson, as sure as `confidence` of this point alone
+    ways: Mapping[str, int] = field(default_factory=dict)  # how many samples each way decided
+
+    @property
+    def share(self) -> float:
+        """The share that falls, of those of which it is known."""
+        return self.fell / known if (known := self.count - self.unknown) else float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Fragility:
+    """A fragility curve, and what it comes from."""
+
+    intensity: Intensity
+    points: tuple[Point, ...]
+    curve: Lognormal | None  # of what stands once it is built
+    no_curve: str  # why there is none
+    half: float | None  # where half falls, by the points alone; None where they do not reach that
+    seed: int
+    confidence: float
+    fell_built: int = 0  # samples that fell while they were built, before they could be shaken
+    left_out: int = 0  # samples that the curve leaves out, since nothing, or no end of it, is known of them
+    cpu_time: float = field(default=0.0, compare=False)  # [s], of all processes together
+
+    def share(self, value: float) -> float | None:
+        """The share that falls by the curve, those that fell while they were built among them."""
+        if self.curve is None:
+            return None
+        before = self.fell_built / self.points[0].count if self.points else 0.0
+        return before + (1.0 - before) * self.curve.share(value)
+
+    @property
+    def missed(self) -> tuple[Point, ...]:
+        """The points whose interval the curve misses."""
+        shares = ((point, self.share(point.value)) for point in self.points)
+        return tuple(p for p, share in shares if share is not None and not p.within.low <= share <= p.within.high)
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a curve is of, and how sure one is to be."""
+
+    intensity: Intensity
+    seed: int
+    confidence: float
+
+
+def of_fates(terms: Terms, fates: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]) -> Fragility:
+    """The curve of samples whose fates are known at some intensities, the same samples at each."""
+    points = tuple(_point(terms, value, np.array(fates[value]), ways[value]) for value in sorted(fates))
+    above = [point.value for point in points if point.value > 0.0]
+    # Nothing at all says nothing to a logarithm.
+    fell = np.array([[_fell(fate) for fate in fates[value]] for value in above]).T
+    curve, why = None, "no point is above zero"
+    if above:
+        try:
+            curve, why = through_fates(np.array(above), fell, terms.confidence), ""
+        except UndeterminedError as error:
+            why = _why(error, terms.intensity)
+    unknown = sum(point.unknown for point in points)
+    return Fragility(terms.intensity, points, curve, why, _half(points), terms.seed, terms.confidence, left_out=unknown)
+
+
+def _why(error: UndeterminedError, intensity: Intensity) -> str:
+    return error.message.format(*map(intensity.told, error.at))
+
+
+def _fell(fate: int) -> float:
+    return float("nan") if fate < 0 else float(fate > 0)
+
+
+def _point(
+    terms: Terms, value: float, fates: "np.ndarray[tuple[int], np.dtype[np.int64]]", ways: Mapping[str, int]
+) -> Point:
+    fell, unknown, count = int((fates > 0).sum()), int((fates < 0).sum()), len(fates)
+    return Point(value, fell, unknown, count, interval(fell, fell + unknown, count, 1.0 - terms.confidence), ways)
+
+
+def of_capacities(
+    terms: Terms, capacities: Sequence[Capacity], values: Sequence[float], ways: Mapping[str, int]
+) -> Fragility:
+    """The curve of samples of which each has an intensity at which it falls: its distribution is the curve."""
+    intensity = terms.intensity
+    built = [each for each in capacities if each.fate == Fate.STANDS]
+    known = [each for each in built if each.survived > 0.0 and each.fails < inf]
+    found = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
+    curve, why = None, ""
+    try:
+        curve = through_capacities(found, terms.confidence)
+    except UndeterminedError as error:
+        why = _why(error, intensity)
+    points = tuple(_shaken(terms, value, capacities, ways) for value in values)
+    fell = sum(each.fate > 0 for each in capacities)
+    half = _half_of(fell, found.tolist(), len(capacities))
+    left_out = len(capacities) - fell - len(known)
+    return Fragility(intensity, points, curve, why, half, terms.seed, terms.confidence, fell, left_out)
+
+
+def _half_of(fell: int, found: Sequence[float], count: int) -> float | None:
+    """The intensity at which half of so many samples have fallen; None if that is nowhere above zero."""
+    ends = sorted([0.0] * fell + [*found] + [inf] * (count - fell - len(found)))
+    half = ends[len(ends) // 2] if ends else inf
+    return half if 0.0 < half < inf else None
+
+
+def _shaken(terms: Terms, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> Point:
+    acceleration = terms.intensity.acceleration(value)
+    told = Counter(
+        "fell" if c.fails <= acceleration else "stood" if acceleration <= c.survived else "unknown" for c in capacities
+    )
+    count = len(capacities)
+    between = interval(told["fell"], told["fell"] + told["unknown"], count, 1.0 - terms.confidence)
+    return Point(value, told["fell"], told["unknown"], count, between, ways)
+
+
+def _half(points: Sequence[Point]) -> float | None:
+    """Where the share that falls is a half, straight between the points of probability paper."""
+    known = [point for point in points if point.count > point.unknown]
+    for one, other in pairwise(known):
+        either_way = (one.share - 0.5) * (other.share - 0.5) <= 0.0 and 0.0 < abs(one.share - other.share) < 1.0
+        if either_way and one.value > 0.0:
+            a, b = (_deviations(point) for point in (one, other))
+            low, high = log(one.value), log(other.value)
+            return float(np.exp(low + (high - low) * a / (a - b)))
+    return None
+
+
+def _deviations(point: Point) -> float:
+    """Below so many standard deviations lies that share of a normal distribution; no sample counts as half a one."""
+    known = point.count - point.unknown
+    return float(ndtri(min(max(point.fell, 0.5), known - 0.5) / known))
+
+
+def spaced(first: float, last: float, count: int) -> Array:
+    """So many values from one to another: alike in ratio where both are above zero, and else alike in distance."""
+    if first > 0.0 and last > 0.0:
+        return np.geomspace(first, last, count)
+    return np.linspace(first, last, count)

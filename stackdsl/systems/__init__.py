@@ -1,1 +1,0 @@
-"""The systems that a scenario can be played on, and the worlds that they open."""

@@ -1,1 +1,0 @@
-"""A page on this machine that shows runs anew whenever their file is saved."""

@@ -1,0 +1,98 @@
+"""The least shift that mends a pile: by how far a centre of mass is beyond what carries it."""
+
+from collections.abc import Sequence
+from itertools import islice
+from math import hypot
+
+import pytest
+
+from benchmarks.random_piles import mended, piles
+from stability.analysis.repair import CLOSE, SIDES, Piling, Shifting, propping
+from stability.problem import Placed
+from tests.planks import ACROSS, FLOOR, GRAVITY, LENGTH, WIDTH, WOOD, lying, plank
+
+
+def column(places: Sequence[float]) -> Piling:
+    """Planks on each other, each so far along x [m]."""
+    planks = [Placed(plank(f"L{level}"), lying(level, x)) for level, x in enumerate(places, 1)]
+    return Piling((FLOOR,), WOOD, GRAVITY, [[each] for each in planks])
+
+
+def test_a_plank_goes_back_by_what_its_centre_is_beyond_the_edge() -> None:
+    found = Shifting(column([0.0, 0.07])).least("L2", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-(0.07 - LENGTH / 2.0), 0.0), abs=1e-5)
+    assert found.length >= 0.07 - LENGTH / 2.0 >= found.too_little * (1.0 - 1e-9)
+    assert found.too_little > found.length * (1.0 - 1e-3 - CLOSE)
+    assert found.shorter == SIDES  # 3 % less is not enough in any direction
+
+
+def test_what_rests_on_a_brick_goes_with_it() -> None:
+    # Three planks 30 mm apart on the first: their centre is 60 mm from its middle, and 58.8 mm may be.
+    shifting = Shifting(column([0.0, 0.03, 0.06, 0.09]))
+    moved = {name: found for name in ("L2", "L3", "L4") if (found := shifting.least(name, {})) is not None}
+    missing = 0.06 - LENGTH / 2.0
+    for name, above in (("L2", 3), ("L3", 2), ("L4", 1)):
+        assert moved[name].length == pytest.approx(missing * 3 / above, rel=1e-3)
+
+
+def test_where_one_shift_is_not_enough_several_are() -> None:
+    shifting = Shifting(column([0.0, 0.065, 0.0]))
+    assert [shifting.least(name, {}) for name in ("L2", "L3")] == [None] * 2
+    found = shifting.several()
+    assert found is not None
+    assert [name for name, _ in found.shifts] == ["L2", "L3"]
+    assert [hypot(*shift) for _, shift in found.shifts] == pytest.approx([0.065 - LENGTH / 2.0] * 2, rel=1e-3)
+    assert found.too_little > 1.0 - 1e-5
+
+
+def test_a_brick_is_not_shifted_into_another() -> None:
+    places = column([0.0, 0.07]).stages
+    beside = Placed(plank("beside"), lying(2, 0.07 - LENGTH - 0.005))  # 5 mm of room, and 11.2 are needed
+    below = Placed(plank("below"), lying(1, -LENGTH))
+    piling = Piling((FLOOR,), WOOD, GRAVITY, [[places[0][0], below], [beside], places[1]])
+    found = Shifting(piling).least("L2", {})
+    assert found is None or abs(found.shift[1]) > 0.01  # past it, if at all
+
+
+def test_what_falls_as_a_brick_is_pulled_out_goes_back_over_what_is_left() -> None:
+    # Two planks across, 60 mm apart, and one on both: without the second its middle is 30 - 11.7 mm beyond the first.
+    across = [Placed(plank(name), lying(1, x, 0.0, ACROSS)) for name, x in (("left", 0.0), ("right", 0.06))]
+    on = Placed(plank("on"), lying(2, 0.03))
+    piling = Piling((FLOOR,), WOOD, GRAVITY, [across, [on], []], {2: ["right"]})
+    fall = piling.first_fall()
+    assert fall is not None
+    assert (fall[0], fall[1].moving) == (2, ("on",))
+    found = Shifting(piling).least("on", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-(0.03 - WIDTH / 2.0), 0.0), abs=1e-5)
+
+
+def test_what_was_pulled_out_by_then_is_in_nobodys_way() -> None:
+    # As above, but what falls comes 50 mm beyond the post, and where another plank lay: back through its place.
+    post = Placed(plank("post"), lying(1, 0.0, 0.0, ACROSS))
+    first, late = (Placed(plank(name), lying(2, x)) for name, x in (("first", 0.0), ("late", WIDTH / 2.0 + 0.05)))
+    found = Shifting(Piling((FLOOR,), WOOD, GRAVITY, [[post], [first], [late]], {2: ["first"]})).least("late", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-0.05, 0.0), abs=1e-5)
+
+
+def test_props_hold_all_that_comes_later_too() -> None:
+    found = propping(column([0.0, 0.065, 0.03, 0.095]))  # L2 and L4 tip by themselves
+    assert found is not None
+    assert (found.bricks, found.next_to_fall) == (("L2", "L4"), ())
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(25, marks=pytest.mark.slow)])
+def test_random_piles_that_fall_are_mended_as_linear_programmes_have_it(count: int) -> None:
+    for pile in islice(piles(2), count):
+        found = mended(pile)
+        assert found.how != "nothing"
+        assert all(each.stands and each.falls_with_less for each in found.checked), found
+
+
+def test_the_piles_that_once_nothing_mended_have_props() -> None:
+    # A box lies on top of those that tip, with all of its underside: what is free is under them.
+    found = mended(next(islice(piles(1), 19, None)))
+    assert found.how == "props"
+    assert all(each.stands and each.falls_with_less for each in found.checked)

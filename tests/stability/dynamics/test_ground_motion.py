@@ -1,0 +1,58 @@
+"""How the ground moves: what it gives a step, how strong it will be, and when it passes a bound."""
+
+from math import asin, cos, inf, pi
+
+import pytest
+
+from stability.dynamics.ground_motion import Course, GroundMotion, Recorded, Sine
+
+ALONG_X = (1.0, 0.0, 0.0)
+PULSE = Recorded(((0.0, 5.0), (0.2, 5.0), (0.2, -3.0), (0.4, -1.0)))
+SINE = Sine(4.0, 2.5, 0.7)
+
+
+def moving(course: Course, begins: float = 1.0) -> GroundMotion:
+    return GroundMotion(course, ALONG_X, begins)
+
+
+@pytest.mark.parametrize("step", [0.4 / 7, 0.013, 0.3])
+@pytest.mark.parametrize(("course", "speed"), [(PULSE, 0.2 * 5.0 - 0.2 * 2.0), (SINE, None)])
+def test_steps_of_any_length_give_the_speed_of_the_whole(course: Course, speed: float | None, step: float) -> None:
+    if speed is None:
+        speed = 4.0 / (5.0 * pi) * (1.0 - cos(5.0 * pi * 0.7))
+    motion = moving(course)
+    given = sum(motion.mean(number * step, step) * step for number in range(round(3.0 / step)))
+    assert given == pytest.approx(speed)
+
+
+def test_a_step_within_a_stretch_gets_the_mean_of_its_ends() -> None:
+    assert moving(PULSE).mean(1.25, 0.1) == pytest.approx(-2.0)
+    assert moving(PULSE).mean_W(1.05, 0.1) == pytest.approx((5.0, 0.0, 0.0))
+
+
+def test_a_ground_that_has_not_begun_or_is_over_accelerates_no_more() -> None:
+    for course in (PULSE, SINE):
+        assert moving(course).mean(0.0, 1.0) == 0.0
+        assert moving(course).mean(1.7, 1.0) == pytest.approx(0.0)
+
+
+def test_what_is_still_to_come_is_told_with_the_rest_after_it() -> None:
+    assert moving(PULSE).extremes(0.0) == (-3.0, 5.0)
+    assert moving(PULSE).extremes(1.3) == pytest.approx((-2.0, 0.0))
+    assert moving(PULSE).extremes(1.5) == (0.0, 0.0)
+    assert moving(SINE).extremes(0.0) == pytest.approx((-4.0, 4.0))
+    assert moving(SINE).extremes(1.35) == pytest.approx((-4.0, 4.0))  # a quarter of its period before it ends
+
+
+def test_a_bound_is_passed_where_the_sine_is_as_large() -> None:
+    assert moving(SINE).leaves(-inf, 3.0, 0.0) == pytest.approx(1.0 + asin(0.75) / (5.0 * pi))
+    assert moving(SINE).leaves(-3.0, inf, 0.0) == pytest.approx(1.2 + asin(0.75) / (5.0 * pi))
+    assert moving(SINE).leaves(-4.0001, 4.0001, 0.0) == inf
+
+
+def test_a_bound_is_passed_at_a_jump_and_on_a_slope() -> None:
+    assert moving(PULSE).leaves(-inf, 4.9, 0.0) == 1.0
+    assert moving(PULSE).leaves(-2.9, 6.0, 0.0) == 1.2
+    assert moving(PULSE).leaves(-2.9, 6.0, 1.3) == inf
+    rising = moving(Recorded(((0.0, 0.0), (2.0, 4.0))))
+    assert rising.leaves(-1.0, 3.0, 0.0) == pytest.approx(2.5)

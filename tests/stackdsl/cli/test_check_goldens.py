@@ -1,0 +1,241 @@
+"""`stackdsl check` and golden files: written when told to, removed when obsolete, and never in CI."""
+
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import AMPLE, GOOD, Result, Stackdsl, StackdslIn, started, write
+from tests.paths import ROOT
+
+MOVED = GOOD.replace("{levels: 3}", "{levels: 3, origin: [5 mm, 0 mm, 0 mm]}")
+
+
+@pytest.fixture(scope="module")
+def written(stackdsl_in: StackdslIn, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with two scenarios, their golden files, and a draft beside."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("scenarios/good", "scenarios/part/deep", "wip/draft"):
+        write(folder, GOOD.replace("good", Path(name).name), f"{name}.yaml")
+    assert stackdsl_in(folder, "check", "--update").code == 0
+    assert len(list((folder / "golden").iterdir())) == 2
+    return folder
+
+
+@pytest.fixture
+def project(written: Path, tmp_path: Path) -> Path:
+    """A copy of that project, where `stackdsl` is called."""
+    return shutil.copytree(written, tmp_path, dirs_exist_ok=True)
+
+
+def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD)
+    assert stackdsl("check", str(path), CI="true").code == 3
+    assert not (tmp_path / "golden").exists()
+    assert stackdsl("check", str(path), "--update").code == 0
+    locked = (tmp_path / "golden" / "good" / "exact.json").read_bytes()
+    assert stackdsl("check", str(path)).code == 0
+    write(tmp_path, MOVED)
+    moved = stackdsl("check", str(path))
+    assert moved.code == 3
+    row = next(line for line in moved.out.splitlines() if "L2.1" in line and " x" in line)
+    assert "0" in row
+    assert "5" in row
+    assert "0.01 mm" in row
+    assert (tmp_path / "golden" / "good" / "exact.json").read_bytes() == locked
+
+
+def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, project: Path) -> None:
+    (project / "golden" / "gone[exact].json").write_text("{}")
+    result = stackdsl("check")
+    assert result.code == 3
+    assert "gone[exact].json" in result.out
+    assert "obsolete" in result.out
+    assert stackdsl("check", "scenarios/good.yaml").code == 0
+    assert stackdsl("check", "--update").code == 0
+    assert stackdsl("check").code == 0
+
+
+@pytest.mark.parametrize("checked", ["empty", "wip", "scenarios/part", "golden"])
+def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, project: Path, checked: str) -> None:
+    (project / "empty").mkdir()
+    before = {entry.name for entry in (project / "golden").iterdir()}
+    assert "obsolete" not in stackdsl("check", checked).out
+    stackdsl("check", checked, "--update")
+    assert before <= {entry.name for entry in (project / "golden").iterdir()}
+
+
+def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    gone = write(tmp_path, "{}", "golden/gone[exact].json")
+    for path in ("scenarios", str(tmp_path / "scenarios"), ".", "scenarios/../scenarios"):
+        assert "gone[exact].json" in stackdsl("check", path).out
+    (tmp_path / "scenarios" / "good.yaml").unlink()
+    assert stackdsl("check", "--update").code == 4
+    assert gone.exists()
+
+
+def test_links_are_followed_and_remove_no_golden(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "", "stackdsl.toml")
+    write(tmp_path, GOOD, "elsewhere/good.yaml")
+    write(tmp_path, GOOD.replace("good", "other"), "project/other.yaml")
+    (tmp_path / "project" / "scenarios").symlink_to("../elsewhere")
+    golden = ("--golden", "project/golden", "--update")
+    assert stackdsl("check", "project/scenarios", *golden).code == 0
+    assert stackdsl("check", "project", *golden).code == 0
+    assert (tmp_path / "project" / "golden" / "good" / "exact.json").exists()
+
+
+def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    write(tmp_path, "", "stackdsl.toml")
+    write(tmp_path, GOOD.replace("good", "linked"), "elsewhere/linked.yaml")
+    write(tmp_path, GOOD.replace("good", "capital"), "scenarios/capital.YAML")
+    (tmp_path / "scenarios" / "sub").symlink_to("../elsewhere")
+    assert stackdsl("check", "scenarios/sub", "scenarios/capital.YAML", "scenarios/good.yaml", "--update").code == 0
+    golden = tmp_path / "golden"
+    written = sorted(golden.rglob("*.json"))
+    assert written == [golden / name / "exact.json" for name in ("capital", "good", "linked")]
+    result = stackdsl("check", "--update")
+    assert (result.code, "removed" in result.out) == (0, False)
+    assert sorted(golden.rglob("*.json")) == written
+
+
+def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Path) -> None:
+    (project / "golden" / "gone[exact].json").touch()
+    refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
+    code = f"import os\n{refused}\nos.unlink = refuse\nfrom stackdsl.cli.main import main\nmain()"
+    done = started(project, "check", "--update", program=("-c", code))
+    out, err = done.communicate(timeout=AMPLE)
+    assert done.returncode == 3
+    assert "good" in out
+    assert "obsolete" in out
+    assert "fault" not in err
+
+
+def test_a_golden_directory_in_a_loop_of_links_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    (tmp_path / "loop").symlink_to("loop")
+    result = stackdsl("check", "scenarios", "--golden", "loop")
+    assert result.code == 3
+    assert "symbolic links" in result.out
+
+
+def test_a_file_that_is_given_twice_is_checked_once(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD)
+    (tmp_path / "link.yaml").symlink_to(path)
+    listed = stackdsl("check", "scene.yaml", str(path), "./scene.yaml", "link.yaml", "--list")
+    assert (listed.code, listed.out.split(), listed.err) == (0, ["good[exact]"], "")
+    wrong = stackdsl("check", write(tmp_path, GOOD.replace("1 s", "1")).name, str(path))
+    assert [line.split(":")[0] for line in wrong.out.splitlines() if "SD105" in line] == ["scene.yaml"]
+
+
+def accepting(result: Result) -> list[str]:
+    """The arguments of the command that a report names."""
+    (line,) = (line for line in result.out.splitlines() if " with: stackdsl " in line)
+    return shlex.split(line.partition(" with: stackdsl ")[2])
+
+
+def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD + "tags: [short]\nsystems: [exact, tuned]\n", "my scenes/a.yaml")
+    write(tmp_path, GOOD.replace("good", "other") + "systems: [exact]\n", "my scenes/b.yaml")
+    call = ("check", "my scenes", "--golden", "locked here", "--system", "exact", "-k", "goo", "--tag", "!long")
+    assert stackdsl(*call).code == 0  # which locks
+    write(tmp_path, MOVED + "tags: [short]\nsystems: [exact, tuned]\n", "my scenes/a.yaml")
+    assert stackdsl(*call).code == 3
+    told = accepting(stackdsl(*call, "--time-limit", "99"))
+    assert told == [*call[:2], *call[4:], *call[2:4], "--time-limit", "99.0", "--update"]
+    assert stackdsl(*told).code == 0
+    assert [*(tmp_path / "locked here").rglob("*.json")] == [tmp_path / "locked here" / "good" / "exact.json"]
+    assert {entry.name for entry in tmp_path.iterdir()} == {"my scenes", "locked here", ".stackdsl"}
+    assert stackdsl(*call).code == 0
+
+
+def test_the_command_told_removes_what_is_obsolete(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    (tmp_path / "golden").mkdir()
+    (tmp_path / "golden" / "gone[exact].json").write_text("{}")
+    told = accepting(stackdsl("check"))
+    assert told == ["check", "--update"]
+    assert stackdsl(*told).code == 0
+    assert stackdsl("check").code == 0
+
+
+IN_PYTHON = """
+from stackdsl.api.layouts import column
+from stackdsl.api.scenario import Scenario
+
+def test_column(golden):
+    run = Scenario("in-python", build=[column(levels=2)]).play()
+    run.golden("golden", update=True)
+
+def test_other(golden):
+    from stackdsl.checking.results import snapshot_of
+    run = Scenario("in-a-test", build=[column(levels=2)]).play()
+    snapshot = snapshot_of(run.case, run.trace)
+    assert snapshot == golden(snapshot.identity)
+"""
+
+
+def test_golden_files_that_somebody_else_keeps_are_not_removed(stackdsl: Stackdsl, project: Path) -> None:
+    tests = write(project, IN_PYTHON, "trials/test_column.py")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": ""}
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--snapshot-update", "trials"]
+    subprocess.run(command, cwd=project, env=environment, check=True, capture_output=True)
+    assert stackdsl("check", "wip/draft.yaml").code == 0  # which locks, beside the directory of scenarios
+    theirs = [project / "golden" / name / "exact.json" for name in ("in-python", "in-a-test", "draft")]
+    assert [json.loads(file.read_text())["kept_by"] for file in theirs] == [
+        "trials/test_column.py",
+        "trials/test_column.py",
+        "wip/draft.yaml",
+    ]
+    result = stackdsl("check", "--update")
+    assert (result.code, "removed" in result.out) == (0, False)
+    assert [file.exists() for file in theirs] == [True, True, True]
+    assert stackdsl("golden", "prune").out == ""
+    tests.unlink()
+    assert stackdsl("check").out.count("obsolete, no variant") == 2
+    assert stackdsl("check", ".").out.count("obsolete, no variant") == 2  # all of `wip` is known here
+    stackdsl("check", "--update")
+    assert [file.exists() for file in theirs] == [False, False, True]
+
+
+def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    stackdsl("check")
+    locked = tmp_path / "golden" / "good" / "exact.json"
+    was = locked.read_text()
+    write(tmp_path, MOVED + "  - height: 20 mm ± 1 mm\n", "scenarios/good.yaml")
+    for options in ([], ["--update"]):
+        result = stackdsl("check", *options)
+        assert (result.code, locked.read_text()) == (1, was)
+        assert (
+            "1 of these fails what is expected, and would be accepted only by --update --though-it-fails" in result.out
+        )
+        assert "accept with" not in result.out
+    assert stackdsl("check", "--though-it-fails").code == 4
+    assert stackdsl("check", "--update", "--though-it-fails").code == 1
+    assert locked.read_text() != was
+
+
+def test_goldens_are_never_written_in_ci(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    result = stackdsl("check", str(write(tmp_path, GOOD)), "--update", CI="true")
+    assert result.code == 4
+    assert not (tmp_path / "golden").exists()
+
+
+def test_two_processes_write_the_same_bytes(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    path = write(
+        tmp_path, GOOD.replace("{levels: 3}", "{levels: 5, step: 40 mm}").replace("stands: all", "collapses: any")
+    )
+    for seed in ("0", "1"):
+        assert stackdsl("check", str(path), "--update", "--golden", f"golden{seed}", PYTHONHASHSEED=seed).code == 0
+    one, other = ((tmp_path / f"golden{seed}" / "good" / "exact.json").read_bytes() for seed in "01")
+    assert one == other

@@ -1,0 +1,117 @@
+"""Files that something happened to: told in their place, or read as they are; never a box less, or another one."""
+
+import random
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from stackdsl.diagnostics import Diagnostic
+from stackdsl.importers.formats import read_load
+from stackdsl.importers.load import ImportedLoad, UnreadableLoadError
+from stackdsl.language.imports import Format, Import
+from tests.stackdsl.importers.loads import SAID, TEXTS, Box, beside, read_otherwise, skip_without_parser
+
+IN_SUITE = 60
+ROUNDED = {"compas": 1e-12, "obj": 1e-12, "urdf": 2e-12, "mjcf": 1e-7}  # [m]: MuJoCo keeps meshes in single precision
+MANY = 500
+WORDS = (*'"{}]:,;-0é\x00\n', "null", "-1", "NaN", "1e999", "", "true", "7mm")
+
+
+def mutated(text: str, seed: str) -> str:
+    """The text after one thing happened to it: cut, or a part of it deleted, doubled, exchanged, or overwritten."""
+    chance = random.Random(seed)
+    at = chance.randrange(len(text))
+    parts = [found.span() for found in re.finditer(r'"[^"]*"|[\w.]+', text)]
+    start, end = chance.choice(parts)
+    (one, two), (three, four) = sorted(chance.sample(parts, 2))
+    ways: list[str] = [
+        text[:at],
+        text[:at] + text[at + 1 :],
+        text[:at] + chance.choice(WORDS) + text[at:],
+        text[:start] + text[end:],
+        text[:start] + chance.choice(WORDS) + text[end:],
+        text[:start] + text[start:end] * 2 + text[end:],
+        text[:one] + text[three:four] + text[two:three] + text[one:two] + text[four:],
+    ]
+    return ways[chance.randrange(len(ways))]
+
+
+def read(format_: Format, text: str) -> ImportedLoad:
+    skip_without_parser(format_)
+    asked = Import.model_validate({"file": "a", "format": format_, **SAID[format_]})
+    return read_load(text.encode("utf-8"), "a", asked, beside)
+
+
+def boxes(load: ImportedLoad) -> Iterator[Box]:
+    for box in load.boxes:
+        yield tuple(map(float, box.size)), tuple(map(float, box.centre)), float(box.mass)
+
+
+def assert_same(load: ImportedLoad, format_: Format, text: str) -> None:
+    """Boxes to the last bit; of hulls, sizes and weights are sums of doubles."""
+    ours, theirs = list(boxes(load)), read_otherwise(format_, text)
+    if format_ in {"table", "pallet-sim", "bed-bpp"}:
+        assert ours == theirs
+        return
+    flat = [[*size, *centre, mass] for size, centre, mass in ours]
+    assert flat == [
+        pytest.approx([*size, *centre, mass], rel=1e-9, abs=ROUNDED[format_]) for size, centre, mass in theirs
+    ]
+
+
+def nothing_is_lost(format_: Format, seed: int) -> bool:
+    """Whether a file was read, as it was by others, rather than refused in its place."""
+    text = mutated(TEXTS[format_], f"{format_}-{seed}")
+    lines = text.split("\n")
+    found = told(format_, text)
+    if isinstance(found, ImportedLoad):
+        assert_same(found, format_, text)
+        return True
+    assert found
+    for mistake in found:
+        assert mistake.span.file == "a"
+        assert 1 <= mistake.span.line <= len(lines)
+        assert 1 <= mistake.span.column <= len(lines[mistake.span.line - 1]) + 1
+        assert mistake.message
+        assert mistake.hint
+    return False
+
+
+def told(format_: Format, text: str) -> ImportedLoad | tuple[Diagnostic, ...]:
+    """The load, or what is wrong with it."""
+    try:
+        return read(format_, text)
+    except UnreadableLoadError as error:
+        return error.diagnostics
+
+
+@pytest.mark.parametrize("format_", TEXTS)
+def test_a_file_that_is_right_is_read_as_others_read_it(format_: Format) -> None:
+    assert_same(read(format_, TEXTS[format_]), format_, TEXTS[format_])
+
+
+@pytest.mark.parametrize("format_", TEXTS)
+def test_a_mutated_file_is_told_in_its_place_or_read_whole(format_: Format) -> None:
+    accepted = [nothing_is_lost(format_, seed) for seed in range(IN_SUITE)]
+    assert 0 < sum(accepted) < IN_SUITE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("format_", TEXTS)
+def test_so_are_many_mutated_files(format_: Format) -> None:
+    accepted = [nothing_is_lost(format_, seed) for seed in range(MANY)]
+    assert 0 < sum(accepted) < MANY
+
+
+@pytest.mark.parametrize("half", [r"\ud800", r"\uDFFF", r"\udc00\ud800"])
+@pytest.mark.parametrize("format_", ["table", "pallet-sim", "compas"])
+def test_half_of_a_character_is_told_where_it_stands(format_: Format, half: str) -> None:
+    text = '[{"a": 1,\n  "odd%s": 2}]' if format_ == "table" else '{"a": [1,\n  "odd%s"]}'
+    found = told(format_, text % half)
+    assert not isinstance(found, ImportedLoad)
+    (mistake,) = found
+    assert (mistake.code, mistake.span.line) == ("SD114", 2)
+    assert f"{half[:6].lower()} is half of a character" in mistake.message
+    whole = told(format_, text % r"\ud83e\uddf1")
+    assert isinstance(whole, ImportedLoad) or not any("half" in each.message for each in whole)

@@ -1,0 +1,124 @@
+"""A carton that reaches beyond the deck of its pallet is warned of: how far, to which side, and what to do."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stackdsl.importers.formats import read_load
+from stackdsl.importers.overhang import overhangs, warned
+from stackdsl.language.imports import Import
+from tests.command_line import Stackdsl, write
+
+HEAD = "name,length_mm,width_mm,height_mm,mass_kg,x_mm,y_mm,z_mm"
+ASKED = {"file": "a.csv", "format": "table", "point": "corner"}
+
+
+def order(x: float = 0.0, deck: object = None) -> str:
+    """An order of one box of 400 x 300 mm on a pallet of 800 x 1200 mm."""
+    box = {
+        "product_code": "0",
+        "anchor": {"x": x, "y": 0.0, "z": 0.0},
+        "dimension": {"x": 400.0, "y": 300.0, "z": 200.0},
+    }
+    pallet = {"palletNr": "1", "palletDimension": deck or {"x": 800.0, "y": 1200.0}, "boxes": [box]}
+    return json.dumps({"pallets": [pallet], "articles": {"0": {"weight": 9000.0}}})
+
+
+def told(text: str, **asked: Any) -> list[str]:  # noqa: ANN401 -- as in YAML
+    whole = Import.model_validate({"file": "a.json", **asked})
+    return [str(each) for each in warned(read_load(text.encode(), "a.json", whole), whole)]
+
+
+def sides(rows: str, deck: object, **asked: Any) -> list[tuple[str | None, str, float]]:  # noqa: ANN401 -- as in YAML
+    whole = Import.model_validate({**ASKED, "deck": deck, **asked})
+    load = read_load(f"{HEAD}\n{rows}".encode(), "a.csv", whole)
+    return [(each.box.name, each.side, float(1000 * each.amount)) for each in overhangs(load, whole)]
+
+
+def test_the_deck_that_an_order_says_it_has_is_asked_of() -> None:
+    assert told(order(400.0)) == []
+    (warning,) = told(order(490.0))
+    assert "'box-1' overhangs the deck of 800 x 1200 mm by 90 mm towards +x" in warning
+    assert warning.endswith("move it 90 mm towards -x, or allow it: `deck: {overhang: 90 mm}`")
+    assert warning.startswith("a.json:1:")
+
+
+def test_as_much_as_is_allowed_is_not_told_and_a_millimetre_more_is() -> None:
+    assert told(order(490.0), deck={"overhang": "90 mm"}) == []
+    assert told(order(492.0), deck={"overhang": "90 mm"}) != []
+    assert told(order(401.0)) == []  # the last digit of the file is a millimetre
+
+
+def test_what_the_author_says_of_the_deck_counts_before_what_the_file_says() -> None:
+    assert told(order(490.0), deck="EUR") == []
+    assert "the deck of 390 x 800 mm by 100 mm towards +x" in told(order(90.0), deck={"size": ["390 mm", "0.8 m"]})[0]
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "side", "amount"),
+    [(-30, 0, "-x", 30.0), (830, 0, "+x", 30.0), (0, -20, "-y", 20.0), (0, 530, "+y", 30.0), (2000, 0, "+x", 1200.0)],
+)
+def test_each_side_has_its_name(x: float, y: float, side: str, amount: float) -> None:
+    assert sides(f"c,400,300,200,5,{x},{y},0", "EUR") == [("c", side, amount)]
+
+
+def test_cartons_further_up_count_as_well_and_the_worst_is_told() -> None:
+    rows = "low,400,300,200,5,0,0,0\nhigh,400,300,200,5,-50,0,200\nhigher,400,300,200,5,-80,0,400"
+    assert [each[0] for each in sides(rows, "EUR")] == ["high", "higher"]
+    asked = Import.model_validate({**ASKED, "deck": "EUR"})
+    (warning,) = warned(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", asked), asked)
+    assert "'higher' overhangs" in warning.message
+    assert "and 1 other by less or as much" in warning.message
+    assert warning.span.line == 4
+
+
+def test_a_carton_that_is_turned_reaches_with_its_corner() -> None:
+    #   400 x 300 mm by 30 deg: 200 cos 30 + 150 sin 30 = 248.2 mm to either side of its middle along x.
+    rows = "c,400,300,200,5,240,300,0,30"
+    asked = Import.model_validate({**ASKED, "point": "centre", "deck": "EUR"})
+    (found,) = overhangs(read_load(f"{HEAD},yaw_deg\n{rows}".encode(), "a.csv", asked), asked)
+    assert found.side == "-x"
+    assert float(found.amount) == pytest.approx(0.0082051, abs=1e-6)
+
+
+def test_the_deck_goes_with_the_load_that_is_shifted() -> None:
+    assert sides("c,400,300,200,5,0,0,0", "EUR", origin=["-5 m", "0 mm", "0 mm"]) == []
+    assert told(order(490.0), origin=["5 m", "1 m", "0 mm"]) != []
+    assert told(order(400.0), origin=["5 m", "1 m", "0 mm"]) == []
+
+
+def test_where_nobody_says_a_deck_nothing_overhangs() -> None:
+    asked = Import.model_validate(ASKED)
+    assert overhangs(read_load(f"{HEAD}\nc,400,300,200,5,9000,0,0".encode(), "a.csv", asked), asked) == []
+
+
+@pytest.mark.parametrize("deck", [{"x": 800.0}, {"x": 0.0, "y": 1.0}, {"x": "800", "y": 1.0}, [800.0, 1200.0]])
+def test_a_deck_that_is_none_is_a_mistake_of_the_file(deck: object, stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, order(0.0, deck), "a.json")
+    refused = stackdsl("import", "a.json")
+    assert (refused.code, "SD114" in refused.err, "`palletDimension`" in refused.err) == (2, True, True)
+
+
+@pytest.mark.parametrize("size", ["EUR9", ["1 m"], ["0 mm", "1 m"], ["1 kg", "1 m"], [1.2, 0.8], ["101 m", "1 m"]])
+def test_a_size_that_is_none_is_refused_with_what_to_write(size: object) -> None:
+    with pytest.raises(ValueError, match=r"deck|kg"):
+        Import.model_validate({**ASKED, "deck": {"size": size}})
+
+
+def test_check_run_and_import_warn_of_it_and_fail_nothing(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, order(490.0), "a.json")
+    imported = "scenario: {name}\nbuild:\n  - import: {{file: a.json}}\nexpect:\n  - stands: all\n"
+    write(tmp_path, "---\n".join(imported.format(name=name) for name in ("one", "two")), "a.yaml")
+    checked = stackdsl("check", "a.yaml", "--strict", "--no-golden", "--format", "text", "--format", "json=a.report")
+    assert checked.code == 0
+    assert checked.out.count("a.json:1:") == 1  # of both scenarios
+    assert "box-1' overhangs the deck of 800 x 1200 mm by 90 mm towards +x" in checked.out
+    results = json.loads((tmp_path / "a.report").read_text())["results"]
+    assert [len(each["warnings"]) for each in results] == [1, 1]
+    assert "::warning file=a.json,line=1," in stackdsl("check", "a.yaml", "--no-golden", "--format", "github").out
+    assert "warning: a.json:1:" in stackdsl("run", "a.yaml", "-k", "one").out
+    for deck, count in ((), 1), (("--deck", "EUR"), 0), (("--overhang", "90 mm"), 0), (("--deck", "1 m x 0.2 m"), 1):
+        told_of = stackdsl("import", "a.json", *deck)
+        assert (told_of.err.count("overhangs"), told_of.out.count("# warning: ")) == (count, count)

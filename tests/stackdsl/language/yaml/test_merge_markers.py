@@ -1,0 +1,19 @@
+"""A file that git could not merge is called so."""
+
+from stackdsl.language.yaml.source import parse
+
+HALF_MERGED = """\
+scenario: shelf
+build:
+<<<<<<< HEAD
+  - column: {levels: 3}
+=======
+  - column: {levels: 4}
+>>>>>>> other
+"""
+
+
+def test_the_markers_of_a_merge_are_called_so() -> None:
+    (mistake,) = parse(HALF_MERGED, "shelf.yaml").diagnostics
+    assert (mistake.code, str(mistake.span)) == ("SD004", "shelf.yaml:3:1")
+    assert "the markers of a merge" in mistake.message

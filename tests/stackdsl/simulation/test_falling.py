@@ -1,0 +1,395 @@
+"""Collapses played on `exact`: they begin as statics says, last as long as a rigid body's, and gain no energy."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache
+from math import acos, asin, atan, cos, degrees, hypot, radians, sin, sqrt
+
+import pytest
+from scipy.integrate import solve_ivp
+
+from stability.engines.pybullet import PyBulletWorld
+from stability.engines.pybullet.settings import PyBulletSettings
+from stability.geometry.box import Box
+from stability.geometry.placed_shape import apart
+from stability.geometry.solid_making import prism
+from stability.geometry.vectors import about, dot, norm, scale, subtract, turn_between
+from stability.model import GROUND, Brick, Plane, Pose, Vec3
+from stability.problem import Motion, Placed, Stability
+from stability.stabilizers.known_motion import FallingParts
+from stability.statics.assembly import Assembly
+from stackdsl.judging.judge import judge
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import MOVING, SYSTEMS
+from stackdsl.timeline import Removal
+from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from tests.scenes import compiled, scene, timeline_of
+
+LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
+MASS = 0.012
+G = 9.81  # [m/s2]
+FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
+
+
+ONE_RUN = pytest.mark.xdist_group("towers that fall")  # it takes long
+
+
+@cache  # a run repeats to the last bit, so one serves all that is asked of it
+def collapse(build: str) -> Trace:
+    trace = play(replace(timeline_of(f"- {build}\n  every: 1 s"), closely=True), SYSTEMS["exact"])
+    assert trace.collapse is not None
+    return trace
+
+
+def turned_about_y(point: Vec3, edge: tuple[float, float], angle: float) -> Vec3:
+    x, z = point[0] - edge[0], point[2] - edge[1]
+    return (edge[0] + x * cos(angle) + z * sin(angle), point[1], edge[1] + z * cos(angle) - x * sin(angle))
+
+
+@ONE_RUN
+@pytest.mark.parametrize(
+    ("build", "level", "edge"),
+    [
+        # The far upper edge of the leading plank of level 2, at d + (s + w) / 2; see scenarios/slant-tower.yaml.
+        ("four_stack: {levels: 7, step: 11.5 mm, spacing: 43 mm}", 7, (0.0447, 2.0 * THICKNESS)),
+        # The ends of the planks of level 1.
+        pytest.param("four_stack: {levels: 10, step: 11 mm}", 10, (LENGTH / 2.0, THICKNESS), marks=pytest.mark.slow),
+        # The same of a tower so tall that a solver lets its foot sink by more than that turns.
+        ("column: {levels: 24, step: 5 mm}", 24, (LENGTH / 2.0, THICKNESS)),
+    ],
+)
+def test_a_slanting_tower_begins_to_turn_as_one_body_about_the_edge_that_it_hangs_over(
+    build: str, level: int, edge: tuple[float, float]
+) -> None:
+    trace = collapse(build)
+    assert trace.collapse is not None
+    assert trace.collapse.level == level
+    assert trace.onset is not None
+    angle = max(turn_between(*pair) for pair in trace.onset.poses.values())
+    furthest = 0.0, 0.0
+    seen = []
+    for before, after in trace.onset.poses.values():
+        expected = subtract(turned_about_y(before.position_W, edge, angle), before.position_W)
+        found = subtract(after.position_W, before.position_W)
+        off = acos(min(1.0, dot(expected, found) / (norm(expected) * norm(found))))
+        assert degrees(off) < 2.0
+        furthest = max(furthest, (norm(expected), norm(found)))
+        seen.append((norm(expected), norm(found)))
+    assert all(found / furthest[1] == pytest.approx(e / furthest[0], abs=0.03) for e, found in seen)
+
+
+def rigid_time(centres: Sequence[tuple[float, float]], angle: float) -> float:
+    """How long planks along x take to turn as one from rest about an edge, from which their centres are given [s]."""
+    n = len(centres)
+    own = (LENGTH**2 + THICKNESS**2) / 12.0
+    inertia = sum(x * x + z * z + own for x, z in centres) / n
+    x, z = sum(x for x, _ in centres) / n, sum(z for _, z in centres) / n
+
+    def rate(turn: float) -> float:
+        return sqrt(2.0 * G * (x * sin(turn) + z * (1.0 - cos(turn))) / inertia)
+
+    # With turn = u^2 the time, the integral of 1 / rate, has no pole at the beginning.
+    parts = 20_000
+    step = sqrt(angle) / parts
+    return sum(2.0 * u / rate(u * u) * step for u in ((k + 0.5) * step for k in range(parts)))
+
+
+@ONE_RUN
+def test_a_tall_column_falls_in_the_time_of_a_rigid_body_though_it_hangs_over_by_a_millimetre() -> None:
+    levels, shift = 24, 0.005
+    trace = collapse("column: {levels: 24, step: 5 mm}")
+    assert trace.collapse is not None
+    centres = [(shift * k - LENGTH / 2.0, THICKNESS * (k - 0.5)) for k in range(1, levels)]
+    # The highest plank leaves its place when the chord of its arc is half a plank's thickness.
+    angle = 2.0 * asin(0.25 * THICKNESS / hypot(*centres[-1]))
+    started = max(event.time for event in trace.events if event.kind is EventKind.PLACED)
+    expected = rigid_time(centres, angle)
+    assert trace.collapse.time - started == pytest.approx(expected, rel=1e-4, abs=0.01)
+
+
+@ONE_RUN
+@pytest.mark.parametrize(
+    "build",
+    ["four_stack: {levels: 10, step: 11 mm}", "column: {levels: 24, step: 5 mm}", "column: {levels: 4, step: 30 mm}"],
+)
+def test_a_collapse_gains_no_energy(build: str) -> None:
+    trace = collapse(build)
+    assert trace.energy is not None
+    assert trace.energy.gain < 0.01
+
+
+@ONE_RUN
+def test_nothing_that_falls_is_frozen_before_it_has_landed() -> None:
+    trace = collapse("four_stack: {levels: 10, step: 11 mm}")
+    assert trace.onset is not None
+    assert trace.landing is not None
+    started = max(event.time for event in trace.events if event.kind is EventKind.PLACED)
+    frozen = {
+        brick
+        for event in trace.events
+        if event.kind is EventKind.FROZEN and started < event.time <= trace.landing.time
+        for brick in event.bricks
+    }
+    assert not frozen & trace.onset.poses.keys()
+
+
+# --- what makes it so -------------------------------------------------------------------------------------------------
+
+
+def stepped(step: float, count: int) -> list[Placed]:
+    return [
+        Placed(Brick(f"p{n:02}", Box((LENGTH, WIDTH, THICKNESS)), MASS), Pose((step * n, 0.0, THICKNESS * (n + 0.5))))
+        for n in range(count)
+    ]
+
+
+def world_of(bricks: Sequence[Placed], settings: PyBulletSettings = MOVING, friction: float = 0.5) -> PyBulletWorld:
+    world = PyBulletWorld.opened(settings, G, friction, MASS)
+    world.add_plane(replace(FLOOR, friction=friction))
+    for placed in bricks:
+        world.add_brick(placed.brick, placed.pose)
+    world.freeze(bricks[0].brick.id)
+    return world
+
+
+def motion_of(bricks: Sequence[Placed], friction: float = 0.5) -> Motion:
+    motion = Assembly([replace(FLOOR, friction=friction)], friction, G).add_all(bricks).motion
+    assert motion is not None
+    return motion
+
+
+def parted_at(friction: float) -> float:
+    """The turn at which planks that tip over the lowest one begin to move one by one [deg]."""
+    bricks = stepped(0.011, 11)
+    motion, world = motion_of(bricks, friction), world_of(bricks, friction=friction)
+    falling = FallingParts(world, [replace(FLOOR, friction=friction)], friction, G)
+    falling.woken(list(motion.velocity), motion)
+    while falling.advance(10):
+        pass
+    turn = turn_between(bricks[-1].pose, world.states([bricks[-1].brick.id])[bricks[-1].brick.id].pose)
+    world.close()
+    return degrees(turn)
+
+
+@pytest.mark.parametrize(("friction", "slides"), [(0.1, 10.5), (0.2, 17.9)])
+def test_a_part_is_one_body_until_its_layers_would_slide(friction: float, slides: float) -> None:
+    # The layers of a pendulum are pressed sideways less than at rest, where they would slide at 5.7 and 11.3 deg. The
+    # angles are those of the closed form in tests/stability/dynamics/test_falling_part.py, asked at every fifth degree.
+    assert slides - 5.0 < parted_at(friction) <= slides
+
+
+def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_however_thin() -> None:
+    # The end of the top plank comes down through x = 0.17 m, where a strip of 1 mm stands on edge.
+    bricks = stepped(0.011, 11)
+    strip = Placed(Brick("strip", Box((0.001, 0.02, 0.06)), 0.001), Pose((0.17, 0.0, 0.03)))
+    world = world_of(bricks)
+    world.add_brick(strip.brick, strip.pose)
+    world.freeze("strip")
+    motion = motion_of(bricks)
+    falling = FallingParts(world, [FLOOR], 0.5, G)
+    falling.woken(list(motion.velocity), motion)
+    while falling.advance(10):
+        pass
+    states = world.states(sorted(motion.velocity))
+    gaps = [
+        apart(placed.brick.shape, states[placed.brick.id].pose, strip.brick.shape, strip.pose).gap
+        for placed in bricks[1:]
+    ]
+    world.close()
+    assert 0.0 <= min(gaps) < 0.002
+
+
+def test_what_is_awake_besides_stays_where_it_is_while_the_others_turn_as_a_part_does() -> None:
+    bricks = stepped(0.011, 11)
+    after = []
+    for besides in ((), ("p00",)):
+        motion, world = motion_of(bricks), world_of(bricks)
+        falling = FallingParts(world, [FLOOR], 0.5, G)
+        falling.woken([*motion.velocity, *besides], motion)
+        assert falling.advance(60) == 60
+        after.append(world.states(["p00", "p10"]))
+        world.close()
+    alone, all_awake = after
+    assert all_awake["p00"].pose.position_W == pytest.approx(bricks[0].pose.position_W, abs=1e-9)
+    way = norm(subtract(alone["p10"].pose.position_W, bricks[10].pose.position_W))
+    assert all_awake["p10"].pose.position_W == pytest.approx(alone["p10"].pose.position_W, abs=1e-3 * way)
+
+
+def test_it_is_as_late_after_ten_steps_at_once_as_after_ten_by_one() -> None:
+    bricks = stepped(0.011, 11)
+    motion, times = motion_of(bricks), []
+    for at_once in (1, 10, 100):
+        world = world_of(bricks)
+        falling = FallingParts(world, [FLOOR], 0.5, G)
+        falling.woken(list(motion.velocity), motion)
+        assert sum(falling.advance(at_once) for _ in range(100 // at_once)) == 100
+        times.append(world.time())
+        world.close()
+    assert times[0] == times[1] == times[2]  # to the last bit: limits of time are compared with it
+
+
+def turned(brick: Placed, parts: FallingParts, most: int) -> Iterator[float]:
+    """How far it has turned about y after each step that no engine takes [rad]."""
+    turn, name = 0.0, brick.brick.id
+    pose = brick.pose
+    for _ in range(most):
+        if not parts.advance(1):
+            return
+        before, pose = pose, parts.world.states([name])[name].pose
+        turn += turn_between(before, pose) * (
+            1.0 if parts.world.states([name])[name].angular_velocity_W[1] > 0 else -1.0
+        )
+        yield turn
+
+
+def test_a_block_that_is_let_go_on_one_edge_rocks_without_an_engine_as_housner_says() -> None:
+    width, height, start = 0.02, 0.1, radians(4.0)
+    middle = (0.0, 0.0, 0.5 * (height * cos(start) + width * sin(start)))
+    block = Placed(Brick("block", Box((width, 0.02, height)), MASS), Pose(middle, about((0.0, 1.0, 0.0), start)))
+    world = world_of([block])
+    world.wake("block")
+    parts = FallingParts(world, [FLOOR], 0.5, G)
+    parts.let_go(["block"])
+    tilts = [start + turn for turn in turned(block, parts, 170)]
+    world.close()
+    slender = atan(width / height)
+    kept = 1.0 - 1.5 * sin(slender) ** 2  # of the angular velocity
+    risen = slender - acos(cos(slender) + kept**2 * (cos(slender - start) - cos(slender)))
+    assert -min(tilts) == pytest.approx(risen, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_prism_of_twelve_faces_rolls_down_a_slope_from_face_to_face_as_a_plastic_landing_on_each_leaves_it() -> None:
+    """Each landing leaves (I - 2 m R^2 sin^2(15 deg)) / I of the angular velocity, I being that about an edge."""
+    radius, half, slope = 0.02, radians(15.0), radians(17.0)
+    normal_W = (sin(slope), 0.0, cos(slope))
+    outline = [(radius * cos(half * k), radius * sin(half * k)) for k in range(-7, 17, 2)]
+    prism_W = Pose(scale(radius * cos(half), normal_W), about((0.0, 1.0, 0.0), slope))
+    roller = Placed(Brick("roller", prism(outline, 0.05).shape, 1.0), prism_W)
+    floor = Plane(GROUND, (0.0, 0.0, 0.0), normal_W, 2.0)
+    assembly = Assembly([floor], 2.0, G)
+    motion = assembly.add_all([roller]).motion
+    world = PyBulletWorld.opened(MOVING, G, 2.0, 1.0)
+    world.add_plane(floor)
+    world.add_brick(roller.brick, roller.pose)
+    parts = FallingParts(world, [floor], 2.0, G)
+    parts.woken(["roller"], motion)
+    step = world.settings.time_step
+    turns = list(turned(roller, parts, round(0.29 / step)))
+    world.close()
+    inertia = (2.0 + cos(2.0 * half)) / 6.0 + 1.0  # about an edge, by m R^2
+    first, last = slope - half, slope + half  # of the radius to the edge, from upright
+    speed, time = 0.0, 0.0
+
+    def rate(_: float, state: Sequence[float]) -> list[float]:
+        return [state[1], G / radius / inertia * sin(state[0])]
+
+    def landing(_: float, state: Sequence[float]) -> float:
+        return state[0] - last
+
+    for face in range(3):
+        ends = solve_ivp(rate, (0.0, 0.5), [first, speed], events=landing, rtol=1e-10, atol=1e-12)
+        time += ends.t_events[0][0]
+        speed = ends.y_events[0][0][1] * (inertia - 2.0 * sin(half) ** 2) / inertia
+        landed = next(i for i, turn in enumerate(turns) if turn >= 2.0 * half * (face + 1))
+        assert step * (landed + 1) == pytest.approx(time, rel=0.005)
+
+
+def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_for_it() -> None:
+    bricks = stepped(0.011, 11)
+    motion, world = motion_of(bricks), world_of(bricks)
+    falling = FallingParts(world, [FLOOR], 0.5, G)
+    falling.woken(list(motion.velocity), motion)
+    falling.end()  # something is done before any time passes
+    assert falling.advance(10) == 0
+    world.close()
+
+
+def test_a_brick_of_a_part_may_be_pulled_out_at_the_moment_when_that_begins_to_fall() -> None:
+    timeline = timeline_of("- column: {levels: 12, step: 11 mm}")
+    trace = play(replace(timeline, actions=(*timeline.actions, Removal(0.0, ("L12.1",)))), SYSTEMS["exact"])
+    assert trace.tracks["L12.1"].state is BrickState.REMOVED
+
+
+def sunk(settings: PyBulletSettings) -> float:
+    """The fastest that any plank of a straight column moves in the first hundredth of a second of freedom [m/s]."""
+    bricks = stepped(0.0, 10)
+    world = world_of(bricks, settings)
+    world.ease_in()
+    fastest = 0.0
+    for _ in range(10):
+        world.step()
+        states = world.states([placed.brick.id for placed in bricks])
+        fastest = max(fastest, *(hypot(*state.velocity_W) for state in states.values()))
+    world.close()
+    return fastest
+
+
+def test_small_first_steps_make_the_kick_smaller_with_which_contacts_begin() -> None:
+    # Before the first contact forces all fall freely for a step, and what that leaves grows with it.
+    assert sunk(MOVING) < 0.5 * sunk(replace(MOVING, first_steps=0))
+
+
+@pytest.mark.parametrize("system", ["exact", "tuned"])
+@pytest.mark.parametrize("friction", [1e-160, 1e-200, 1e-300])
+def test_a_plank_falls_with_next_to_no_friction_when_it_falls_with_none(system: str, friction: float) -> None:
+    def falls_at(friction: float) -> float:
+        build = "- column: {levels: 2, step: 60 mm}\n  every: 1 s"
+        trace = play(timeline_of(build, f"friction: {friction}"), SYSTEMS[system])
+        assert trace.collapse is not None
+        return trace.collapse.time
+
+    assert falls_at(friction) == pytest.approx(falls_at(0.0), abs=0.02)
+
+
+def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_was_seen() -> None:
+    #   18 mm a plank: the seventh is 108 mm out, and the six above the first balance 63 mm out, beyond its 58.8 mm. At
+    #   0.001 m/s2 a plank falls by half a millimetre in a second.
+    build = "- column: {levels: 8, step: 18 mm}\n  every: 1 s"
+    rest = "world: {gravity: 0.001 m/s2}\nexpect: [{stands: all}]\nsystems: [exact]"
+    cases, _ = compiled(scene(build, rest))
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert trace.statics is not None
+    assert trace.statics.stability is Stability.UNSTABLE
+    assert trace.verdict is Verdict.UNSETTLED
+    assert not outcome.passed
+    assert "has not come to rest" in outcome.measured
+
+
+STEEP, GENTLE = degrees(atan(0.5)) + 0.002, degrees(atan(0.5)) - 0.002  # beside the slope that friction 0.5 holds [deg]
+
+
+@pytest.mark.parametrize(
+    ("slope", "dropped", "then"), [(STEEP, False, True), (STEEP, True, False), (GENTLE, True, True)]
+)
+def test_a_plank_that_slides_slower_than_the_watch_shows_does_not_stand(
+    slope: float, dropped: bool, then: bool
+) -> None:
+    #   g (sin a - mu cos a) = 0.4 mm/s2 at 0.002 deg too steep: less than a millimetre in the two seconds of the watch.
+    drop = "at: [0 mm, 0 mm, 3.91 mm], drop: true" if dropped else "at: [0 mm, 0 mm, 3.9 mm]"
+    build = f"- bricks: [{{name: a, {drop}}}]\n  every: 0.3 s\n"
+    build += "- bricks: [{name: rough, at: [0 mm, 100 mm, 3.9 mm]}]" if then else ""
+    rubs = "friction: {between: [{pair: [rough, ground], friction: 0.9}]}" if then else ""
+    cases, mistakes = compiled(scene(build, f"world: {{tilt: {slope} deg, {rubs}}}\nexpect: [{{stands: all}}]"))
+    assert mistakes == []
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert trace.collapse is None
+    assert trace.moving == ()
+    assert outcome.passed == (slope == GENTLE)
+    assert trace.verdict is (Verdict.STANDS if slope == GENTLE else Verdict.UNSETTLED)
+    assert ("not settled at the end of the watch: a: a slides on ground" in outcome.measured) == (slope == STEEP)
+    assert ("watch longer, such as `watch: 4 s`" in outcome.measured) == (slope == STEEP)
+
+
+def test_where_levels_restart_the_step_that_falls_is_named() -> None:
+    """Of three planks, each 40 mm beside the one below, the upper two have their centre 60 mm beside the lowest."""
+    column = "- column: {levels: 3}\n  every: 1 s\n"
+    top = "- name: top\n  column: {levels: 3, step: 40 mm, origin: [0 mm, 0 mm, 23.4 mm]}\n  every: 1 s"
+    cases, _ = compiled(scene(column + top, "expect: [stands: all]"))
+    trace = play(cases[0].timeline, SYSTEMS["exact"])
+    assert trace.collapse is not None
+    assert (trace.collapse.level, trace.collapse.step) == (3, "step 2 'top'")
+    (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
+    assert "level 3 of step 2 'top'" in f"{outcome.measured} {trace.events[-2:]}"

@@ -1,0 +1,207 @@
+"""Systems of other packages are found by their entry points, and played like all others; broken ones are told."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import Result, Stackdsl, write
+from tests.paths import ROOT
+
+EXAMPLE = ROOT / "tests" / "plugins" / "example_engine"
+STANDS = "scenario: {name}\nbuild: [{{column: {{levels: 3, step: {step} mm}}}}]\nexpect: [stands: all]\n"
+Install = Callable[[str, str], None]
+Played = Callable[..., Result]
+
+
+def column(step: float, name: str = "column") -> str:
+    """KAPLA planks of 117.6 mm; three of them, each stepped by half of that and a little more, tip over."""
+    return STANDS.format(name=name, step=step)
+
+
+@pytest.fixture
+def install(tmp_path: Path) -> Install:
+    """Puts a package on the path, as an installer leaves it: what it is called, and what its entry points are."""
+
+    def installed(name: str, entry_points: str) -> None:
+        facts = f"site/{name.replace('-', '_')}-1.0.dist-info"
+        write(tmp_path, f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", f"{facts}/METADATA")
+        write(tmp_path, f"[stackdsl.systems]\n{entry_points}\n", f"{facts}/entry_points.txt")
+
+    return installed
+
+
+@pytest.fixture
+def beside(stackdsl: Stackdsl, tmp_path: Path) -> Played:
+    """The command beside the packages that were put on the path, and the example engine."""
+
+    def call(*arguments: str) -> Result:
+        path = os.pathsep.join(map(str, (ROOT, tmp_path / "site", EXAMPLE)))
+        return stackdsl(*arguments, PYTHONPATH=path)
+
+    return call
+
+
+@pytest.fixture
+def example(install: Install) -> None:
+    install("example-engine", "example = example_engine:EXAMPLE")
+
+
+@pytest.mark.usefixtures("example")
+def test_a_system_of_another_package_plays_what_it_is_asked_for(beside: Played, tmp_path: Path) -> None:
+    #   Three planks stepped by 70 mm tip over, of which an engine in which nothing turns knows nothing.
+    write(tmp_path, column(10.0, "stands") + "---\n" + column(70.0, "tips"))
+    told = beside("check", "scene.yaml", "--system", "example")
+    assert told.code == 0, told.text
+    assert "2 variants: 2 passed" in told.out
+    assert not (tmp_path / "golden").exists()
+
+
+@pytest.mark.usefixtures("example")
+def test_what_a_foreign_engine_drops_lands_where_it_should(beside: Played, tmp_path: Path) -> None:
+    #   From 100 mm it falls for sqrt(2 h / g) = 0.143 s, and lies with its centre half a thickness over the ground.
+    dropped = "bricks: [{name: one, at: [0 mm, 0 mm, 103.9 mm], drop: true}]"
+    write(tmp_path, f"scenario: drop\nbuild: [{dropped}]\nexpect: [{{height: '7.8 mm ± 0.01 mm'}}]\n")
+    told = beside("check", "scene.yaml", "--system", "example")
+    assert told.code == 0, told.text
+
+
+@pytest.mark.usefixtures("example")
+def test_a_bench_has_it_in_its_list_with_the_version_of_its_package(beside: Played, tmp_path: Path) -> None:
+    write(tmp_path, column(10.0))
+    on_both = ("--system", "example", "--system", "exact")
+    told = beside("bench", "scene.yaml", *on_both, "--resolutions", "1", "--output", "out")
+    assert told.code == 0, told.text
+    assert "2 of 2 runs done" in told.out
+    assert '"example-engine": "1.0"' in (tmp_path / "out" / "bench.json").read_text(encoding="utf-8")
+
+
+def test_the_page_about_own_engines_shows_the_example_as_it_is() -> None:
+    page = (ROOT / "docs" / "own-engine.md").read_text(encoding="utf-8")
+    (code,), (entry,) = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("python", "toml"))
+    assert entry in (EXAMPLE / "pyproject.toml").read_text(encoding="utf-8")
+    subprocess.run([sys.executable, "-c", f"{code}\nassert EXAMPLE.engine.summary()"], cwd=ROOT, check=True)
+    written = (EXAMPLE / "example_engine.py").read_text(encoding="utf-8").splitlines()
+    shown = [line for line in code.splitlines() if line.strip() and not line.startswith(("from ", "import "))]
+    assert [line for line in shown if line not in written] == []
+
+
+@pytest.mark.usefixtures("example")
+def test_it_explains_itself(beside: Played, tmp_path: Path) -> None:
+    write(tmp_path, column(10.0))
+    told = beside("explain", "scene.yaml", "--system", "example")
+    assert "example: bricks that only fall\n    step 1/500 s, bounces by 0\n" in told.out
+
+
+@pytest.mark.usefixtures("example")
+def test_a_scenario_cannot_name_it_and_is_told_how_it_is_asked_for(beside: Played, tmp_path: Path) -> None:
+    write(tmp_path, column(10.0) + "systems: [example]\n")
+    told = beside("check", "scene.yaml")
+    assert told.code == 2
+    assert "'example' is not one of the choices" in told.out
+    assert "systems of other packages are asked for by --system, and installed are: example" in told.out
+
+
+@pytest.mark.usefixtures("example")
+def test_an_unknown_system_is_told_with_what_there_is(beside: Played, tmp_path: Path) -> None:
+    write(tmp_path, column(10.0))
+    told = beside("check", "scene.yaml", "--system", "exmaple")
+    assert told.code == 4
+    assert told.err.endswith(
+        "'exmaple' is not one of 'exact', 'thesis', 'tuned', 'stock', 'modified', 'mujoco', 'mujoco-stiff', "
+        "'mujoco-exact', 'mujoco-thesis', 'sapien', 'sapien-thesis', 'example'\n"
+    )
+
+
+BROKEN = {
+    "nowhere = no_such_module:SYSTEM": "'nowhere' of broken cannot be loaded from no_such_module:SYSTEM: "
+    "ModuleNotFoundError: No module named 'no_such_module'",
+    "unnamed = example_engine:NOTHING": "'unnamed' of broken cannot be loaded from example_engine:NOTHING: "
+    "AttributeError: module 'example_engine' has no attribute 'NOTHING'",
+    "typed = example_engine:ExampleWorld": "'typed' of broken cannot be used: example_engine:ExampleWorld is a type, "
+    "and must be a stackdsl.simulation.systems.System",
+    "other = example_engine:EXAMPLE": "'other' of broken cannot be used: it calls itself 'example', and must be called "
+    "as its entry point in stackdsl.systems",
+    "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system called 'tuned', as one of "
+    "stackdsl is; uninstall broken",
+}
+
+
+@pytest.mark.parametrize("entry_points", BROKEN)
+def test_what_is_wrong_with_one_is_told_in_a_line(
+    beside: Played, install: Install, tmp_path: Path, entry_points: str
+) -> None:
+    install("broken", entry_points)
+    write(tmp_path, column(10.0))
+    name = entry_points.splitlines()[-1].split(" = ")[0]
+    told = beside("check", "scene.yaml", "--system", name)
+    assert told.code == 4
+    assert told.err.splitlines()[-1].endswith(BROKEN[entry_points])
+
+
+BARE = """\
+from dataclasses import dataclass
+from stability.engines.protocol import EngineSettings
+from stackdsl.simulation.systems import System
+
+@dataclass(frozen=True, kw_only=True)
+class Bare(EngineSettings):
+    def numerics(self):
+        yield from ()
+
+BARE = System("bare", "settings that do not say where the engine is", Bare(time_step=0.01), None)
+"""
+
+
+def test_settings_that_do_not_say_where_their_engine_is_are_refused(
+    beside: Played, install: Install, tmp_path: Path
+) -> None:
+    install("broken", "bare = bare:BARE")
+    write(tmp_path, BARE, "site/bare.py")
+    write(tmp_path, column(10.0))
+    told = beside("check", "scene.yaml", "--system", "bare")
+    assert told.code == 4
+    assert told.err.endswith("the system 'bare' of broken cannot be used: Bare says no `package`\n")
+
+
+def test_a_bench_of_all_systems_tells_of_a_broken_one_and_how_to_go_on(
+    beside: Played, install: Install, tmp_path: Path
+) -> None:
+    install("broken", "nowhere = no_such_module:SYSTEM")
+    write(tmp_path, column(10.0))
+    told = beside("bench", "scene.yaml")
+    assert told.code == 4
+    assert told.err.endswith("No module named 'no_such_module'; or name the systems to play on by --system\n")
+
+
+@pytest.mark.usefixtures("example")
+def test_two_packages_cannot_offer_the_same_name(beside: Played, install: Install, tmp_path: Path) -> None:
+    install("another", "example = example_engine:EXAMPLE")
+    write(tmp_path, column(10.0))
+    told = beside("check", "scene.yaml", "--system", "example")
+    assert told.code == 4
+    assert "all offer a system called 'example'; keep one of them" in told.err
+
+
+NOBODY_ASKED = """
+import sys
+from click.testing import CliRunner
+from stackdsl.cli.main import app
+from stackdsl.entry_points import offered
+
+done = CliRunner().invoke(app, ["check", "scene.yaml", "--system", "exact", "--list"])
+assert done.exit_code == 0, done.output
+assert offered.cache_info().currsize == 0
+assert "stackdsl.simulation.plugins" not in sys.modules
+"""
+
+
+def test_where_none_is_asked_for_nothing_is_looked_up_and_a_broken_one_disturbs_nobody(tmp_path: Path) -> None:
+    write(tmp_path, column(10.0))
+    subprocess.run(
+        [sys.executable, "-c", NOBODY_ASKED], cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(ROOT)}, check=True
+    )

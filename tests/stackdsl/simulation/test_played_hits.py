@@ -1,0 +1,140 @@
+"""What a hit does to a structure: what counts as fallen, what as displaced, and what goes on after a collapse."""
+
+from math import radians, sin, sqrt
+
+import pytest
+
+from stability.geometry.box import Box
+from stability.model import BodyState, Brick, Pose, Vec3
+from stackdsl.language.claims.stands import Stands
+from stackdsl.simulation.brick_tracks import Watch
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import SYSTEMS
+from stackdsl.timeline import Arrival, Placement
+from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from tests.scenes import timeline_of
+
+GRAVITY, FRICTION = 9.81, 0.5
+SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted, or sank, by more than 3.9 mm
+MASS = 557.0 * SIZE[0] * SIZE[1] * SIZE[2]
+PLANK = Brick("plank", Box(SIZE), MASS)
+SHOT = Brick("shot", Box(SIZE), MASS)
+TABLE = Pose((0.0, 0.0, 0.1))
+
+
+def watched(moves: Vec3, tilt: float = 0.0, hit: bool = True) -> Watch:
+    """A plank at rest that gets so far [m], turned by so much [rad], after a hit or without one."""
+    watch = Watch()
+    watch.add(Placement(0.0, PLANK, 1, TABLE))
+    if hit:
+        watch.add(Placement(1.0, SHOT, 0, Pose((0.5, 0.0, 0.1)), Arrival.THROWN, (-1.0, 0.0, 0.0)))
+    x, y, z = moves
+    pose = Pose((x, y, 0.1 + z), (sin(0.5 * tilt), 0.0, 0.0, sqrt(1.0 - sin(0.5 * tilt) ** 2)))
+    watch.see(2.0, {"plank": BodyState(pose)})
+    return watch
+
+
+@pytest.mark.parametrize(
+    ("moves", "tilt", "before_a_hit", "after_one"),
+    [
+        ((0.0035, 0.0, 0.0), 0.0, BrickState.STANDING, BrickState.STANDING),
+        ((0.02, 0.0, 0.0), 0.0, BrickState.FALLEN, BrickState.DISPLACED),
+        ((0.02, 0.0, -0.0035), 0.0, BrickState.FALLEN, BrickState.DISPLACED),
+        ((0.02, 0.0, -0.0045), 0.0, BrickState.FALLEN, BrickState.FALLEN),
+        ((0.0, 0.0, -0.0045), 0.0, BrickState.FALLEN, BrickState.FALLEN),
+        ((0.02, 0.0, 0.0), 14.0, BrickState.FALLEN, BrickState.DISPLACED),
+        ((0.0, 0.0, 0.0), 16.0, BrickState.FALLEN, BrickState.FALLEN),
+    ],
+)
+def test_after_a_hit_only_what_sank_or_tilts_has_left_its_place(
+    moves: Vec3, tilt: float, before_a_hit: BrickState, after_one: BrickState
+) -> None:
+    for hit, expected in ((False, before_a_hit), (True, after_one)):
+        watch = watched(moves, radians(tilt), hit)
+        assert watch.bricks["plank"].state(frozen=False) is expected
+        assert watch.first_to_leave() == ("plank" if expected is BrickState.FALLEN else None)
+
+
+def test_what_fell_before_a_hit_stays_fallen() -> None:
+    watch = watched((0.02, 0.0, 0.0), hit=False)
+    watch.struck()
+    assert watch.bricks["plank"].state(frozen=True) is BrickState.FALLEN
+
+
+def test_a_missile_is_no_part_of_the_structure_wherever_it_goes() -> None:
+    watch = watched((0.0, 0.0, 0.0))
+    watch.see(3.0, {"shot": BodyState(Pose((0.0, 0.0, -1.0)))})
+    assert watch.first_to_leave() is None
+    assert watch.youngest().level == 1
+    track = watch.bricks["shot"].track(frozen=True)
+    assert (track.state, track.shift) == (BrickState.THROWN, 0.0)
+
+
+# --- played -----------------------------------------------------------------------------------------------------------
+
+
+def played(build: str, impact: str, system: str = "tuned", rest: str = "") -> Trace:
+    return play(timeline_of(build, f"impacts: [{impact}]\n{rest}"), SYSTEMS[system])
+
+
+@pytest.mark.parametrize(("system", "state"), [("tuned", BrickState.DISPLACED), ("exact", BrickState.DISPLACED)])
+def test_a_plank_that_is_pushed_slides_as_far_as_friction_lets_it_and_stands(system: str, state: BrickState) -> None:
+    speed = 0.3  # v^2 / (2 mu g) are 9.17 mm
+    impulse = f"[{MASS * speed} N*s, 0 N*s, 0 N*s]"
+    push = f"{{after: built + 0.5 s, push: {{brick: L3.1, impulse: {impulse}}}}}"
+    trace = played("- column: {levels: 3}", push, system, "expect: [{stands: {for: 1 s}}]")
+    assert trace.verdict is Verdict.STANDS
+    assert trace.tracks["L3.1"].state is state
+    assert trace.tracks["L3.1"].shift == pytest.approx(speed**2 / (2.0 * FRICTION * GRAVITY), rel=0.05)
+    assert [event.bricks for event in trace.events if event.kind is EventKind.PUSHED] == [("L3.1",)]
+
+
+THROW = "{at: 0.5 s, throw: {at: L1.1, from: {bearing: 90 deg, distance: 50 mm}, speed: 2 m/s, name: shot}}"
+FALLS = "- bricks: [{name: post, at: [0 mm, 0 mm, 58.916 mm], rotate: [0 deg, -85 deg, 0 deg]}]"
+
+
+def test_hits_go_on_after_a_collapse_and_building_does_not() -> None:
+    build = "- column: {levels: 1, origin: [500 mm, 0 mm, 0 mm]}\n" + FALLS
+    late = "{at: 2 s, insert: {name: late, at: [0 mm, 300 mm, 3.9 mm]}}"
+    push = "{at: 3 s, push: {brick: post, impulse: [0 N*s, 0.001 N*s, 0 N*s]}}"
+    throw = THROW.replace("L1.1", "post").replace("0.5 s", "4 s")
+    trace = played(build, ", ".join([late, push, throw]), rest="expect: [{stands: {bricks: [L1.1], for: 0.5 s}}]")
+    assert trace.collapse is not None
+    assert trace.collapse.time < 1.0
+    assert trace.tracks["late"].state is BrickState.UNPLACED
+    assert trace.tracks["shot"].state is BrickState.THROWN
+    assert [event.time for event in trace.events if event.kind is EventKind.PUSHED] == [3.0]
+    assert trace.last_action == 4.0
+    assert trace.cost.simulated_time == pytest.approx(4.525, abs=0.01)  # the shot flies 50 mm first
+
+
+def test_what_a_hit_brings_down_is_followed_as_long_as_the_hit_itself() -> None:
+    #   An upright plank is knocked over in well under a second; what is expected of the rest may take longer.
+    build = "- column: {levels: 1, origin: [500 mm, 0 mm, 0 mm]}\n"
+    post = "- bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]}]"
+    push = "{after: built + 0.1 s, push: {brick: post, impulse: [0.01 N*s, 0 N*s, 0 N*s]}}"
+    trace = played(build + post, push, rest="expect: [{stands: {bricks: [L1.1], for: 2.5 s}}]")
+    assert trace.collapse is not None
+    assert trace.collapse.time < 0.5
+    assert trace.cost.simulated_time == pytest.approx(2.6, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("hit", "flight"),
+    [
+        ("throw: {at: post, from: {bearing: 0 deg, distance: 3 m}, speed: 2 m/s}", 1.5),
+        ("drop: {onto: post, height: 4.905 m, rotate: [0 deg, 90 deg, 30 deg]}", 1.0),  # sqrt(2 h / g)
+    ],
+)
+def test_a_hit_is_waited_for_until_it_arrives(hit: str, flight: float) -> None:
+    #  The post is knocked over, but not before what comes has flown for longer than the watch lasts.
+    build = "- bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]}]"
+    timeline = timeline_of(build, f"impacts: [{{at: 0.5 s, {hit}}}]\nexpect: [{{stands: {{for: 0.5 s}}}}]")
+    assert timeline.end == pytest.approx(0.5 + flight + 0.5)
+    trace = play(timeline, SYSTEMS["tuned"])
+    assert trace.last_action == 0.5
+    assert trace.last_arrival == pytest.approx(0.5 + flight)
+    assert trace.cost.simulated_time >= timeline.end - 0.01
+    if hit.startswith("throw"):
+        assert trace.tracks["post"].state is BrickState.FALLEN
+        assert not Stands(**{"for": "0.5 s"}).judge(trace).passed

@@ -1,0 +1,115 @@
+"""On what margins depend, held against slopes of closed forms."""
+
+from math import radians, sin
+
+import pytest
+
+from stackdsl.api.find import sensitivities
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
+from stackdsl.report.studies import sensitivity_csv, sensitivity_json, sensitivity_lines
+from stackdsl.studies.find_limit import SoughtError
+from stackdsl.studies.sensitivities import Effect, Of, Sensitivities, Source
+from tests.stackdsl.studies.known_limits import SEESAW, V
+
+# The upper block, 60 mm high, turns about the end of the lower one at (100 mm - x) / 30 mm of g.
+ON_END = """
+friction: 3
+build:
+  - bricks:
+      - {name: base, at: [0 mm, 0 mm, 10 mm], brick: {size: [200 mm, 100 mm, 20 mm], mass: 1 kg}}
+      - {name: top, at: [X mm, 0 mm, 50 mm], brick: {size: [60 mm, 80 mm, 60 mm], mass: 100 g}}
+"""
+SLAB = "friction: 0.4\nbuild:\n  - bricks: [{name: slab, at: [0 mm, 0 mm, 3.9 mm]}]\n"
+
+
+def of(text: str, margin: str = "acceleration", check: int = 2) -> Sensitivities:
+    cases, mistakes = cases_of(parse(f"scenario: known\n{text}", "known.yaml"))
+    assert not mistakes, mistakes
+    return sensitivities(cases[0], margin, check)
+
+
+def effect(found: Sensitivities, what: str) -> Effect:
+    return next(each for each in found.effects if each.what == what)
+
+
+def test_what_lies_near_an_end_survives_less_the_further_out_it_lies() -> None:
+    found = of(ON_END.replace("X", "80"))
+    assert found.margin == pytest.approx(20.0 / 30.0, rel=1e-6)
+    for what, slope in (("x of top", -1.0 / 30.0), ("x of base", 1.0 / 30.0)):
+        each = effect(found, what)
+        assert [each.less, each.more] == pytest.approx([slope, slope], rel=1e-5)
+        assert (each.source, each.has_kink, each.unit) == (Source.CHECKED, False, "mm")
+    assert [each.what for each in found.effects if each.counts] == ["x of base", "x of top"]  # 1 % of 200 and 80 mm
+
+
+def test_flush_on_what_it_lies_it_survives_less_either_way() -> None:
+    text = ON_END.replace("X", "0").replace("[200 mm, 100 mm, 20 mm]", "[60 mm, 200 mm, 20 mm]")
+    each = effect(of(text.replace("mass: 1 kg", "mass: 100 kg")), "x of top")
+    #   The contact loses at one end what the block moves, and the block turns about that end: by 1 mm of 30 mm height.
+    assert each.less == pytest.approx(1.0 / 30.0, rel=1e-4)
+    assert each.more == pytest.approx(-1.0 / 30.0, rel=1e-4)
+    assert (each.source, each.has_kink) == (Source.CHECKED, True)
+
+
+def test_what_slides_survives_as_much_as_its_friction() -> None:
+    found = of(SLAB)
+    assert found.margin == pytest.approx(0.4, rel=1e-6)
+    each = effect(found, "friction of slab on ground")
+    assert [each.less, each.more] == pytest.approx([1.0, 1.0], rel=1e-3)
+    assert [other.what for other in found.effects if other.counts] == ["friction of slab on ground"]
+
+
+def test_a_steeper_v_needs_less_friction() -> None:
+    found = of(V, "friction", check=1)
+    each = effect(found, "angle")
+    slope = -0.5 / sin(radians(65.0)) ** 2 * radians(1.0)  # of (c - t / L) / 2, by a degree
+    assert each.source is Source.CHECKED
+    assert [each.less, each.more] == pytest.approx([slope, slope], rel=1e-5)
+
+
+def test_a_counterweight_holds_by_its_moment() -> None:
+    #   It turns about the end of the block, over which the beam is 5 mm high and what lies on it 15 mm.
+    found = of("friction: 3" + SEESAW.replace("LOAD", "10"), check=0)
+    moment = 30.0 * 20.0 + 3.0 * 50.0 - 10.0 * 50.0
+    heights = 30.0 * 5.0 + 3.0 * 15.0 + 10.0 * 15.0
+    assert found.margin == pytest.approx(moment / heights, rel=1e-6)
+    more = (50.0 * heights - moment * 15.0) / heights**2  # by a gram of what lies behind
+    less = (-50.0 * heights - moment * 15.0) / heights**2  # by a gram of the load
+    assert effect(found, "mass of back").more == pytest.approx(more, rel=1e-5)
+    assert effect(found, "mass of load").more == pytest.approx(less, rel=1e-5)
+
+
+def test_what_does_not_stand_or_needs_no_friction_has_no_margin() -> None:
+    with pytest.raises(SoughtError, match="UNSTABLE: top tips over base; what does not stand has no margin"):
+        of(ON_END.replace("X", "110"))
+    with pytest.raises(SoughtError, match="it has no limit of friction"):
+        of(SLAB, "friction")
+
+
+@pytest.mark.parametrize(("last", "in_doubt"), [(Source.DUALS, True), (Source.CHECKED, False)])
+def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_may_be_off(
+    last: Source, in_doubt: bool
+) -> None:
+    # Also where the rest seems not to matter, as the forces say that are not unique.
+    contradicted = Effect("x of a", "mm", 100.0, -0.1, 0.2, Source.DIFFERENCES)
+    found = Sensitivities("vee", Of.ACCELERATION, 0.5, [contradicted, Effect("x of b", "mm", 100.0, 0.0, 0.0, last)])
+    text = "\n".join(sensitivity_lines(found, 15))
+    assert ("not unique at the limit: what is not checked may be off" in text) is in_doubt
+    assert ("1 of 2 numbers do not matter, none of them held against differences" in text) is in_doubt
+    assert sensitivity_json([found])["cases"][0]["in_doubt"] is in_doubt
+
+
+def test_it_is_told_as_text_csv_and_json() -> None:
+    found = of(ON_END.replace("X", "80"), check=1)
+    lines = list(sensitivity_lines(found, most=1))
+    assert lines[1] == "  acceleration 0.6667 g; by a hundredth of each number it changes by up to:"
+    assert lines[2] == "    x of base      0.0667 g  +0.03333 g/mm; differences say so too"
+    assert lines[3:] == ["    and 1 more", "    6 of 8 numbers do not matter, none of them held against differences"]
+    assert sensitivity_csv([found]).splitlines()[0].startswith("case,margin,what,unit,size,less,more,by_a_hundredth")
+    told = sensitivity_json([found])["cases"][0]
+    assert (told["of"], told["effects"][0]["what"], told["effects"][1]["source"]) == (
+        "acceleration",
+        "x of base",
+        "duals",
+    )
