@@ -81,7 +81,7 @@ bench-compas: $(READY) ## the same towers and walls with compas_cra, side by sid
 	$(BIN)/python -m benchmarks.against_compas
 
 without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons that have no PyBullet
-	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/statics $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
+	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
 	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large' --tag '!pybullet'
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
