@@ -142,7 +142,7 @@ class Tolerances:
     gain: float = 1e-10
 
 
-# What is lost of a residual because coordinates far from the origin are rounded.
+# Rounding error of a residual by coordinates far from the origin.
 
 
 LOST_DIGITS = 1e-15  # share of a coordinate, a few times the error of one rounding

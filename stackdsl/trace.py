@@ -13,7 +13,7 @@ from stability.problem import Motion
 from stability.problem import Verdict as StaticsVerdict
 from stackdsl.timeline import Action, Removal, World
 
-# What a proof survives, as far as somebody asked.
+# Margins of a proof, as far as they were computed.
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Margins:
     weakest: Weakest | None = None  # the mechanism that opens first under the least acceleration
 
 
-# What happened when a timeline was played: plain data that the judge, the snapshot and the report read.
+# The trace of a run: plain data for judge, snapshot and report.
 
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
@@ -362,7 +362,7 @@ class Measure:
     unit: str  # as people are told: mm, deg, %, s; `levels` and `bricks` of counts
 
 
-# What became of many samples of one case: plain counts, which the judge, the snapshot and the report read.
+# Counts of the samples of one case: plain data for judge, snapshot and report.
 
 
 OnDrawn: TypeAlias = Callable[[str, int, int], None]  # told of a case: its name, samples drawn, and how many may be

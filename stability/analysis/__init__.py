@@ -1,1 +1,1 @@
-"""What is proven beyond a verdict: margins, orders of building, repairs, uniqueness of rest."""
+"""Analyses of proven assemblies: margins, orders of building, repairs, uniqueness of rest."""

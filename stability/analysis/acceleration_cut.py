@@ -42,7 +42,7 @@ def _is_sliver(contact: Contact, solids: dict[BodyId, Solid]) -> bool:
     return flush_within(a, b, reach, gap_bridged(reach, 0.0))
 
 
-# How much prestress do contacts need to balance the loads, or how much have they to spare?
+# The prestress that contacts need to balance the loads, or have to spare.
 #
 # The least s such that forces balance the loads while every normal force may count for s more than it is: |f_t| <= mu
 # (f_n + s c), with c what the contact's upper brick may carry. With s < 0 the forces lie deep inside their cones; with
@@ -88,7 +88,7 @@ def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestre
     return Prestress(least, pressed - least * normal, point.x, sliding)
 
 
-# How far can an assembly be accelerated in one direction, and what does that say about all others?
+# The greatest acceleration in one direction, and the bound that its mechanism sets for all directions.
 #
 # One conic program over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
 # among all motions that no contact resists. Its value is the reach, its duals are the forces at it. Every such motion

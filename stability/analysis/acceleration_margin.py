@@ -31,7 +31,7 @@ from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix
 
-# Do forces that were found in some directions hold in all directions between?
+# Proves that forces found in some directions hold in all directions between them.
 #
 # With t = tan(angle / 2), (1 + t^2) (1, cos angle, sin angle) is a polynomial of degree 2 in t. What balances 1 and an
 # acceleration of a given size in three directions or more therefore balances it, times 1 + t^2, in all directions, if
@@ -44,7 +44,7 @@ ROUNDING = 1e-12
 
 
 def stay_inside(forces: Array, round_cones: int, angles: Sequence[float], half: float) -> bool:
-    """Whether forces interpolated between those at `angles` are within their cones from -`half` to `half` [rad].
+    """Decides if forces interpolated between those at `angles` stay within their cones from -`half` to `half` [rad].
 
     `forces` (angles, rows): three rows for each round cone, which is of unit slope, then the normals of the others.
     """
@@ -79,7 +79,7 @@ def _products(degree: int) -> Array:
     return table
 
 
-# Of all forces that hold an assembly at its reach, those in the middle.
+# The analytic centre of the forces that hold an assembly at its limit.
 #
 # Forces in indeterminate contacts are many, and where among them a solver ends is an accident. Those that maximise the
 # product of what all cones have to spare are one, and turn smoothly with the direction; so they can be interpolated.
@@ -130,7 +130,7 @@ def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
 
 
 def _face(held: int, rows: Array, slips: Array) -> _Face:
-    """Which cones stick, slip or are open: of force and slip one is on the border of its cone, the lesser one."""
+    """The state of each contact: sticking, slipping or open. Of force and slip one is on its cone."""
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     slips = slips / max(float(np.abs(slips).max(initial=0.0)), TINIEST)
@@ -166,7 +166,7 @@ def _off_the_border(values: Array, sticking: int) -> Array:
 
 
 def _blocks(sticking: int, count: int) -> Places:
-    """Where the entries of a matrix are that has a block of three for each part that sticks, then single values.
+    """Indices of the entries of a matrix with a 3 x 3 block for each sticking contact, then single values.
 
     By column, as sparse matrices keep them.
     """
@@ -206,7 +206,7 @@ def _share(values: Array, step: Array, sticking: int) -> float:
     return 0.0
 
 
-# Does an assembly slide alike in all directions, and does it hold up to that?
+# Decides whether an assembly slides at the same acceleration in all directions, and holds up to it.
 #
 # Lift some bricks and all they carry along a slope of the greatest friction below them: no contact resists, in whatever
 # direction. So none survives more than that friction [g]; below it, forces parallel to the apparent gravity are tried.
@@ -413,7 +413,7 @@ def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
         yield (x, y), rows
 
 
-# Which horizontal acceleration does an assembly survive, in whatever direction?
+# The greatest horizontal acceleration that an assembly survives in every direction.
 #
 # Every brick is pulled sideways by its mass times the acceleration, besides its weight. The accelerations that contact
 # forces can hold against are a convex set around none. Directions that were solved are points of it, motions cut it

@@ -287,7 +287,7 @@ def _onto(rows: Array, others: Array) -> Indices | None:
     return found if np.isfinite(distance).all() and len(np.unique(found)) == len(found) else None
 
 
-# How much horizontal acceleration does an assembly survive, by bearing, and what gives way first?
+# The greatest horizontal acceleration that an assembly survives, by bearing, and its first mechanism.
 #
 # Accelerations that are survived are a convex set around none (see `acceleration`). Each direction that is solved gives
 # a point of it and a half-plane about all of it, so between them the reach of every bearing lies between the chord of

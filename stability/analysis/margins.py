@@ -20,7 +20,7 @@ from stability.statics.equilibrium import balance, proven_forces, proven_motion
 from stability.statics.proof import check_forces
 from stability.statics.wrench_matrix import wrench_matrix
 
-# How little friction is enough? The least factor on all friction coefficients with which contact forces still balance.
+# The least factor on all friction coefficients with which contact forces still balance.
 #
 # Less friction means smaller cones, so what stands with a factor stands with any larger one. Each step asks, for one
 # factor k, for the least prestress s (see `prestress`), positive where forces within the cones do not balance. By the
@@ -111,7 +111,7 @@ def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
     return _Step(forces, motion, guess)
 
 
-# By how much does an assembly stand? A margin costs a program of its own, so it is worked out only on request.
+# Margins of an assembly. Each costs a program of its own, so it is computed only on request.
 
 
 __all__ = [
@@ -164,7 +164,7 @@ def margins(
     return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place, weakest_at(problem, shaken))
 
 
-# How little more weight on one brick lets an assembly stand that falls?
+# The least additional weight on one brick with which a falling assembly stands.
 #
 # One conic program a brick: the most power of the loads along a motion that no contact resists, where the brick may not
 # rise faster than a unit. That power is the weight: forces, the duals of the program, balance the loads and as much
@@ -240,7 +240,7 @@ def _with_weight(problem: Problem, brick: BodyId, weight: float) -> Problem:
     return replace(problem, loads={**problem.loads, brick: heavier})
 
 
-# Is rest the only thing that can happen, or one that can? Balance with friction shows that rest is possible, no more.
+# Decides whether rest is guaranteed. Balance with friction proves only that rest is possible.
 #
 # Let every brick be at rest, and a be any acceleration that the laws of contact allow: no contact closes (a_n >= 0), a
 # normal force acts only where none opens (f_n a_n = 0), and friction does not push along a slip (f_t . a_t <= 0). Then

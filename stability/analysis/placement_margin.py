@@ -16,7 +16,7 @@ from stability.problem import ZERO, Contact, Problem, Wrench
 from stability.statics.conic_program import ConicProgram, clarabel_solve
 from stability.statics.wrench_matrix import passed_down
 
-# Which contacts still carry after every brick was put down a little off its place, in plan.
+# Contact patches that remain after placement errors of all bricks in plan.
 #
 # A contact counts where vertical forces are admissible (its slope is less than its friction) on a patch that has area
 # in plan; lines and single points vanish with the first error. A brick that is put down off its place must still lie on
@@ -399,7 +399,7 @@ def _carried(rule: Recourse, patches: Array, error: float) -> Array:
     return bound if (bound >= 0.0).all() else np.full(len(bound), inf)
 
 
-# How far may every brick sit from its place, all at once and each in its own direction, before a verdict changes?
+# The placement margin: the largest error that all bricks may have at once before a verdict changes.
 #
 # A guaranteed answer: whoever keeps every brick within the margin of its place in plan has an assembly that stands. It
 # is a lower bound; columns reach it exactly. Bricks are rigid, stay on what they lie on, and weigh what they weigh:

@@ -19,7 +19,7 @@ from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.proof import check_motion
 from stability.statics.tipping import Fall, tipping
 
-# Does a part of one sample tip as one body? Asked of the part that the forces of all samples could not hold.
+# Proves that a part of a sample tips as one body, where no forces were found.
 
 
 @dataclass(frozen=True, slots=True)

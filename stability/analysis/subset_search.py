@@ -77,7 +77,7 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     return Smallest(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
 
 
-# Whether a contact resists a motion: the slip there lies outside of the dual of its friction cone.
+# A contact resists a motion if the slip lies outside the dual of its friction cone.
 
 
 VIOLATION = Tolerances().violation  # share of the speed there, as in the check of every proof
@@ -191,7 +191,7 @@ def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: floa
     return sorted(found, key=lambda each: -doubled_area(each)[0])[:MOST_PIECES]
 
 
-# Which parts of a design stand, and which fall: nothing is asked twice, and each fall that is proven is learned from.
+# Verdicts on subsets of a design, cached. Each proven fall excludes further subsets.
 #
 # A motion that no contact resists is one wherever the bricks that move are there, and nothing that would resist it:
 # only bricks that move take part in its power, and what is at rest and does not resist may be there or not. So one

@@ -36,7 +36,7 @@ from stability.statics.conic_program import Point, Solver, clarabel_solve, solve
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import Start, StartEquations, first_start, lets_go, start_equations, start_near
 
-# Does every branch of a small group exclude a start from rest? Or is there one? Branch and bound, with proofs alone.
+# Branch and bound over the contact conditions of a small group: proves rest unique, or finds another motion.
 #
 # Each branch is asked for multipliers that prove that nothing starts in it (`virtual_power`). Where there are none, the
 # dual of the program guesses a start, and Newton's method makes that exact; else the branch is split where the guess

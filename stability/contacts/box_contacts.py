@@ -23,7 +23,7 @@ from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subt
 from stability.model import Plane, Vec3
 from stability.problem import UP
 
-# Along which directions are two boxes apart, or least deep in each other?
+# Separating axes of two boxes.
 #
 # Bodies that touch do so along the separating axis of the largest gap.
 
@@ -140,7 +140,7 @@ def disturbance(close: Closeness, longest: float, reach: float) -> float:
     return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))
 
 
-# Where two boxes lie face on face: nearly parallel faces whose gap counts as contact at every corner of the overlap.
+# Face contacts of two boxes: nearly parallel faces whose gap counts as contact at every corner of the overlap.
 #
 # Of faces that gape wider at some corner, only edges and corners that meet count (`features`): a strip of two faces
 # that are tilted against each other by a degree, as wide as the gap counts, would hold up what tips over an edge.
@@ -284,7 +284,7 @@ def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3
     return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points), tuple(heights)
 
 
-# Which normals do two touching features admit?
+# Normals that two touching features admit.
 #
 # A feature of a box - face, edge or corner - is written as the signs of the body axes that lead out of it, 0 for those
 # along it. It admits the cone of these axes; two features that touch admit what is in the cone of one and in minus the
@@ -363,7 +363,7 @@ def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:
     return tuple(found)
 
 
-# Where edges and corners of two boxes touch: an edge or a corner on a face, edges that cross or meet, corners.
+# Edge and corner contacts of two boxes: on a face, crossing, meeting, or corner to corner.
 
 
 MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
@@ -545,7 +545,7 @@ def _middle(body: BoxSolid, feature: Feature) -> Vec3:
     return point
 
 
-# Where a box with a level top carries another that lies on it: most pairs of most scenes, so this is the fast way.
+# Contact of a box that lies on another with a level top. Most pairs are such, so this path is fast.
 #
 # Both are seen as rectangles in plan, in the frame of the lower one, so that what is far from the origin is as exact.
 
@@ -648,7 +648,7 @@ def _common(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> Polygon
     return tuple(within_rectangle(turned, a, b))
 
 
-# Where a box touches a plane: the corners of its lowest face whose gaps to the plane count as contact.
+# Contact of a box with a plane: the corners of its lowest face whose gaps count as contact.
 
 
 # The points of a plane that a body touches, and how high the body is above each [m].

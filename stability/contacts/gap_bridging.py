@@ -8,7 +8,7 @@ from stability.geometry.box_distance import NO_GAP, gap_bridged
 from stability.geometry.vectors import dot
 from stability.model import Vec3
 
-# Do the gaps between two bodies that are near each other count as contact? It depends on where each leads.
+# Decides whether the gaps between two near bodies count as contact.
 #
 # A direction in which two bodies are further apart than counts along it parts them, whatever is nearer elsewhere: no
 # corner that lies beside another body holds it up. Where they do touch, each point of the contact is asked again.
@@ -29,7 +29,7 @@ def gaps_of(heights: Sequence[float], reach: float) -> tuple[float, ...]:
     return tuple(float(height) if height > NO_GAP * reach else 0.0 for height in heights)
 
 
-# Do two bodies run flush: do they touch where each can move past the other, so that nothing is carried there?
+# Decides whether two bodies run flush: they touch where each can move past the other, so nothing is carried there.
 #
 # Cartons that stand side by side in columns touch across from each other too, along the edge of four. The plane of a
 # top keeps the upper one of two such cartons from the lower one, and so does the plane of their sides. Either is

@@ -31,7 +31,7 @@ from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Plane, Vec3
 from stability.problem import Contact
 
-# Along which directions are two hulls apart, or least deep in each other, and how far off their places may they be?
+# Separating axes of two hulls, and how far their poses may be off by noise.
 
 
 ALIKE = 0.5  # cosine above which two directions are worth a closer look
@@ -118,7 +118,7 @@ def disturbance(close: HullCloseness, reach: float) -> float:
     return min(reach, NOISE_RATIO * noise)
 
 
-# Which normals do two touching features of hulls admit?
+# Normals that two touching features of hulls admit.
 #
 # A face admits its normal, an edge what lies between those of its two faces, a corner what leads into none of its
 # edges. Two features that touch admit what one admits and minus the other does; the extreme directions of that span it.
@@ -214,7 +214,7 @@ def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:
     return tuple(found)
 
 
-# Where two hulls lie face on face: nearly parallel faces whose gap counts as contact all over their overlap.
+# Face contacts of two hulls: nearly parallel faces whose gap counts as contact all over their overlap.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -310,7 +310,7 @@ def _placed(on: Plate, corners: Sequence[Vec3], rounding: float) -> tuple[tuple[
     return tuple(vector(centre + local) for local in kept), tuple(heights)
 
 
-# Where edges and corners of two hulls touch: an edge or a corner on a face, edges that cross or meet, corners.
+# Edge and corner contacts of two hulls: on a face, crossing, meeting, or corner to corner.
 
 
 CORNER = 0

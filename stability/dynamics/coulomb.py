@@ -14,7 +14,7 @@ from stability.geometry.vectors import body_axes, cross
 from stability.problem import Placed
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 
-# Which velocities come next where rigid bodies touch with Coulomb friction? Cone complementarity, not associated.
+# Velocities after a step of rigid bodies with Coulomb friction: cone complementarity, not associated.
 #
 # At each contact point the impulse p is in the cone of friction, and with the relative velocity u after it
 #

@@ -9,7 +9,7 @@ from typing import Protocol
 from stability.geometry.vectors import add, scale, subtract
 from stability.model import Vec3
 
-# How the ground moves: level, to and fro along one line.
+# Motion of the ground: horizontal, along one line.
 #
 # Bodies are told as seen from the ground. There each feels, besides its weight, its mass times the acceleration of the
 # ground, the other way (d'Alembert). What an engine takes in a step is the mean over that step, so that what the ground
@@ -146,7 +146,7 @@ class GroundMotion:
         return self.course.gained(min(max(time - self.begins, 0.0), self.course.duration))
 
 
-# How a hand moves what it holds: from place to place, at rest in each, as smoothly as people do.
+# Path of a hand: minimum jerk from point to point, at rest in each.
 #
 # Source: T. Flash, N. Hogan, "The coordination of arm movements", Journal of Neuroscience 5 (1985): on the way from one
 # place at rest to another the jerk is least. Over a way d in a time T that is d (10 s^3 - 15 s^4 + 6 s^5), s = t / T,

@@ -17,7 +17,7 @@ from stability.statics.equilibrium import proven_motion
 from stability.statics.fall_description import described
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
-# With which motion does a structure that cannot stand begin to move?
+# Finds the motion with which a structure that cannot stand begins to move.
 #
 # At rest, of all motions that no contact resists, bricks begin to move with the one nearest to free fall, distances
 # weighed by mass and moments of inertia (Gauss: least constraint). Up to its size that is the motion of least energy

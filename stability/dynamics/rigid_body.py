@@ -8,7 +8,7 @@ from stability.geometry.placed_shape import principal_turn
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, norm, rotate, scale, subtract
 from stability.model import AT_REST, BodyState, Brick, Pose, Quaternion, Vec3
 
-# What an impulse does to a free brick: Newton and Euler for a homogeneous solid.
+# The change of velocity of a free brick by an impulse: Newton and Euler for a homogeneous solid.
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,7 @@ from stability.geometry.vectors import (
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.problem import Contact, Motion, Placed, Problem, Tolerances, Wrench
 
-# How far does a falling part turn as one body, before its bricks slide on each other, lift off, or hit something?
+# Finds the angle up to which a falling part turns as one body: until its bricks slide, lift off or hit something.
 #
 # A part that begins to turn about an axis goes on as a pendulum: at each angle its speed and its acceleration are
 # known. With the forces of inertia among the loads (d'Alembert) it falls as one, and what it turns on stands, if

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stability.geometry.bounding_boxes import BoundingBoxes
 
 
-# What a world of one's own knows without asking an engine: which planes and bricks there are.
+# The planes and bricks of a world, known without asking an engine.
 
 
 @dataclass
@@ -52,7 +52,7 @@ class OwnBodies:
         return sorted([*boxes.near(brick, within), *planes])
 
 
-# What a world of one's own knows of its bodies while no engine steps them: where they are and how they move.
+# The states of bodies that no engine steps.
 
 
 @dataclass

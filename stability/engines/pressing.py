@@ -9,7 +9,7 @@ from stability.dynamics.rigid_body import FreeBody, Pressed, friction_impulses
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, rotate, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, Quaternion, Vec3
 
-# What presses on bricks that an engine moves, and is no body with weight there: it is told to every engine step.
+# Loads on moving bricks from bodies outside the engine, applied at every engine step.
 #
 # An engine takes it as forces, or as the change of motion that they come to, before it solves its contacts.
 

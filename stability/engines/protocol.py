@@ -13,7 +13,7 @@ from stability.engines.scene_scale import SceneScale, power_of_two
 from stability.geometry.vectors import add_scaled, dot
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
-# What the settings of every engine have in common; each engine adds its own, and nothing is left to defaults.
+# Settings common to all engines. Each engine adds its own; nothing is left to defaults.
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class EngineSettings(ABC):
         return max(1, ceil(fastest * self.time_step / self.most_travel))
 
 
-# What moves in a world as somebody outside says, whatever it meets: the ground with all that is fixed, and bricks.
+# Prescribed motion: of the ground with everything fixed to it, and of single bricks.
 
 
 # Times its own mass that a carried brick has in engines which know no bodies that move by themselves alone: all that it
@@ -127,7 +127,7 @@ class PrescribedMotion:
     guided: dict[BodyId, Guided] = field(default_factory=dict)
 
 
-# What stability needs from a physics engine, and nothing more. SI units, world frame W, z up.
+# The protocols of worlds. SI units, world frame W, z up.
 
 
 Settings_contra = TypeVar("Settings_contra", bound=EngineSettings, contravariant=True)
@@ -279,7 +279,7 @@ class StepClock:
         return self.parts
 
 
-# What an engine says of frictions that it cannot give: of which two bodies, and how far off.
+# The friction error of an engine: the two bodies, and the difference from the coefficient asked for.
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,7 +85,7 @@ def half_extent(axes: Axes, half: Vec3, direction_W: Vec3) -> float:
     return a * abs(ux * x + uy * y + uz * z) + b * abs(vx * x + vy * y + vz * z) + c * abs(wx * x + wy * y + wz * z)
 
 
-# How far apart are two boxes, or a box and a plane, and along which direction?
+# Separation of two boxes, or of a box and a plane: distance and direction.
 #
 # It is the largest gap over the separating axes. Where the boxes overlap, it is minus the shortest way out. Where they
 # are apart, it is a lower bound of the distance, exact when a face is closest.
@@ -328,7 +328,7 @@ def _mixed(shares: Sequence[float], points: Sequence[Vec3]) -> Vec3:
     return x, y, z
 
 
-# Do two bodies touch? The one definition: statics, both methods, the compiler and `explain` all take it from here.
+# The one definition of touching, used by statics, both methods, the compiler and `explain`.
 #
 # Two bodies touch if they are no further apart, and no deeper in each other, than their reach, a share of the smallest
 # side of the thinner one. So a scene touches where it did when all of it is made larger or smaller.

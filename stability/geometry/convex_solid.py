@@ -48,7 +48,7 @@ class ConvexSolid:
         return max(self.corners, key=lambda corner: dot(corner, direction))
 
 
-# What is no convex solid, and why.
+# The error for input that is no convex solid.
 
 
 class NotASolidError(ValueError):

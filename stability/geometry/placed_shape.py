@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stability.geometry.polyhedra import Hull
 
 
-# Where a shape is in a pose: its corners, the box around it, its highest point, its principal axes in W.
+# Corners, bounding box, highest point and principal axes of a shape in its pose, in W.
 #
 # It asks shapes only what every shape promises, so that it holds of all of them.
 
@@ -47,7 +47,7 @@ def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
     return orientation if axes == IDENTITY else multiply(orientation, axes)
 
 
-# How far apart two bodies are, and a body and a plane. The one place that knows which shapes take a shorter way.
+# Distance between two bodies, or a body and a plane. Only here shapes are told apart for speed.
 #
 # Two boxes are compared along the axes of boxes; whatever else there is, by its faces and edges.
 

@@ -89,7 +89,7 @@ def _differs(now: BodyState, before: BodyState) -> bool:
     return any(abs(part - other) > ROUNDING for part, other in zip(parts, others, strict=True))
 
 
-# Which gravity an extension reckons with: what its engine says, where that says anything.
+# The gravity that a stabilizer uses: that of its engine, where the engine gives one.
 
 
 SAME = 1e-6  # of the size of gravity: what an engine may round, and how far it may lean

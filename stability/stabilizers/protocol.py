@@ -8,7 +8,7 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.problem import Verdict
 
-# What every stability extension offers to whoever steps the engine.
+# The protocol of a stabilizer.
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from stability.engines.scene_scale import USUAL_DIAGONAL, USUAL_SIDE
 from stability.model import BodyId, BodyState, ConvexShape, Pose, convex
 from stability.stabilizers.protocol import BrickObserver
 
-# When a brick counts as at rest, so that it may be judged.
+# Decides when a brick counts as at rest, so that it may be judged.
 #
 # Frozen means held fixed in the engine because the model says that the brick stands; it still collides.
 
@@ -136,7 +136,7 @@ class Stillness(BrickObserver):
         self._activity[brick] = next_activity(self._activity.get(brick, Activity.FREE), seen, self.limits_of(brick))
 
 
-# What counts as not moving, of each brick by its own size: that of another one changes nothing.
+# Rest limits of each brick by its own size.
 
 
 # Of the usual brick's proportions. An engine steps by diagonals, and so shakes what is flatter as much as this.
@@ -172,7 +172,7 @@ def times_the_usual(shape: ConvexShape) -> float:
     return max(shape.least_thickness / USUAL_SIDE, SHEET * 2.0 * shape.bounding_radius / USUAL_DIAGONAL)
 
 
-# When to ask again about bricks at rest that were not proven: as long as no pose changes, no verdict does.
+# Decides when to judge unproven bricks at rest again: a verdict changes only if a pose does.
 
 
 # Share of its smallest side that a brick must move by to be news: a quarter of the gap that still counts as contact,

@@ -47,7 +47,7 @@ from stability.statics.journal import Kept
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
 
-# What statics takes in: bodies whose numbers mean something. Anything else is an error with its remedy.
+# Input checks of statics. Invalid numbers are errors with a remedy.
 
 
 UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
@@ -216,7 +216,7 @@ def _admit(name: BodyId, what: str, numbers: Sequence[float], count: int, remedy
     admit_numbers(f"'{name}' has the {what}", numbers, count, remedy)
 
 
-# What can be asked of bricks in their places, and of what is proven of them; nothing here changes anything.
+# Queries about placed bricks and their proofs. They change nothing.
 
 
 LAST: Final = "last"
@@ -662,7 +662,7 @@ def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState,
     return made
 
 
-# Would what stands still stand under loads besides its weight?
+# Decides whether a standing structure also stands under additional loads.
 
 
 MOST = 60  # bricks in one program: a few milliseconds

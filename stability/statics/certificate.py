@@ -138,7 +138,7 @@ def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) 
     return shares
 
 
-# Who rests on whom, and which part of its load goes there: the brick graph.
+# The brick graph: the supports of each brick and their shares of its load.
 #
 # Contact forces are not unique, so shares are a convention where a brick has more supports than it needs: weights are
 # passed down with forces of least norm, which depend on geometry and weights alone and on no solver. Where weights

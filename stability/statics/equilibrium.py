@@ -149,7 +149,7 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
     return ConicProgram(cost, matrix, offset, 0, [3] * len(system.round), flat + 2 * columns + 2 * contacts)
 
 
-# Can contact forces within exact Coulomb cones balance the loads on every brick? The last stage of the cascade.
+# Balances the loads on every brick by contact forces within exact Coulomb cones: the last stage of the cascade.
 #
 # One conic program over velocities u: the largest power of the loads such that no contact resists, each slip within the
 # dual of its friction cone. Slips may be short of that by a fixed share; the forces that hold them to it, the duals of

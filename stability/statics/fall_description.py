@@ -162,7 +162,7 @@ def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
 
 
-# Which way what falls goes, and how far its weight lies beyond the edge that it tips over.
+# The direction of a fall, and the overhang of its weight over the tipping edge.
 
 
 ALIKE = 1e-6  # share by which spins of one body may differ

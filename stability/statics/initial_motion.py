@@ -307,7 +307,7 @@ def _violation(point: tuple[Vec3, float, Vec3, Vec3], fastest: float, strongest:
     return max(-opening / fastest, work)
 
 
-# How bricks that can rest let go if nothing has pressed them together: a start that is shown.
+# Finds a lawful motion from rest for bricks that can also stay at rest.
 
 
 MOST_EXACT_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds

@@ -198,7 +198,7 @@ def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     return [max(0.0, f) for f in forces] if min(forces) > -ROUNDING and _balances(forces, points) else None
 
 
-# Do upright forces, passed down brick by brick, balance a problem? If so no motion lowers it, and none is looked for.
+# Balances a problem by upright forces, brick by brick. If that works, no motion is searched for.
 #
 # Weight propagation, with all that is no brick of the problem held fixed. A failure proves nothing.
 

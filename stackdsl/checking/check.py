@@ -22,7 +22,7 @@ from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervis
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.trace import OnDrawn, untold
 
-# Which golden files belong to no case of a project's scenarios.
+# Finds golden files that belong to no case.
 
 
 class Named(Protocol):

@@ -277,7 +277,7 @@ def _recall(drawing: Drawing, memory: Memory) -> None:
     drawing.at = was
 
 
-# What came of a case of many samples: its claims judged, its counts held against its golden file.
+# Judges a case of many samples and compares its counts with its golden file.
 
 
 TIME_LIMIT = 600.0  # [s] of wall time a chunk of samples

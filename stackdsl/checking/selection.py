@@ -13,7 +13,7 @@ from stackdsl.checking.cases import SUFFIXES
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.simulation.systems import SYSTEMS
 
-# What `-k` takes: words joined by `and`, `or`, `not` and parentheses, as pytest reads them.
+# The expression of `-k`: words joined by `and`, `or`, `not` and parentheses, as in pytest.
 #
 # A word is whatever holds no space and no parenthesis, or anything in quotes, and is true of a name that contains it,
 # whatever its case.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from stackdsl.judging.statistics import Decision
 
 
-# What a claim comes to that bricks may still change which move when the watch ends: nobody knows, so it fails.
+# Fails claims that bricks still moving at the end of the run may change.
 
 
 def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
@@ -48,7 +48,7 @@ def still_moving(found: Finding, trace: Trace) -> Finding:
     return Finding(f"{found.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=found.numbers)
 
 
-# What of a run is the solver's: a collapse that statics disprove, and all that a finer resolution moves.
+# Numerical effects of a run: a collapse that statics disproves, and what a finer resolution changes.
 
 
 REMOVED = "at half the step and twice the iterations it stands"
@@ -216,7 +216,7 @@ def as_written(value: Plain) -> str:
     return str(value)
 
 
-# Is all known that is asked of a run? Each kind of claim says itself when nothing that may still happen changes it.
+# Decides whether every claim is decided. Each kind of claim says when later events cannot change it.
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,7 +177,7 @@ def piling_of(timeline: Timeline) -> Piling:
     return Piling(world.planes, world.friction, world.gravity, stages, gone, world.tolerances)
 
 
-# What the proof that a structure stands would survive. Solved where somebody asks: each is a program of its own.
+# Margins of the proof that a structure stands, computed on request: each is a program of its own.
 
 
 ALL = ("acceleration", "tilt", "friction", "placement")
@@ -231,7 +231,7 @@ def _shaken(problem: Problem, gravity: float) -> Margins:
     return Margins(worst.value, bearing, tilt(worst.value), weakest=first)
 
 
-# What a structure survives when it is shaken, by bearing: proven from its own contacts, without an engine.
+# The acceleration that a structure survives, by bearing, proven without an engine.
 
 
 MOST_FOR_WEAKEST = 300  # bricks; beyond, the worst of all bearings takes many times as long as those that are asked for

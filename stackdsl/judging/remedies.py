@@ -15,7 +15,7 @@ from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.timeline import Action, Placement, Timeline
 from stackdsl.wording import rounded_up
 
-# Where does something begin, or cease, to hold? Halving between a number for which it does and one for which not.
+# Bisection between a number for which a property holds and one for which it does not.
 #
 # Whether it holds may be open close to the limit, as it is on the limit itself. Then both sides are closed in on what
 # is open, and what comes out is still certain on either side.
@@ -89,7 +89,7 @@ def _closed_in(certain: float, unsure: float, closeness: Closeness, is_so: Calla
     return certain
 
 
-# How far must one number be changed until something holds that does not? A limit, shown from both sides.
+# The least change of one number with which a property holds, shown from both sides.
 #
 # The number is tried further and further away, on either side, until it holds; between that and the last number for
 # which it did not, the limit is halved down. What is handed out was tried itself: it holds there, and not just before.
@@ -155,7 +155,7 @@ def _limit(held: float, fails: float) -> Limit:
     return Limit(held, fails, least=held > fails)
 
 
-# What would let a scenario stand that falls: other numbers, more friction, a counterweight. Each is tried.
+# Changes with which a falling scenario stands: numbers, friction, a counterweight. Each is tried.
 #
 # Numbers of the file and friction are asked to let everything stand that statics can judge; a counterweight, everything
 # up to and with what falls, as more may fall after it.
@@ -318,7 +318,7 @@ def with_mass(timeline: Timeline, brick: BodyId, mass: float) -> Timeline:
     return replace(timeline, actions=tuple(map(other, timeline.actions)))
 
 
-# What would let a build stand that falls: shifts, counterweights, friction, props, each searched for and tried.
+# Changes with which a falling build stands: shifts, counterweights, friction, props. Each is tried.
 
 
 Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping

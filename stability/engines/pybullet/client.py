@@ -150,7 +150,7 @@ class ClientBodies:
         return self.margins.get(name, 0.0) / self.scale
 
 
-# What PyBullet tells of the shape of somebody else's body, as far as it is a shape that is known here.
+# Converts the shape of a foreign PyBullet body, if it is a box or a convex hull.
 
 
 ORIGIN: Final = (0.0, 0.0, 0.0)

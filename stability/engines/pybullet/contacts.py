@@ -14,7 +14,7 @@ from stability.geometry.box_distance import Block, block
 from stability.geometry.vectors import dot, multiply, norm, scale, subtract, turn_between
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Pose, Quaternion, Vec3
 
-# What touches a brick is found anew when the brick has turned, so that contacts have the normals that they should.
+# Contacts of a brick are found anew after it has turned, so that their normals are right.
 #
 # PyBullet keeps a contact point with the normal that it had at first for as long as the point does not drift, and two
 # bricks that turn together do not drift. A body that is put into its collision group again is forgotten by all that

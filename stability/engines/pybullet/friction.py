@@ -144,7 +144,7 @@ class PairFriction:
         return min(law.of(brick, on) for brick in ones for on in others)
 
 
-# What leans is held by no more friction than Coulomb's cone allows.
+# Limits the friction on leaning bricks to Coulomb's cone.
 #
 # PyBullet has two friction forces at a contact point, along the sliding and across it, and each may be as strong as
 # Coulomb allows by itself. Where nothing slides, "along" is the direction of whatever noise there is, and a ladder or

@@ -17,7 +17,7 @@ from stability.geometry.rows import Array
 from stability.geometry.vectors import add
 from stability.model import AT_REST, BodyId, BodyState, Vec3
 
-# How finely an engine must step, from what is awake: what a scene does not need is not paid for.
+# Chooses the step size from the bricks that are awake.
 #
 # Model: an iterative contact solver lets a light brick under a heavy one give way in proportion to their ratio of
 # masses and to the square of the step; a body that is inside another when the engine first sees them is pushed out of
@@ -78,7 +78,7 @@ def _for_masses(settings: PyBulletSettings, ratio: float) -> int:
     return max(1, min(settings.most_parts, ceil(sqrt(ratio / settings.most_mass_ratio))))
 
 
-# What a client and its bodies must be told, so that nothing is left to defaults or to who ran before.
+# Sets every parameter of a client and its bodies; nothing is left to defaults or to earlier runs.
 
 
 # [engine m/s], for bodies as well as joints. By default PyBullet clamps speeds at 100, which is 10 m/s at scale 100.
@@ -160,7 +160,7 @@ def body_parameters(settings: PyBulletSettings, own_friction: float) -> dict[str
     }
 
 
-# What slides is held by no more friction than Coulomb's cone allows, and straight against its sliding.
+# Limits the friction on sliding bricks to Coulomb's cone, directed against the sliding.
 #
 # PyBullet has two friction forces at a contact point, one against the sliding as it was before the step and one across
 # it, and each may be as strong as Coulomb allows by itself. The one across lets no contact turn the sliding: a plank

@@ -16,7 +16,7 @@ from stability.problem import Placed, Stability, Verdict
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
 
-# Which bricks that an engine moves may be put to the proof: solids that touch nothing of which statics is silent.
+# Moving bricks that may be judged: they touch nothing that statics does not know.
 
 
 NO_MASS = 0.0  # of what is fixed; nobody weighs it

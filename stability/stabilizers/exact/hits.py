@@ -21,7 +21,7 @@ from stability.stabilizers.protocol import BrickObserver, Observers
 from stability.stabilizers.rest import LimitsOf
 from stability.statics.assembly import Assembly
 
-# With what forces is a frozen brick held between those above and those below? Friction there has these to rub with.
+# Normal forces that clamp a frozen brick between its neighbours above and below, for friction.
 #
 # They are those of the proof. What lies higher presses too, so the bricks just above a brick are a lower bound, and
 # more of them are asked only where it is not enough: what a hit costs does not grow with the height of the wall.
@@ -92,7 +92,7 @@ def _carried(assembly: Assembly, brick: BodyId) -> Iterator[BodyId]:
             yield contact.upper
 
 
-# Which hits does friction stop before the brick that is struck has moved by anything? For these nothing is woken.
+# Finds hits that friction absorbs before the struck brick has moved. They wake nothing.
 #
 # A hit is taken as plastic: the two bricks go on with the speed that they share at the point where they meet, and as
 # long as the one pushes the other, both are stopped by what rubs on the one that lies in the structure. What is left of
@@ -218,7 +218,7 @@ def _mass_at(brick: Brick, pose: Pose, at_W: Vec3, along_W: Vec3) -> float:
     return 1.0 / dot(velocity_at(moving, at_W), along_W)
 
 
-# What moves disturbs what is frozen: by hitting it, or by pressing harder than the proof says that it can take.
+# Moving bricks disturb frozen ones by hits, or by pressing harder than the proof allows.
 
 
 NO_LINE: Vec3 = (0.0, 0.0, 0.0)  # the direction of what is pressed, not hit

@@ -121,7 +121,7 @@ class RigidGroups(BrickObserver):
         ]
 
 
-# What a hit disturbs: which bricks are to move one by one, and which ride along on them.
+# Finds the bricks that a hit wakes, and those that ride along on them.
 #
 # The bricks that are struck move, with those that stand in line behind them, as good as side by side, and all that
 # touch these. What these carry presses on them with its weight, so it cannot stay frozen; but as long as it does not
@@ -253,7 +253,7 @@ def _in_order(before: Mapping[BodyId, Placed], bricks: Collection[BodyId]) -> di
     return {brick: before[brick] for brick in sorted(bricks, key=lambda name: by_place(before[name]))}
 
 
-# What frozen bricks press on woken ones with: the forces of the proof that held while all was frozen.
+# Loads of frozen bricks on woken ones: the forces of the last proof.
 #
 # What lies above a brick in the middle of a wall stands without it if it has to, as an arch, and so it stays frozen
 # when the brick is hit. But it lies on that brick with all its weight, and friction under this weight is what holds the

@@ -103,7 +103,7 @@ def height_above(
     return moments[brick] / loads[brick].mass
 
 
-# Which hits does the published method see? Those of bricks that are no second impact objects, each once.
+# Hits that the published method counts: those of bricks that are no second impact objects, each once.
 #
 # Source: the stack-stability thesis, section 3.6.1: "only the direct impacts will be accounted for, and no force from
 # second impact objects". Unless it is read otherwise (`SecondObjects`), what has been part of the stack and falls on

@@ -207,7 +207,7 @@ def _centre(points_W: Sequence[Vec3]) -> Vec3:
     return (x, y, z)
 
 
-# On what may a brick lean? All that it touches, with exact contact points and normals.
+# Contacts on which a brick may lean, with exact points and normals.
 #
 # The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
 # that meet the normal of a face (docs/decisions/0009). Only convex solids and half-spaces are known: if anything else

@@ -40,7 +40,7 @@ from stability.model import (
 )
 from stability.problem import Placed, Tolerances
 
-# What the published text leaves open, and each way to read it. The method runs with one choice of all of them.
+# The open points of the published text and their readings. The method runs with one choice of each.
 #
 # docs/decisions/0001 and 0009 say why the defaults are what they are, and docs/method.md what the others come to.
 
@@ -153,7 +153,7 @@ def _thin_quad(a: Point2, b: Point2) -> Polygon:
     return convex_hull(((a[0] + sx, a[1] + sy), (a[0] - sx, a[1] - sy), (b[0] + sx, b[1] + sy), (b[0] - sx, b[1] - sy)))
 
 
-# Where two boxes lie face on face: the corners of the overlap of the two faces, from poses and sizes alone.
+# Face patch of two boxes: the corners of the overlap of their faces, from poses and sizes.
 #
 # Engines keep at most four contact points a pair, and where edges of the two faces coincide, as they do in every flush
 # stack, rounding decides which: PyBullet then reports points in the middle of an edge and drops corners. So the engine
@@ -203,7 +203,7 @@ def _in_world(point: Point2, box: Pose, axes: tuple[Vec3, Vec3, Vec3], height: f
     return (x, y, z)
 
 
-# On what does a brick rest, and at which points?
+# The supports of a brick and its contact points with them.
 #
 # The engine says which bodies are near. Where both are convex, or the lower one is a half-space, geometry says whether
 # they touch, from which side, and at which corners (docs/decisions/0003). Only of other shapes, and of bodies that
@@ -309,7 +309,7 @@ def _reported(
     return dict(found)
 
 
-# How supports share a load that none could bear alone: merge cases 2 and 3, and a rule that keeps moments.
+# Supports that share a load which none could bear alone: merge cases 2 and 3, and a rule that keeps moments.
 #
 # Source: the stack-stability thesis, section 3.3.6; equation numbers are its own.
 # `stability.stabilizers.published.support` names what its text leaves open.
