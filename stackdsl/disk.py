@@ -225,15 +225,6 @@ def remove_folder(path: Path, within: Path) -> None:
         os.rmdir(name, dir_fd=folder)
 
 
-def move_file(path: Path, to: Path, within: Path) -> None:
-    """Give a file, or a link, another name. Raises OSError as `remove_file` does."""
-    with (
-        _named_in_folder(_place(path, within)) as (name, folder),
-        _named_in_folder(_place(to, within)) as (other, there),
-    ):
-        os.rename(name, other, src_dir_fd=folder, dst_dir_fd=there)
-
-
 def _place(path: Path, within: Path) -> str:
     """Where a file is, whatever it is: the true path of its folder, and its name."""
     true = os.path.join(os.path.realpath(path.parent), path.name)

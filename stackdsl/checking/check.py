@@ -12,7 +12,7 @@ from stackdsl.checking.cases import Case, Listed
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.results import Goldens, checked, set_aside, skipped
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.goldens.file_format import golden_file
+from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import Waiting, content, obsolete, remove_obsolete, text_digest
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.judging.judge import known_of
@@ -57,7 +57,7 @@ def unused_goldens(found: AllFound, golden: Path, others: Iterable[str] = ()) ->
     """
     if found.diagnostics or not found.cases:
         return ()
-    used = [golden_file(golden, case.identity).relative_to(golden).as_posix() for case in found.cases]
+    used = [golden_name(case.identity) for case in found.cases]
     return obsolete(golden, used, whole_set=True, checked={*others, *(case.file for case in found.cases)})
 
 
@@ -227,7 +227,7 @@ def recalled(case: Listed, terms: Terms) -> VariantResult | None:
     """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
     if terms.golden is None or terms.update or not _may_be_known(case, terms):
         return None
-    digest = text_digest(content(golden_file(terms.golden, case.identity), terms.golden))
+    digest = text_digest(content(terms.golden / golden_name(case.identity), terms.golden))
     found = from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
     return None if found is not None and found.unchecked and terms.must_claim else found
 
@@ -248,7 +248,7 @@ def _may_be_known(case: Listed, terms: Terms) -> bool:
 
 
 def _key(case: Listed, golden_digest: str, terms: Terms) -> str:
-    golden = golden_file(terms.golden or Path(), case.identity)
+    golden = (terms.golden or Path()) / golden_name(case.identity)
     asked = terms.digests[case.file], case.name, case.system, terms.time_limit
     return terms.memory.key("case", case.file, *asked, golden.as_posix(), golden_digest)
 

@@ -20,7 +20,6 @@ from stackdsl.cli.options import FilePath
 from stackdsl.cli.terminal import paper, tell, write
 from stackdsl.disk import is_stream, leads_outside
 from stackdsl.exits import ExitCode
-from stackdsl.goldens.file_format import moved_to_new_names
 from stackdsl.goldens.golden import GoldenWriteRefusedError, Pending, StaleError, Waiting, refuse_in_ci, remove_obsolete
 from stackdsl.report.blocks import blocks_text, line, table
 from stackdsl.shown_text import visible
@@ -252,19 +251,6 @@ def prune(context: click.Context, dry_run: bool) -> None:
         for pending in waiting:
             if pending.golden in gone:
                 place.waiting.reject(pending)
-
-
-@golden_command.command("rename")
-@click.pass_context
-def rename(context: click.Context) -> None:
-    """Give golden files that earlier versions wrote the names of this one; what they hold stays as it is."""
-    _refuse_in_ci()
-    place: Place = context.obj
-    try:
-        for was, now in moved_to_new_names(place.golden):
-            write(f"{was.name} -> {now.relative_to(place.golden).as_posix()}" if now else f"{was.name}: left as it is")
-    except OSError as error:
-        raise click.ClickException(f"{error.filename} cannot be renamed: {error.strerror}") from error
 
 
 def _refuse_in_ci() -> None:

@@ -2,16 +2,13 @@
 
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from hashlib import sha256
-from os.path import exists
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeAlias, TypeGuard
 
-from stackdsl.disk import make_folder, move_file, read_file
 from stackdsl.goldens.snapshot import (
     FORMAT,
     UNCLEAR,
@@ -71,23 +68,23 @@ def canonical_text(snapshot: Snapshot) -> str:
     rest = _plain(snapshot, without=("identity", "events", "bricks"))
     head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
     lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
-    events = [event_text(_plain(event)) for event in snapshot.events]
+    events = [_event_text(_plain(event)) for event in snapshot.events]
     bricks = [f"    {_json(brick)}: {_json(_plain(final))}" for brick, final in snapshot.bricks.items()]
-    lines.append('  "events": ' + block("[]", events, "  "))
-    lines.append('  "bricks": ' + block("{}", bricks, "  "))
-    return block("{}", lines, "") + "\n"
+    lines.append('  "events": ' + _block("[]", events, "  "))
+    lines.append('  "bricks": ' + _block("{}", bricks, "  "))
+    return _block("{}", lines, "") + "\n"
 
 
-def event_text(event: Mapping[str, object]) -> str:
+def _event_text(event: Mapping[str, object]) -> str:
     """An event of a document, with a line for each brick that it places."""
     if not isinstance(placed := event.get("placed"), Mapping):
         return f"    {_json(event)}"
     head = {key: value for key, value in event.items() if key != "placed"}
     bricks = [f"      {_json(brick)}: {_json(detail)}" for brick, detail in placed.items()]
-    return f'    {_json(head)[:-1]}, "placed": ' + block("{}", bricks, "    ") + "}"
+    return f'    {_json(head)[:-1]}, "placed": ' + _block("{}", bricks, "    ") + "}"
 
 
-def block(brackets: str, lines: Sequence[str], indent: str) -> str:
+def _block(brackets: str, lines: Sequence[str], indent: str) -> str:
     """Lines within brackets, or brackets alone."""
     return f"{brackets[0]}\n" + ",\n".join(lines) + f"\n{indent}{brackets[1]}" if lines else brackets
 
@@ -185,8 +182,7 @@ LONGEST_PART: Final = 60  # characters of each part of a name: disks that encryp
 DIGEST: Final = 10  # hexadecimal digits, where a name alone does not do
 ENDS_IN_DIGEST: Final = re.compile(rf".*-[0-9a-f]{{{DIGEST}}}")
 DEVICES: Final = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?")  # which Windows takes for no file
-OLD_NAME: Final = re.compile(r"[^\[\]]+\[[^\[\]]*\]\.json")  # such as `tower[step=10mm,exact].json`
-NEW_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tuned|stock|modified)\.json")
+GOLDEN_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tuned|stock|modified)\.json")
 _CHOICE: Final = re.compile(r"([a-z][a-z0-9_]*)-(.*?)(?:_(?=[a-z][a-z0-9_]*-)|$)")
 
 
@@ -198,15 +194,9 @@ def golden_name(identity: Identity) -> str:
     return f"{_plain_name(identity.scenario)}/{'.'.join(parts) or _with_digest('', '')}.json"
 
 
-def golden_file(directory: Path, identity: Identity) -> Path:
-    """The file of a snapshot: under its name, or under the one that earlier versions gave it, if it is there alone."""
-    path, old = directory / golden_name(identity), directory / old_name(identity)
-    return old if not exists(path) and exists(old) else path
-
-
 def directory_of(file: Path) -> Path:
     """The directory of golden files that one of them is in, by its name."""
-    return file.parent if OLD_NAME.fullmatch(file.name) else file.parent.parent
+    return file.parent.parent
 
 
 def _variant(chosen: str) -> str:
@@ -235,48 +225,5 @@ def _with_digest(slug: str, meant: str) -> str:
     return f"{kept or 'x'}-{digest}"
 
 
-def old_name(identity: Identity) -> str:
-    """The name of the same file in versions up to 0.1."""
-    # A dot in a scenario's name could make a device name of Windows, such as `con.txt[...]`.
-    return f"{_old_part(identity.scenario, r'[^a-z0-9_=,+-]')}[{_old_part(identity.variant, r'[^a-z0-9_=,+.-]')}].json"
-
-
-def _old_part(name: str, unsafe: str) -> str:
-    """A name with every unsafe character as %xx (capitals too: some disks take `A` for `a`), shortened by a hash."""
-    escaped = re.sub(unsafe, lambda found: "".join(f"%{byte:02x}" for byte in _bytes(found.group())), name)
-    if len(escaped) <= LONGEST_PART:
-        return escaped
-    digest = sha256(_bytes(name)).hexdigest()[:16]
-    return f"{escaped[: LONGEST_PART - len(digest) - 1]}~{digest}"
-
-
 def _bytes(text: str) -> bytes:
     return text.encode("utf-8", errors="surrogatepass")
-
-
-# Golden files of earlier versions, moved to the names that this one gives them.
-
-
-def moved_to_new_names(directory: Path) -> Iterator[tuple[Path, Path | None]]:
-    """Rename each file; what it was and is, and None where it says no name or another file has it. Raises OSError.
-
-    Cut short, it has moved some, each as a whole, and can be called again.
-    """
-    for old in sorted(file for file in directory.glob("*.json") if OLD_NAME.fullmatch(file.name)):
-        identity = _identity(old, directory)
-        new = directory / golden_name(identity) if identity is not None else None
-        if new is None or new.exists():
-            yield old, None
-            continue
-        make_folder(new.parent, directory)
-        move_file(old, new, directory)
-        yield old, new
-
-
-def _identity(file: Path, directory: Path) -> Identity | None:
-    with suppress(OSError, ValueError, RecursionError, KeyError, TypeError):
-        value = json.loads(read_file(file, within=directory))
-        names = [value[key] for key in ("scenario", "variant", "system")]
-        if all(isinstance(name, str) for name in names):
-            return Identity(*names)
-    return None

@@ -27,10 +27,8 @@ from stackdsl.disk import (
     unlinked,
 )
 from stackdsl.goldens.comparison import compare_documents
-from stackdsl.goldens.file_format import NEW_NAME, OLD_NAME, directory_of, document, golden_file, golden_name, old_name
-from stackdsl.goldens.short_format import golden_text
+from stackdsl.goldens.file_format import GOLDEN_NAME, canonical_text, directory_of, document, golden_name
 from stackdsl.goldens.snapshot import (
-    COMPACT_FORMAT,
     FORMAT,
     Identity,
     MalformedSnapshotError,
@@ -105,7 +103,6 @@ def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
 WRITABLE = "make room for it, or name another directory by --golden"
 CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves it
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
-FORMAT_KEY = re.compile(rb'"format":\s*(\d+)')
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
 LEFT_NAME = re.compile(r"\.[0-9a-f]+" + re.escape(TEMPORARY))
 HEAD = 256  # [bytes] of a golden file that say what it is
@@ -139,30 +136,23 @@ def check_golden(
     """
     if update or lock_new:
         refuse_in_ci(os.environ)
-    path = golden_file(directory, snapshot.identity)
+    path = directory / golden_name(snapshot.identity)
     found = content(path, directory)
     kept, keeper = keeper_in(found), kept_by
     if is_there(kept, directory):
         keeper = kept
-    text = golden_text(replace(snapshot, kept_by=keeper or None))
+    text = canonical_text(replace(snapshot, kept_by=keeper or None))
     if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
     result = judged_content(path.as_posix(), found, document(snapshot))
     if result.status is GoldenStatus.MISSING and lock_new and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
-    of_another_format = isinstance(found, bytes) and _format_of(found) != _format_of(text.encode("ascii"))
-    outgrown = agrees and (of_another_format or kept != keeper)
-    if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or outgrown))):
+    kept_by_another = agrees and kept != keeper
+    if not update or (result.status in LEFT_ALONE and not (agrees and (result.note or kept_by_another))):
         return replace(result, offered="" if agrees else text)
-    was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not outgrown else ""
+    was = found.decode("utf-8") if isinstance(found, bytes) and agrees and not kept_by_another else ""
     return _written(path, directory, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
-
-
-def _format_of(text: bytes) -> bytes:
-    """The format that a golden file says it has."""
-    found = FORMAT_KEY.search(text[:HEAD])
-    return found[1] if found else b""
 
 
 def _written(path: Path, directory: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
@@ -279,13 +269,12 @@ def _parsed(text: str) -> Mapping[str, object]:
     if "\\u" in text:  # an escaped half of a surrogate pair could be read but never be printed
         json.dumps(value, ensure_ascii=False).encode("utf-8")
     was = value.get("format", "none")
-    if isinstance(was, int) and not isinstance(was, bool) and was > COMPACT_FORMAT:
+    if isinstance(was, int) and not isinstance(was, bool) and was > FORMAT:
         raise NewerFormatError(
-            f"its format is {was}, which a newer version wrote; this one reads up to {COMPACT_FORMAT}; update stackdsl"
+            f"its format is {was}, which a newer version wrote; this one reads up to {FORMAT}; update stackdsl"
         )
-    if was is True or was not in (FORMAT, COMPACT_FORMAT):
-        read = f"this version reads {FORMAT} and {COMPACT_FORMAT}"
-        raise MalformedSnapshotError(f"its format is {was}, {read}; write it anew with --update")
+    if was is True or was != FORMAT:
+        raise MalformedSnapshotError(f"its format is {was}, this version reads {FORMAT}; write it anew with --update")
     return value
 
 
@@ -341,7 +330,6 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
     # A directory that cannot be read is told for each snapshot that should be in it.
     with suppress(OSError):
         entries = list(directory.iterdir())
-        names |= {entry.name for entry in entries if OLD_NAME.fullmatch(entry.name) and entry.is_file()}
         # What is behind a link belongs to somebody else.
         for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
             names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
@@ -353,7 +341,7 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
 def _is_golden(file: Path) -> bool:
     """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
     with suppress(OSError):
-        return NEW_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD, file.parent.parent)
+        return GOLDEN_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD, file.parent.parent)
     return False
 
 
@@ -369,8 +357,7 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
             remove_file(Path(file), directory_of(Path(file)))
             removed.append(file)
         with suppress(OSError):  # one that is not empty stays
-            if not OLD_NAME.fullmatch(Path(file).name):
-                remove_folder(Path(file).parent, directory_of(Path(file)))
+            remove_folder(Path(file).parent, directory_of(Path(file)))
     return tuple(removed)
 
 
@@ -494,8 +481,7 @@ class Waiting:
         identity = identity_in(pending.text)
         if identity is None or pending.case != f"{identity.scenario}[{identity.variant}]":
             return False
-        names = golden_name(identity), old_name(identity)
-        if pending.golden not in [os.path.relpath(self.folder / name, self.home) for name in names]:
+        if pending.golden != os.path.relpath(self.folder / golden_name(identity), self.home):
             return False
         return not pending.renamed_from or self._is_golden_file(pending.renamed_from)
 
@@ -503,8 +489,8 @@ class Waiting:
         """Whether it is the name of a golden file, as one sees it from where others are seen from."""
         inside = os.path.relpath(self.home / name, self.folder)
         folder, _, file = inside.rpartition("/")
-        named = OLD_NAME.fullmatch(file) if not folder else NEW_NAME.fullmatch(file)
-        return named is not None and "/" not in folder and folder != ".." and os.path.normpath(name) == name
+        named = folder not in ("", "..") and "/" not in folder and GOLDEN_NAME.fullmatch(file) is not None
+        return named and os.path.normpath(name) == name
 
     def accept(self, pending: Pending) -> None:
         """Let it become the golden file; a renamed one goes from where it was.

@@ -40,7 +40,6 @@ from stackdsl.trace import (
 
 
 FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
-COMPACT_FORMAT = 2  # of one that tells of very many bricks by level; both are read
 UNCLEAR = "unclear"  # too close to call; equal to anything
 
 

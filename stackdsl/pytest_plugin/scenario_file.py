@@ -13,7 +13,7 @@ from stackdsl.checking.cases import Case, gather
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
-from stackdsl.goldens.file_format import golden_file
+from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import known_of
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
@@ -99,7 +99,7 @@ class ScenarioItem(pytest.Item):
             return Goldens(None)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
         folder, scenarios = golden_directory(self.config, self.path), scenario_directory(self.config, self.path)
-        is_new = not golden_file(folder, self.case.identity).exists()
+        is_new = not (folder / golden_name(self.case.identity)).exists()
         return Goldens(
             folder,
             update,

@@ -18,9 +18,8 @@ from syrupy.extensions.json import JSONSnapshotExtension
 from syrupy.location import PyTestLocation
 from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, SerializedData, SnapshotIndex
 
-from stackdsl.goldens.file_format import directory_of, golden_file
+from stackdsl.goldens.file_format import canonical_text, directory_of, golden_name
 from stackdsl.goldens.golden import content_of, judge_text, refuse_in_ci, write_golden
-from stackdsl.goldens.short_format import golden_text
 from stackdsl.goldens.snapshot import Identity, Snapshot
 from stackdsl.pytest_plugin.golden_directory import golden_directory
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
@@ -44,7 +43,7 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> SerializedData:
         if not isinstance(data, Snapshot):
             raise TypeError(f"a golden file holds a stackdsl Snapshot, not a {type(data).__name__}")
-        return golden_text(replace(data, kept_by=self.keeper or None))
+        return canonical_text(replace(data, kept_by=self.keeper or None))
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
         result = judge_text("", snapshot_data, json.loads(serialized_data))
@@ -112,7 +111,6 @@ def held_against(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> G
     """
 
     def kept(identity: Identity) -> SnapshotAssertion:
-        file = golden_file(directory, identity).relative_to(directory)
-        return snapshot.use_extension(_kept_by(keeper))(name=file.as_posix())
+        return snapshot.use_extension(_kept_by(keeper))(name=golden_name(identity))
 
     return kept

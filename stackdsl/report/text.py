@@ -242,19 +242,11 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
         list(_noted(report, GoldenStatus.OTHER_ENGINE)),
     )
     yield titled("Golden files made with other versions", list(_stamps(report)))
-    yield titled("Golden files with names of earlier versions", list(_old_names(report)))
 
 
 def gaps_text(result: VariantResult) -> str:
     """Which gaps the verdict of statics counts on."""
     return f"{result.name}: stable{touching_text(result.touching_within)}"
-
-
-def _old_names(report: Report) -> Iterator[str]:
-    goldens = [result.golden for result in report.results if result.golden is not None]
-    old = [golden.file for golden in goldens if golden.file.endswith("].json")]
-    if old:
-        yield f"{how_many(len(old), 'file')}: {names_text(old)}; stackdsl golden rename gives them new ones"
 
 
 def _slowest(report: Report, count: int) -> Block:

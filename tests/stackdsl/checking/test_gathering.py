@@ -48,7 +48,7 @@ def test_a_pipe_among_scenarios_is_told_and_not_waited_for(stackdsl: Stackdsl, t
 def test_nothing_is_removed_unless_all_was_read(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     os.mkfifo(tmp_path / "scenarios" / "pipe.yaml")
-    gone = write(tmp_path, "{}", "golden/gone[exact].json")
+    gone = write(tmp_path, '{"format": 1}', "golden/gone/exact.json")
     assert stackdsl("check", "scenarios", "--update").code == 2
     assert gone.exists()
     (tmp_path / "scenarios" / "pipe.yaml").unlink()

@@ -51,10 +51,10 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
 
 
 def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, project: Path) -> None:
-    (project / "golden" / "gone[exact].json").write_text("{}")
+    write(project, '{"format": 1}', "golden/gone/exact.json")
     result = stackdsl("check")
     assert result.code == 3
-    assert "gone[exact].json" in result.out
+    assert "gone/exact.json" in result.out
     assert "obsolete" in result.out
     assert stackdsl("check", "scenarios/good.yaml").code == 0
     assert stackdsl("check", "--update").code == 0
@@ -72,9 +72,9 @@ def test_a_directory_of_other_scenarios_removes_no_golden(stackdsl: Stackdsl, pr
 
 def test_the_whole_set_is_known_by_where_it_is_and_holds_a_case(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
-    gone = write(tmp_path, "{}", "golden/gone[exact].json")
+    gone = write(tmp_path, '{"format": 1}', "golden/gone/exact.json")
     for path in ("scenarios", str(tmp_path / "scenarios"), ".", "scenarios/../scenarios"):
-        assert "gone[exact].json" in stackdsl("check", path).out
+        assert "gone/exact.json" in stackdsl("check", path).out
     (tmp_path / "scenarios" / "good.yaml").unlink()
     assert stackdsl("check", "--update").code == 4
     assert gone.exists()
@@ -109,7 +109,7 @@ def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
 
 
 def test_goldens_that_the_disk_keeps_stay_obsolete_in_a_whole_report(project: Path) -> None:
-    (project / "golden" / "gone[exact].json").touch()
+    write(project, '{"format": 1}', "golden/gone/exact.json")
     refused = "def refuse(*_, **__): raise PermissionError(13, 'Permission denied')"
     code = f"import os\n{refused}\nos.unlink = refuse\nfrom stackdsl.cli.main import main\nmain()"
     done = started(project, "check", "--update", program=("-c", code))
@@ -160,8 +160,7 @@ def test_the_command_told_accepts_what_was_shown_and_nothing_else(stackdsl: Stac
 
 def test_the_command_told_removes_what_is_obsolete(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
-    (tmp_path / "golden").mkdir()
-    (tmp_path / "golden" / "gone[exact].json").write_text("{}")
+    write(tmp_path, '{"format": 1}', "golden/gone/exact.json")
     told = accepting(stackdsl("check"))
     assert told == ["check", "--update"]
     assert stackdsl(*told).code == 0

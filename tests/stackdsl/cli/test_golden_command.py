@@ -200,16 +200,6 @@ def test_an_input_that_moves_less_than_a_result_may_is_told(stackdsl: Stackdsl, 
     assert (told.code, "x when placed" in told.out) == (3, True)
 
 
-def test_old_names_are_found_told_and_renamed(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
-    old = locked.rename(tmp_path / "golden" / "good[exact].json")
-    text = old.read_text()
-    told = stackdsl("check", CI="true")
-    assert (told.code, "stackdsl golden rename" in told.out) == (0, True)
-    assert stackdsl("golden", "rename").out == "good[exact].json -> good/exact.json\n"
-    assert (locked.read_text(), old.exists()) == (text, False)
-    assert "rename" not in stackdsl("check", CI="true").out
-
-
 def test_nothing_is_accepted_in_ci(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     change(tmp_path, MOVED)
     stackdsl("check", CI="true")

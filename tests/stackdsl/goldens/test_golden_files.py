@@ -11,6 +11,7 @@ from stackdsl.goldens.file_format import canonical_text, document, golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, check_golden, obsolete, refuse_in_ci, remove_obsolete
 from stackdsl.goldens.snapshot import FORMAT
 from stackdsl.results import GoldenStatus
+from tests.command_line import write
 from tests.stackdsl.goldens.changes import BRICK, STANDS, Change, changed, drop, put
 from tests.stackdsl.goldens.towers import IDENTITY
 
@@ -75,7 +76,7 @@ UNREADABLE = {
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "no object"),
     "no format": (b"{}", "its format is none, this version reads 1"),
-    "another format": (b'{"format": 0}', "its format is 0, this version reads 1 and 2; write it anew with --update"),
+    "another format": (b'{"format": 0}', "its format is 0, this version reads 1; write it anew with --update"),
     "a format that is no number": (b'{"format": true}', "its format is True, this version reads 1"),
     "a key that nobody reads": (b'{"format": 1, "verdicts": "stands"}', "the file has an unknown key 'verdicts'"),
     "one of a brick": (b'{"format": 1, "bricks": {"a": {"stat": 1}}}', "'a' has an unknown key 'stat'"),
@@ -194,24 +195,31 @@ def test_a_ci_variable_that_says_no_is_no_ci(value: str) -> None:
 
 
 def test_obsolete_files_are_those_of_no_variant(tmp_path: Path) -> None:
-    for name in ("a[thesis].json", "gone[thesis].json", "package.json", "README.md", "gone[thesis].json.orig"):
-        (tmp_path / name).write_text("", encoding="utf-8")
-    (tmp_path / "directory[x].json").mkdir()
-    gone = (tmp_path / "gone[thesis].json").as_posix()
-    assert obsolete(tmp_path, ["a[thesis].json", "new[thesis].json"], whole_set=True) == (gone,)
+    names = (
+        "a/thesis.json",
+        "gone/thesis.json",
+        "gone/package.json",
+        "gone/README.md",
+        "gone/thesis.json.orig",
+        "thesis.json",
+    )
+    for name in names:
+        write(tmp_path, '{"format": 1}', name)
+    (tmp_path / "a" / "exact.json").mkdir()
+    gone = (tmp_path / "gone" / "thesis.json").as_posix()
+    assert obsolete(tmp_path, ["a/thesis.json", "new/thesis.json"], whole_set=True) == (gone,)
     assert obsolete(tmp_path, [], whole_set=False) == ()
     assert obsolete(tmp_path / "nowhere", [], whole_set=True) == ()
     assert remove_obsolete([gone, gone]) == (gone, gone)
     assert not Path(gone).exists()
-    assert len(list(tmp_path.iterdir())) == 5
+    assert [name for name in names if not (tmp_path / name).exists()] == ["gone/thesis.json"]
 
 
 def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: Path) -> None:
-    (tmp_path / "stays[x].json").mkdir()  # unlink refuses a directory to everybody, even to root
-    (tmp_path / "goes[x].json").touch()
-    goes = str(tmp_path / "goes[x].json")
-    assert remove_obsolete([str(tmp_path / "stays[x].json"), goes]) == (goes,)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["stays[x].json"]
+    (tmp_path / "stays" / "x.json").mkdir(parents=True)  # unlink refuses a directory to everybody, even to root
+    goes = str(write(tmp_path, "", "goes/x.json"))
+    assert remove_obsolete([str(tmp_path / "stays" / "x.json"), goes]) == (goes,)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["stays"]
 
 
 def test_what_is_behind_a_link_is_no_obsolete_file(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl.goldens.file_format import golden_file, golden_name, moved_to_new_names, old_name
+from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import is_there
 from stackdsl.goldens.snapshot import Identity
 
@@ -59,27 +59,6 @@ def test_no_two_variants_share_a_file_on_any_disk(one: tuple[str, str], other: t
     assert (names[0].casefold() == names[1].casefold()) is (one == other)
     assert all(TAKEN_AS_IT_IS.fullmatch(name) for name in names)
     assert all(len(part) <= 143 for name in names for part in name.split("/"))
-
-
-def test_an_old_name_is_found_until_it_is_renamed(tmp_path: Path) -> None:
-    identity = Identity("tower", "speed=1m/s,exact", "exact")
-    assert old_name(identity) == "tower[speed=1m%2fs,exact].json"
-    old, new = tmp_path / old_name(identity), tmp_path / golden_name(identity)
-    old.write_text('{"scenario": "tower", "variant": "speed=1m/s,exact", "system": "exact"}')
-    assert golden_file(tmp_path, identity) == old
-    assert list(moved_to_new_names(tmp_path)) == [(old, new)]
-    assert (golden_file(tmp_path, identity), old.exists()) == (new, False)
-
-
-def test_what_says_no_name_or_has_its_place_taken_is_left_as_it_is(tmp_path: Path) -> None:
-    identity = Identity("tower", "exact", "exact")
-    old, new, other = tmp_path / old_name(identity), tmp_path / golden_name(identity), tmp_path / "x[y].json"
-    new.parent.mkdir()
-    old.write_text('{"scenario": "tower", "variant": "exact", "system": "exact"}')
-    new.write_text("here already")
-    other.write_text("<<<<<<< HEAD")
-    assert list(moved_to_new_names(tmp_path)) == [(old, None), (other, None)]
-    assert new.read_text() == "here already"
 
 
 @pytest.mark.parametrize("keeper", ["a" * 5000, "nobody.py", "\0"], ids=["too long", "gone", "no name"])

@@ -90,7 +90,7 @@ def test_ci_refuses_to_write(file: Path, pytester: pytest.Pytester, monkeypatch:
 @pytest.mark.parametrize("arguments", [[], ["--snapshot-update"]], ids=["read", "update"])
 def test_files_of_other_variants_are_left_alone(arguments: list[str], file: Path, pytester: pytest.Pytester) -> None:
     file.write_text(TEXT, encoding="utf-8")
-    other = file.with_name("other[stock].json")
+    other = file.with_name("other.stock.json")
     other.write_text("{}", encoding="utf-8")
     result = pytester.runpytest(*arguments)
     assert result.ret == 0

@@ -71,7 +71,7 @@ FULL = report(
     CRASHED,
     with_golden(GoldenStatus.DIFFERENT, "made with python 3.10 (now 3.11)", MOVED),
     diagnostics=(MISTAKE,),
-    obsolete=("golden/gone[x].json",),
-    removed=("golden/old[x].json",),
+    obsolete=("golden/gone/x.json",),
+    removed=("golden/old/x.json",),
     interrupted=True,
 )

@@ -68,7 +68,7 @@ def test_no_report_prints_what_a_golden_file_would_have_it_print(stackdsl: Stack
         assert key in golden.read_text()
     text = golden.read_text().replace('"stands"', json.dumps(HOSTILE)).replace('"L1.1"', json.dumps(HOSTILE))
     golden.write_text(re.sub(r'"stackdsl": "[^"]*"', lambda _: f'"stackdsl": {json.dumps(HOSTILE)}', text))
-    (tmp_path / "golden" / "x\x1b[2J\n::error::y[exact].json").write_text('{"format": 2}')
+    write(tmp_path, '{"format": 1}', "golden/x\x1b[2J\n::error::y/exact.json")
     forms = ("text", "github", "markdown", "junit")
     for told in (*(stackdsl("check", "s", "--format", form).out for form in forms), stackdsl("golden", "review").out):
         assert "gone" in told
