@@ -17,7 +17,7 @@ help:           ## list the targets
 # it: setuptools comes first, and nothing is fetched for a build.
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
 
-$(READY): pyproject.toml requirements.lock
+$(READY): pyproject.toml requirements.lock setup.py
 	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	sed -n '/^setuptools==/,/[^\\]$$/p' requirements.lock > $(VENV)/build.lock

@@ -17,6 +17,7 @@ CI=
 export CI
 
 "$bin/python" -m pip install --quiet --disable-pip-version-check "$wheel"
+"$bin/stackdsl" schema | cmp - "$work"/empty/lib/python*/site-packages/stackdsl/scenario.schema.json
 "$bin/stackdsl" new tower
 "$bin/stackdsl" check scenarios --update
 "$bin/stackdsl" check scenarios

@@ -19,6 +19,7 @@ from stackdsl.cli.options import VENDORED, FilePath, requirement
 from stackdsl.cli.terminal import write
 from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
+from stackdsl.language.json_schema import schema_text
 from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.shown_text import visible
@@ -27,7 +28,7 @@ from stackdsl.simulation.known_systems import KNOWN, needs_of
 # `stackdsl new`: writes a scenario to start from.
 
 
-SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project and in the package
+SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project, and in an installed package
 
 
 @click.command("new")
@@ -58,7 +59,8 @@ def schema_seen_from(folder: Path) -> str:
         if os.path.isfile(own := home / SCHEMA):
             return Path(os.path.relpath(own, inside)).as_posix()
     packaged = Path(str(files("stackdsl").joinpath(SCHEMA))).resolve()
-    return Path(os.path.relpath(packaged, inside)).as_posix() if packaged.is_relative_to(Path.cwd()) else ""
+    is_within = packaged.is_relative_to(Path.cwd()) and packaged.is_file()
+    return Path(os.path.relpath(packaged, inside)).as_posix() if is_within else ""
 
 
 def make_folder(folder: Path) -> None:
@@ -146,7 +148,7 @@ def _texts(directory: Path) -> Mapping[Path, str]:
     return {
         directory / "stackdsl.toml": ROOT_FILE,
         directory / "scenarios" / f"{FIRST}.yaml": first_text(FIRST, f"../{SCHEMA}"),
-        directory / SCHEMA: files("stackdsl").joinpath(SCHEMA).read_text(encoding="utf-8"),
+        directory / SCHEMA: schema_text(),
         directory / ".vscode" / "settings.json": EDITOR,
         directory / ".github" / "workflows" / "stackdsl.yml": WORKFLOW.replace("{requirement}", requirement()),
     }
@@ -258,7 +260,7 @@ def _project() -> Iterator[Finding]:
 
 
 def _schema(schema: Path) -> Iterator[Finding]:
-    current = files("stackdsl").joinpath(SCHEMA).read_bytes()
+    current = schema_text().encode()
     try:
         if read_file(schema, len(current) + 1, within=schema.parent) != current:
             anew = f"stackdsl schema > {quote(str(schema))}"

@@ -1,15 +1,17 @@
 """What an author may write, as JSON Schema: for editors, and for the remedies of mistakes."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache, lru_cache
 from typing import Any, Final
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from stackdsl.language import value_types
+from stackdsl.language.layouts.registry import LayoutParams
 from stackdsl.language.schema import Scenario, models
-from stackdsl.language.value_types import DISTRIBUTION_PATTERN, EXPRESSION_PATTERN, FILE
+from stackdsl.language.value_types import DISTRIBUTION_PATTERN, EXPRESSION_PATTERN, FILE, Reads
 from stackdsl.language.yaml.includes import INCLUDE, LISTS
 from stackdsl.language.yaml.source import KeyPath
 
@@ -69,8 +71,54 @@ def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
 
 
 def schema_text() -> str:
-    """The JSON schema as it is kept in `scenario.schema.json`."""
-    return json.dumps({**_as_draft_7(json_schema()), "$schema": PUBLISHED}, indent=2, ensure_ascii=False) + "\n"
+    """The JSON schema that editors read, in draft 7: what stands in many places is written once, in `$defs`."""
+    quantities, layout_keys = _quantities(), _keys_of_layouts()
+    names = {_text_of(_bare(schema)): name for name, schema in reversed(quantities.items())}
+    schema = json_schema()
+    definitions = {**_shared(layout_keys, names), **quantities}
+    names |= {_text_of(schema): name for name, schema in layout_keys.items()}
+    whole = {**_shared(schema, names), "$schema": PUBLISHED}
+    used = json.dumps(whole) + json.dumps(definitions)
+    whole["$defs"] |= {name: each for name, each in definitions.items() if f'"{_reference(name)}"' in used}
+    return json.dumps(_as_draft_7(whole), indent=2, ensure_ascii=False) + "\n"
+
+
+def _quantities() -> dict[str, JsonSchemaValue]:
+    """How values are written, by the names of their types."""
+    kinds = {name: getattr(kind, "__metadata__", ()) for name, kind in vars(value_types).items()}
+    return {name: dict(read.schema) for name, kind in kinds.items() for read in kind[:1] if isinstance(read, Reads)}
+
+
+def _keys_of_layouts() -> dict[str, JsonSchemaValue]:
+    """The keys that all layouts have."""
+    keys = LayoutParams.model_json_schema(schema_generator=_ForEditors)["properties"]
+    return {f"Layout{key.capitalize()}": schema for key, schema in keys.items()}
+
+
+def _shared(value: Any, names: Mapping[str, str]) -> Any:  # noqa: ANN401 -- JSON
+    """A part of a schema, with a reference in place of what has a name."""
+    if isinstance(value, list):
+        return [_shared(item, names) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if name := names.get(_text_of(value)):
+        return {"$ref": _reference(name)}
+    if name := names.get(_text_of(bare := _bare(value))):
+        return {"$ref": _reference(name), **{key: member for key, member in value.items() if key not in bare}}
+    return {key: _shared(member, names) for key, member in value.items()}
+
+
+def _bare(schema: JsonSchemaValue) -> JsonSchemaValue:
+    """What a schema says of the value, without what it says of the key that has it."""
+    return {key: member for key, member in schema.items() if key not in ("description", "default")}
+
+
+def _text_of(schema: JsonSchemaValue) -> str:
+    return json.dumps(schema, sort_keys=True)
+
+
+def _reference(name: str) -> str:
+    return f"#/$defs/{name}"
 
 
 def _as_draft_7(value: Any) -> Any:  # noqa: ANN401 -- JSON

@@ -1,13 +1,13 @@
 """The reference of the language names every keyword there is."""
 
-import json
 import re
 from collections.abc import Iterator
 
+from stackdsl.language.json_schema import json_schema
 from tests.paths import ROOT
 
 PAGE = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
-SCHEMA = json.loads((ROOT / "stackdsl" / "scenario.schema.json").read_text(encoding="utf-8"))
+SCHEMA = json_schema()
 
 
 def keywords(node: object) -> Iterator[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.cli.options import FORMATS
+from stackdsl.language.json_schema import schema_text
 from tests.command_line import GOOD, Result, Stackdsl, StackdslIn, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
@@ -297,6 +298,7 @@ def test_a_new_scenario_points_editors_to_the_schema_that_the_project_has(tmp_pa
     # A project that brings the package along can be kept anywhere.
     shutil.copytree(packaged, tmp_path / "lib" / "stackdsl")
     shutil.copytree(packaged.parent / "stability", tmp_path / "lib" / "stability")
+    (tmp_path / "lib" / "stackdsl" / "scenario.schema.json").write_text(schema_text(), encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-m", "stackdsl", "new", "my-tower", "--to", "scenarios/deep"],
         cwd=tmp_path, env={**os.environ, "PYTHONPATH": "lib"}, check=True, capture_output=True,

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
+from stackdsl.language.json_schema import schema_text
 from tests.paths import ROOT
 from tests.stackdsl.language.language_server import AT_HAND, LanguageServer, serving
 
-SCHEMA = ROOT / "stackdsl" / "scenario.schema.json"
-HEAD = f"# yaml-language-server: $schema={SCHEMA.as_posix()}\n"
+HEAD = "# yaml-language-server: $schema=scenario.schema.json\n"
 
 pytestmark = pytest.mark.skipif(not AT_HAND, reason="yaml-language-server is not installed: make editor")
 
@@ -16,7 +16,9 @@ pytestmark = pytest.mark.skipif(not AT_HAND, reason="yaml-language-server is not
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LanguageServer]:
     """A server for all of them, as an editor has one."""
-    with serving(tmp_path_factory.mktemp("edited")) as running:
+    folder = tmp_path_factory.mktemp("edited")
+    (folder / "scenario.schema.json").write_text(schema_text(), encoding="utf-8")
+    with serving(folder) as running:
         yield running
 
 

@@ -1,6 +1,11 @@
 """The models of a scenario: what they read, what they fill in, and what editors are told."""
 
 import json
+import re
+import subprocess
+import sys
+import tomllib
+from functools import cache
 from typing import Any
 
 import jsonschema
@@ -24,8 +29,6 @@ from stackdsl.language.value_types import SYSTEMS
 from stackdsl.language.variants import expand
 from stackdsl.language.yaml.source import parse
 from tests.paths import ROOT
-
-SCHEMA_FILE = ROOT / "stackdsl" / "scenario.schema.json"
 
 EVERYTHING = """
 scenario: everything
@@ -227,20 +230,35 @@ def test_catalogue_bricks_are_known_by_name(name: str) -> None:
 # --- editors ----------------------------------------------------------------------------------------------------------
 
 
+@cache
+def validators() -> tuple[jsonschema.protocols.Validator, jsonschema.protocols.Validator]:
+    """By the schema as it is published, and as ours reads it."""
+    return jsonschema.Draft7Validator(json.loads(schema_text())), jsonschema.Draft202012Validator(json_schema())
+
+
 def accepted_by_editors(text: str) -> bool:
-    """By the schema as it is published, and as ours reads it: they must not differ."""
+    """By both schemas, which must not differ."""
     (source,) = parse(text, "a.yaml").sources  # as YAML 1.2: PyYAML takes the key `on` for true
-    written = source.values
-    published = jsonschema.Draft7Validator(json.loads(schema_text())).is_valid(written)
-    assert published == jsonschema.Draft202012Validator(json_schema()).is_valid(written)
+    published, ours = (validator.is_valid(source.values) for validator in validators())
+    assert published == ours
     return published
 
 
-def test_the_schema_file_is_current() -> None:
-    assert SCHEMA_FILE.read_text(encoding="utf-8") == schema_text(), (
-        "python -c 'from stackdsl.language.json_schema import schema_text; print(schema_text(), end=\"\")' "
-        "> stackdsl/scenario.schema.json"
+def test_a_build_makes_the_schema_with_what_it_installs() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    needed, installed = (
+        {re.split("[>=; ]", each)[0].replace("pyyaml", "yaml") for each in requirements}
+        for requirements in (settings["project"]["dependencies"], settings["build-system"]["requires"])
     )
+    missing = dict.fromkeys(needed - installed)
+    code = f"import sys; sys.modules |= {missing!r}; from stackdsl.language.json_schema import schema_text as s; s()"
+    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+def test_what_stands_in_many_places_is_written_once() -> None:
+    text = schema_text()
+    assert text.count('"write a length with its unit"') == 1
+    assert text.count("shifts the layout to [x, y, z]") == 1
 
 
 def test_the_schema_is_a_valid_one() -> None:
