@@ -22,15 +22,14 @@ import signal
 from contextlib import suppress
 from types import FrameType
 
-from stackdsl import THREADS
+from stability.process_settings import ask_for_one_thread
 
 INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not imported in time
 
 
 def main() -> None:
     """Run the command, and import it first."""
-    # Read when numpy is loaded, here and in every worker: sums must not depend on how many threads somebody asks for.
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    ask_for_one_thread()  # also in every worker: sums must not depend on how many somebody asks for
     # Processes that we start would import modules of the folder that the command is called in, before those of Python.
     os.environ["PYTHONSAFEPATH"] = "1"
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:

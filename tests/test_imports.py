@@ -19,7 +19,7 @@ from tests.paths import ROOT
 LAYERS = {
     "stability": (
         {"model"},
-        {"blas_threads", "garbage", "graph", "geometry", "name_order"},
+        {"graph", "geometry", "name_order", "process_settings"},
         {"contact_law", "problem"},
         {"contacts"},
         {"statics"},

@@ -22,11 +22,11 @@ from stability.analysis.acceleration_cut import (
     proven_distance,
     shaken,
 )
-from stability.blas_threads import one_thread
 from stability.geometry.polygons import Point2, hull
 from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
 from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
+from stability.process_settings import one_thread
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix

@@ -23,10 +23,10 @@ from stability.analysis.acceleration_cut import (
     shaken,
 )
 from stability.analysis.acceleration_margin import slide
-from stability.blas_threads import one_thread
 from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import rotate
 from stability.problem import ZERO, Motion, Problem, Tolerances, Wrench
+from stability.process_settings import one_thread
 from stability.statics.conic_program import Point, QuickSeries
 from stability.statics.equilibrium import separating_velocities
 from stability.statics.wrench_matrix import Cones, wrench_array

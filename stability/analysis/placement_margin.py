@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.blas_threads import one_thread
 from stability.geometry.polygons import Point2, Polygon, hull, inset
 from stability.geometry.rows import Array
 from stability.model import GROUND, BodyId, Vec3
 from stability.problem import ZERO, Contact, Problem, Wrench
+from stability.process_settings import one_thread
 from stability.statics.conic_program import ConicProgram, clarabel_solve
 from stability.statics.wrench_matrix import passed_down
 

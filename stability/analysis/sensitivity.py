@@ -18,10 +18,10 @@ from math import atan2, pi
 from stability.analysis.acceleration_cut import Heading, Shaken, groups_apart, heading, proven_distance, shaken
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
-from stability.blas_threads import one_thread
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
 from stability.model import Vec3
 from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
+from stability.process_settings import one_thread
 
 NEAR = 1e-5  # share by which a limit may be beyond the margin and count as reached with it
 ALIGNED = 1e-6  # [rad] by which a direction may be off the normal of its limit

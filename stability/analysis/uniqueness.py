@@ -26,11 +26,11 @@ from stability.analysis.uniqueness_program import (
     nothing_moves,
     power_program,
 )
-from stability.blas_threads import one_thread
 from stability.geometry.rows import Array
 from stability.model import BodyId
 from stability.name_order import in_order
 from stability.problem import Forces, Problem, Tolerances
+from stability.process_settings import one_thread
 from stability.statics.assembly import admit_forces, admit_problem
 from stability.statics.conic_program import Point, Solver, clarabel_solve, solve
 from stability.statics.fall_description import described

@@ -8,9 +8,7 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Any, Final
 
-from stability.blas_threads import one_thread
 from stability.contact_law import GivenFriction, admit_friction
-from stability.garbage import rarely_collected
 from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.box_distance import BESIDE, LIMIT_ITSELF, reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane, bounds_W
@@ -42,6 +40,7 @@ from stability.problem import (
     by_place,
     rounded,
 )
+from stability.process_settings import one_thread, rarely_collected
 from stability.statics.certificate import Tally, brick_graph, rests_on, tallied, total_forces
 from stability.statics.journal import Kept
 from stability.statics.prover import Prover, ProverState

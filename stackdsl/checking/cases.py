@@ -11,6 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Final, TypeAlias
 
+from stability.process_settings import uncollected
 from stackdsl.asked_files import read_asked
 from stackdsl.checking.cache import Memory
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
@@ -24,7 +25,7 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, expand
 from stackdsl.language.yaml.includes import Library, root_of
-from stackdsl.language.yaml.source import MAX_BYTES, Loaded, Source, load, parsed, uncollected
+from stackdsl.language.yaml.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.project_file import OWN_FILE, confined, home_of
 from stackdsl.shown_text import visible
 from stackdsl.timeline import Timeline

@@ -1,11 +1,9 @@
 """The command line: finds the command that is called, and says with its exit code how it went."""
 
-import gc
 import os
 import signal
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from errno import EDQUOT, EMFILE, ENFILE, ENOMEM, ENOSPC
 from importlib import import_module
 from io import TextIOWrapper
@@ -14,6 +12,7 @@ from typing import Final
 
 import click
 
+from stability.process_settings import collect_rarely, exclude_from_collection, uncollected
 from stackdsl.cli.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
 
@@ -57,19 +56,6 @@ MODULES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("find", "order", "pull", "sensitivities", "suggest", "survive"), "statics"),
 }
 
-SELDOM: Final = 20_000  # objects that are made, and stay, before the collector of garbage looks at them
-
-
-@contextmanager
-def _kept() -> Iterator[None]:
-    """Let the collector of garbage pass over what is made meanwhile, for good, here and in copies of this process."""
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        gc.enable()
-
 
 class CommandsOnCall(click.Group):
     """A group of commands that are imported when they are called."""
@@ -80,9 +66,10 @@ class CommandsOnCall(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        with _kept():
+        with uncollected():
             module = import_module(f"stackdsl.cli.{MODULES.get(cmd_name, cmd_name)}")
             command = getattr(module, f"{cmd_name}_command")
+            exclude_from_collection()
         assert isinstance(command, click.Command)
         return command
 
@@ -126,8 +113,7 @@ def main() -> None:
             signal.signal(number, _interrupt)
     # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # As `stability.garbage` does for whoever shares a process; to import that would take longer than `--help`.
-    gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
+    collect_rarely()
     sys.exit(_code_of_run())
 
 

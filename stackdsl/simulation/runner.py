@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
 
-from stability.blas_threads import one_thread
 from stability.engines.scene_scale import SAMPLING
-from stability.garbage import rarely_collected
 from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
+from stability.process_settings import one_thread, rarely_collected
 from stackdsl.simulation.after_collapse import after_collapse, last_arrival, time_of
 from stackdsl.simulation.brick_tracks import EventLog, OnEvent, edges_of, keep_clear, tracks_of
 from stackdsl.simulation.measurements import ForceMeter, Measures

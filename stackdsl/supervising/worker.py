@@ -1,6 +1,5 @@
 """A supervised worker process: runs tasks one at a time, with a memory limit."""
 
-import gc
 import multiprocessing
 import os
 import pickle
@@ -19,6 +18,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Final
 
+from stability.process_settings import exclude_from_collection
 from stackdsl.exits import INTERRUPTS
 
 # How much memory one worker may take: so much that the machine goes on, whatever a case does.
@@ -317,7 +317,7 @@ def _serve(connection: Connection) -> None:
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # likewise
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # in a copy of the parent, it would mean what it means there
     signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
-    gc.freeze()  # looking for garbage in what the parent has made would copy its memory
+    exclude_from_collection()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _keep_off_stdout()
     limit_memory()

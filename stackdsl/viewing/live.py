@@ -1,6 +1,5 @@
 """Live pages: preview, runs, and reloading when a file is saved."""
 
-import gc
 import json
 import multiprocessing
 import os
@@ -20,6 +19,7 @@ from time import sleep
 from typing import Final, TypeAlias, TypeVar
 
 from stability.model import BodyId, BodyState
+from stability.process_settings import exclude_from_collection, uncollected
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
@@ -27,7 +27,6 @@ from stackdsl.exits import INTERRUPTS
 from stackdsl.judging.judge import known_of
 from stackdsl.judging.numbers import Knobs
 from stackdsl.judging.proofs import margins_of_assembly, proofs_of
-from stackdsl.language.yaml.source import uncollected
 from stackdsl.report.statics import TOLD, Extent, proven_lines
 from stackdsl.report.text import run_text
 from stackdsl.results import RunStatus, VariantResult
@@ -344,4 +343,4 @@ def warm_up() -> None:
     """Import it, and let the collector of garbage pass over all that there is by now, here and in copies of this."""
     for name in SELDOM:
         import_module(name)
-    gc.freeze()
+    exclude_from_collection()

@@ -1,8 +1,6 @@
 """YAML text -> plain values, with the position of every key and value."""
 
-import gc
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from itertools import islice
@@ -11,6 +9,7 @@ from typing import Final, TypeAlias
 
 import yaml
 
+from stability.process_settings import uncollected
 from stackdsl.asked_files import read_asked
 from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
 from stackdsl.disk import read_file
@@ -34,22 +33,6 @@ from stackdsl.language.yaml.parsing import (
     unreadable_characters,
 )
 from stackdsl.shown_text import visible
-
-# Reading without the collector of garbage, which would go again and again through all that is kept.
-
-
-@contextmanager
-def uncollected() -> Iterator[None]:
-    """Let nothing be collected meanwhile; what is read of one file is bounded, and hardly any of it is garbage."""
-    if not gc.isenabled():  # somebody around does the same
-        yield
-        return
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-
 
 # YAML text as plain values, with the place of every key and value, from a reader that accepts only what is meant.
 #

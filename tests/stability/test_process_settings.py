@@ -1,12 +1,16 @@
-"""Linear algebra runs on one thread while we reckon, whatever the environment says, and as before afterwards."""
+"""Garbage is looked for more seldom and linear algebra runs on one thread while we reckon, and as before afterwards."""
 
+import gc
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import suppress
 from textwrap import dedent
 
 import pytest
 
+from stability.process_settings import SELDOM, rarely_collected
 from tests.paths import ROOT
 
 SEEN = """
@@ -38,7 +42,7 @@ def told(script: str, threads: str) -> str:
 def test_there_is_one_thread_meanwhile_and_as_many_as_before_afterwards(loaded: str) -> None:
     script = f"""
         {loaded or "pass"}
-        from stability.blas_threads import one_thread
+        from stability.process_settings import one_thread
         with one_thread():
             inside = threads()
             with one_thread():
@@ -77,7 +81,7 @@ def test_a_sum_has_the_same_last_digit_whatever_the_environment_says() -> None:
     #   Left alone, OpenBLAS factors a matrix of 200 rows otherwise on two threads than on one.
     script = """
         import numpy as np
-        from stability.blas_threads import one_thread
+        from stability.process_settings import one_thread
         random = np.random.default_rng(0)
         matrix, right = random.random((200, 200)), random.random(200)
         with one_thread():
@@ -95,3 +99,37 @@ def test_the_command_asks_for_one_thread_in_itself_and_in_its_workers() -> None:
             command.main()
         """
     assert told(script, "7") == "1"
+
+
+# --- garbage ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(autouse=True)
+def threshold() -> Iterator[None]:
+    before = gc.get_threshold()
+    yield
+    gc.set_threshold(*before)
+
+
+def test_the_collector_looks_more_seldom_only_meanwhile() -> None:
+    gc.set_threshold(700, 7, 9)
+    with rarely_collected():
+        assert gc.get_threshold() == (SELDOM, 7, 9)
+        with rarely_collected():
+            pass
+        assert gc.get_threshold() == (SELDOM, 7, 9)
+    assert gc.get_threshold() == (700, 7, 9)
+
+
+def test_a_mistake_meanwhile_changes_nothing_of_that() -> None:
+    gc.set_threshold(700, 7, 9)
+    with suppress(KeyError), rarely_collected():
+        raise KeyError
+    assert gc.get_threshold() == (700, 7, 9)
+
+
+@pytest.mark.parametrize("own", [0, SELDOM + 1])
+def test_whoever_has_it_look_as_seldom_or_not_at_all_is_left_so(own: int) -> None:
+    gc.set_threshold(own, 7, 9)
+    with rarely_collected():
+        assert gc.get_threshold() == (own, 7, 9)
