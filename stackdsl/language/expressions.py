@@ -3,12 +3,12 @@
 import ast
 import math
 import re
+from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, Final, TypeAlias, cast
 
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.quantities import (
@@ -32,33 +32,6 @@ if TYPE_CHECKING:
     from stackdsl.language.quantities import Amount
 
 
-# Names of a part over those around it; nothing is copied, as either may be many, and parts are many too.
-
-
-InnerValue = TypeVar("InnerValue")
-
-
-@dataclass(frozen=True, slots=True)
-class Inner(Mapping[str, InnerValue]):
-    """What names mean in a part: what they mean there, or else around it."""
-
-    own: Mapping[str, InnerValue]
-    around: Mapping[str, InnerValue]
-
-    def __getitem__(self, name: str) -> InnerValue:
-        return self.own[name] if name in self.own else self.around[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self.own or name in self.around
-
-    def __iter__(self) -> Iterator[str]:
-        yield from self.own
-        yield from (name for name in self.around if name not in self.own)
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-
 # One `${...}`: arithmetic with units over the variables of a scenario, done before validation.
 #
 # An expression is split into tokens here; only Python's grammar is borrowed to group them, and nothing is evaluated by
@@ -74,6 +47,12 @@ if TYPE_CHECKING:
     Value: TypeAlias = Amount | str  # a number, a quantity, or a word
     # None stands for a variable whose own line is mistaken: what uses it is left as written.
     Names: TypeAlias = Mapping[str, Value | None]
+
+
+def inner_names(own: "Names", around: "Names") -> "Names":
+    """The names of a part over those around it; nothing is copied, as either may be many, and parts are many too."""
+    return ChainMap(cast("dict[str, Value | None]", own), cast("dict[str, Value | None]", around))
+
 
 MAX_LENGTH: Final = 160  # [characters] of an expression
 MAX_BITS: Final = 1000  # of numerator and denominator; any such fraction is a finite double
@@ -152,7 +131,7 @@ def variables_in(text: str) -> set[str]:
 def evaluate(expression: str, names: "Names") -> "Amount":
     """The value of what stands between `${` and `}`."""
     tree, literals = _parsed(expression)
-    return _value(tree, Inner(literals, names) if literals else names)
+    return _value(tree, inner_names(literals, names) if literals else names)
 
 
 @lru_cache(maxsize=REMEMBERED)

@@ -11,7 +11,7 @@ from stackdsl.language.expressions import (
     FUNCTIONS,
     VARIABLE,
     EarlierMistakeError,
-    Inner,
+    inner_names,
     interpolate,
     told_apart,
     value_of,
@@ -364,7 +364,7 @@ class _Spreading:
         first, start = int(new[-1]), new[:-1]
         for number, (own, words) in enumerate(self._turns(item[REPEAT], old, new, scope.names)):
             place = (*start, first + number)
-            inner = _Scope(Inner(own, scope.names), ", ".join(filter(None, [scope.told, words])))
+            inner = _Scope(inner_names(own, scope.names), ", ".join(filter(None, [scope.told, words])))
             self.scopes[place] = own
             written, sources = rest, dict[str, str]()
             if old[0] == "impacts" and number and "every" in rest:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, first_of, reading_order
 from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
-from stackdsl.language.expressions import EarlierMistakeError, Inner, interpolate, value_of, variables_in
+from stackdsl.language.expressions import EarlierMistakeError, inner_names, interpolate, value_of, variables_in
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.repeats import (
     REPEAT,
@@ -223,7 +223,7 @@ class _Filling:
     def of(self, value: Plain, path: KeyPath, names: "Names") -> Plain:
         """A value with its expressions worked out."""
         if path in self.scopes:
-            names = Inner(self.scopes[path], names)
+            names = inner_names(self.scopes[path], names)
         if isinstance(value, dict):
             return {key: self.of(member, (*path, key), names) for key, member in value.items()}
         if isinstance(value, list):
