@@ -25,6 +25,7 @@ from benchmarks.compas_reading import own_assembly
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stability.analysis.margins import guarantee
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box
 from stability.model import EARTH, Brick, Pose, Vec3
 from stability.problem import Contact, Placed, Problem, Stability, Tolerances, Wrench, rounded
@@ -193,8 +194,8 @@ def contact(one: str, other: str, interface: Any, friction: float) -> Contact:  
     length = hypot(nx, ny, nz)
     points = tuple((float(x), float(y), float(z)) for x, y, z in interface.points)
     if nz < 0.0:
-        return Contact(other, one, points, ((-nx / length, -ny / length, -nz / length),), friction)
-    return Contact(one, other, points, ((nx / length, ny / length, nz / length),), friction)
+        return Contact(other, one, points, ((-nx / length, -ny / length, -nz / length),), Coulomb(friction))
+    return Contact(one, other, points, ((nx / length, ny / length, nz / length),), Coulomb(friction))
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------------------

@@ -1,18 +1,139 @@
-"""How rough bodies are on each other: Coulomb coefficients by body, by kind of body, and by pair.
+"""The law of a contact: which forces it can bear at a point, and which coefficient of friction two bodies have.
 
-Two surfaces meet in every contact. What is known of the pair itself counts first; else each has a coefficient of its
-own, and a rule makes one of two, by default the lower. Every rule gives two surfaces that are alike what each of them
-has, so that bodies without a coefficient of their own have the usual one on each other.
+`Contact.law` alone knows the set of forces. Proofs and solvers ask it, so that another law is one more class here.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from math import sqrt
-from typing import Final, TypeAlias
+from math import inf, sqrt
+from typing import Any, ClassVar, Final, Self, TypeAlias
 
 from stability.geometry.vectors import admit_in_range, admit_number, told
 from stability.model import BodyId, Plane
+
+# The forces that a contact can bear at one of its points: a convex set, round about the normal there.
+#
+# As the set is round, a force counts by its part along the normal and the size of the rest; a slip by how fast it opens
+# the contact and how fast it slides along it. A force is that of the lower body on the upper one, a slip the velocity
+# of the upper body against the lower one.
+
+
+Numbers: TypeAlias = Any  # a number, or an array with one entry a point: arithmetic with both is written alike
+
+
+@dataclass(frozen=True, slots=True)
+class ContactLaw(ABC):
+    """The forces that a contact can bear at a point.
+
+    Its fields are numbers that are not negative. They may be arrays with one entry a point, and so may be all that its
+    methods take and give: then it is the law of many points at once.
+    """
+
+    # Whether the contact can bear the sum of any forces that it can bear; else proofs that use it must not be added.
+    is_cone: ClassVar[bool]
+
+    friction: Numbers  # Coulomb coefficient: by how much the greatest friction grows with the normal force
+
+    @property
+    @abstractmethod
+    def least_normal(self) -> Numbers:
+        """The least normal force [N]; negative where the contact can pull."""
+
+    @abstractmethod
+    def greatest_friction(self, normal: Numbers) -> Numbers:
+        """The greatest tangential force at a normal force [N]."""
+
+    @abstractmethod
+    def lift(self, sliding: Numbers) -> Numbers:
+        """How fast a slip must open the contact for what forces can take from it to be bounded [m/s]."""
+
+    @abstractmethod
+    def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
+        """The nearest force that the contact can bear [N]."""
+
+    @abstractmethod
+    def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
+        """The greatest power that forces can take from a slip [W], if none presses with more than `press` [N]."""
+
+    def spare(self, normal: Numbers, tangential: Numbers) -> Numbers:
+        """How far inside the set a force is, by its normal part or by friction [N]; negative outside."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+
+        return np.minimum(normal - self.least_normal, self.greatest_friction(normal) - tangential)
+
+    def violation(self, normal: Numbers, tangential: Numbers) -> Numbers:
+        """By how much a force is outside the set [N]; 0 inside and on its border."""
+        spare = self.spare(normal, tangential)
+        return (abs(spare) - spare) / 2.0
+
+    def interior(self, normal: Numbers, tangential: Numbers) -> Numbers:
+        """Whether a force is inside the set, and not on its border."""
+        return self.spare(normal, tangential) > 0.0
+
+    def shortfall(self, opening: Numbers, sliding: Numbers) -> Numbers:
+        """By how much a slip opens the contact too slowly [m/s], as `lift` says; negative if it opens it faster."""
+        return self.lift(sliding) - opening
+
+    def with_friction(self, friction: float) -> Self:
+        """The same law with another coefficient."""
+        return replace(self, friction=friction)
+
+
+@dataclass(frozen=True, slots=True)
+class Coulomb(ContactLaw):
+    """Dry friction: the contact pushes, and friction is at most so many times the push; it never pulls."""
+
+    is_cone = True
+    least_normal = 0.0
+
+    def greatest_friction(self, normal: Numbers) -> Numbers:
+        """So many times the push."""
+        return self.friction * normal
+
+    def lift(self, sliding: Numbers) -> Numbers:
+        """The slope of the steepest force, on which a body slides up at no cost."""
+        return self.friction * sliding
+
+    def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
+        """The force itself, the foot of the perpendicular on the border, or none."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+
+        pressed = np.maximum((normal + self.friction * tangential) / (1.0 + self.friction * self.friction), 0.0)
+        inside = (tangential <= self.friction * normal) & (normal >= 0.0)
+        return np.where(inside, normal, pressed), np.where(inside, tangential, self.friction * pressed)
+
+    def projection(self, forces: Numbers) -> tuple[Numbers, Numbers]:
+        """The nearest (n, 3) of forces by their normal and two tangential parts, and the derivatives (n, 3, 3)."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+
+        normal, tangential = forces[:, 0], np.hypot(forces[:, 1], forces[:, 2])
+        size, slope = np.where(tangential > 0.0, tangential, 1.0), self.friction + np.zeros(len(forces))
+        pressed, rubbed = self.project(normal, tangential)
+        along = forces[:, 1:] / size[:, None]
+        aside = np.column_stack([-along[:, 1], along[:, 0]])
+        edge = np.column_stack([np.ones(len(forces)), slope[:, None] * along])
+        turned = edge[:, :, None] * edge[:, None, :] / (1.0 + slope * slope)[:, None, None]
+        turned[:, 1:, 1:] += (rubbed / size)[:, None, None] * aside[:, :, None] * aside[:, None, :]
+        turned[self.spare(normal, tangential) >= 0.0] = np.identity(3)
+        turned[pressed == 0.0] = 0.0
+        return np.column_stack([pressed, rubbed[:, None] * along]), turned
+
+    def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
+        """None from a slip that opens the contact fast enough; else all that the push allows."""
+        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+
+        short = np.maximum(self.shortfall(opening, sliding), 0.0)
+        return np.multiply(press, short, out=np.zeros_like(short), where=short > 0.0)
+
+
+# Coulomb coefficients by body, by kind of body, and by pair.
+#
+# Two surfaces meet in every contact. What is known of the pair itself counts first; else each has a coefficient of its
+# own, and a rule makes one of two, by default the lower. Every rule gives two surfaces that are alike what each of them
+# has, so that bodies without a coefficient of their own have the usual one on each other.
+
 
 MOST_TIMES: Final = 1e300  # what coefficients are multiplied by, at most
 

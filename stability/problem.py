@@ -6,6 +6,7 @@ from enum import StrEnum
 from math import inf
 from typing import Protocol, TypeAlias
 
+from stability.contact_law import ContactLaw
 from stability.geometry.box_distance import TOUCHING
 from stability.model import BodyId, Brick, Pose, Vec3
 
@@ -42,7 +43,7 @@ class Wrench:
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """Where two bodies press on each other: forces act at points, within friction cones about normals.
+    """Where two bodies press on each other: forces act at points, as its law allows about normals.
 
     A force anywhere on a flat patch is a sum of forces at its corners, so corners are enough. More than one normal:
     edges or corners that meet admit every normal between these extreme ones, and so every sum of forces in their cones.
@@ -52,7 +53,7 @@ class Contact:
     upper: BodyId
     points_W: tuple[Vec3, ...]  # one point, the two ends of a line, or the corners of a convex patch in order [m]
     normals_W: tuple[Vec3, ...]  # unit, from `lower` towards `upper`; their sum does not point down
-    friction: float  # Coulomb coefficient
+    law: ContactLaw  # which forces it can bear at each point
     # By point, how far the bodies are apart there [m], 0 where they are not; empty where they are so nowhere.
     gaps: tuple[float, ...] = ()
 

@@ -20,7 +20,8 @@ LAYERS = {
     "stability": (
         {"model"},
         {"graph", "geometry", "name_order", "process_settings"},
-        {"contact_law", "problem"},
+        {"contact_law"},
+        {"problem"},
         {"contacts"},
         {"statics"},
         {"analysis", "dynamics"},

@@ -248,7 +248,7 @@ def slide(case: Shaken, bearing: float) -> Cut | None:
     if not all(_is_weight(case, name) for name in case.system.names):
         return None
     problem = case.problem
-    frictions = sorted({contact.friction for contact in problem.contacts})
+    frictions = sorted({contact.law.friction for contact in problem.contacts})
     least = bisect_left(frictions, 1, key=lambda friction: min(1, len(_sliding(problem, friction))))
     if least == len(frictions):
         return None
@@ -273,7 +273,7 @@ def _sliding(problem: Problem, friction: float) -> list[BodyId]:
     held_by: dict[BodyId, list[BodyId]] = {}
     for contact in problem.contacts:
         held_by.setdefault(contact.upper, []).append(contact.lower)
-        if contact.friction > friction or not _is_level(contact):
+        if contact.law.friction > friction or not _is_level(contact):
             held_by.setdefault(contact.lower, []).append(contact.upper)
     waiting = sorted(name for name in held_by if name not in problem.bricks)
     held = set(waiting)

@@ -69,7 +69,7 @@ def least_friction(
     smooth = balance(_with_friction(problem, 0.0), tolerances)
     if smooth.forces is not None:
         return FrictionMargin(0.0, 0.0, 0.0, smooth.forces, None)
-    largest = max((contact.friction for contact in problem.contacts), default=0.0)
+    largest = max((contact.law.friction for contact in problem.contacts), default=0.0)
     too_little, enough = _Step(None, smooth.motion, 0.0), _Step(None, None, inf)
     low, high, factor, aside = 0.0, inf, 1.0, tolerance / 3.0
     for _ in range(MOST_STEPS if largest > 0.0 else 0):
@@ -96,7 +96,8 @@ def _next(step: _Step, low: float, high: float, aside: float) -> float:
 
 
 def _with_friction(problem: Problem, factor: float) -> Problem:
-    contacts = [replace(contact, friction=factor * contact.friction) for contact in problem.contacts]
+    laws = [contact.law.with_friction(factor * contact.law.friction) for contact in problem.contacts]
+    contacts = [replace(contact, law=law) for contact, law in zip(problem.contacts, laws, strict=True)]
     return replace(problem, contacts=contacts)
 
 
@@ -316,4 +317,4 @@ def _at_all_points(found: Forces, touching: Problem, smooth: Problem) -> Forces:
 
 
 def _smooth(contact: Contact) -> Contact:
-    return replace(contact, friction=0.0)
+    return replace(contact, law=contact.law.with_friction(0.0))

@@ -78,7 +78,7 @@ def _patch(contact: Contact, corners: Polygon, planes: Collection[BodyId]) -> Pl
         contact.upper,
         corners,
         height,
-        contact.friction,
+        contact.law.friction,
         _is_level(contact),
         not {contact.lower, contact.upper}.isdisjoint(planes),
         inward,
@@ -89,7 +89,8 @@ def _patch(contact: Contact, corners: Polygon, planes: Collection[BodyId]) -> Pl
 def _carries_upright(contact: Contact) -> bool:
     """Whether a vertical force lies in the cone of its only normal."""
     (x, y, z), *others = contact.normals_W
-    return not others and z > 0.0 and hypot(x, y) <= max(contact.friction, LEVEL) * z
+    across = hypot(x, y)
+    return not others and z > 0.0 and (across <= LEVEL * z or across <= contact.law.greatest_friction(z))
 
 
 def _is_level(contact: Contact) -> bool:

@@ -158,7 +158,7 @@ def _carried(limit: Limit, contact: Contact, forces: ConeForces, now: Contact, o
     order = _same_points(contact, now)
     if order is None or len(contact.normals_W) != len(now.normals_W):
         return None
-    rougher = now.friction / contact.friction if contact.friction > 0.0 else 1.0
+    rougher = now.law.friction / contact.law.friction if contact.law.friction > 0.0 else 1.0
     power = 0.0
     for number, at_point in zip(order, forces, strict=True):
         slip = _slip(other, limit.motion, now, now.points_W[number])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import TypeAlias
 
-from stability.contact_law import law_of
+from stability.contact_law import Coulomb, law_of
 from stability.geometry.placed_shape import corners_W, top_W
 from stability.geometry.polygons import cut, doubled_area
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, rotate, scale, subtract, unit
@@ -77,7 +77,7 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     return Smallest(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
 
 
-# A contact resists a motion if the slip lies outside the dual of its friction cone.
+# A contact resists a motion if it does not open fast enough.
 
 
 VIOLATION = Tolerances().violation  # share of the speed there, as in the check of every proof
@@ -92,7 +92,7 @@ def resists(contact: Contact, motion: Motion, bricks: Mapping[BodyId, Placed]) -
         for normal in contact.normals_W:
             opening = dot(slip, normal)
             sliding = norm(subtract(slip, scale(opening, normal)))
-            if contact.friction * sliding - opening > slack:
+            if contact.law.shortfall(opening, sliding) > slack:
                 return True
     return False
 
@@ -134,7 +134,7 @@ def props_of(design: Assembly) -> dict[BodyId, Prop]:
         while body in design.bricks:
             body += "'"
         contacts = tuple(
-            Contact(body, name, piece, (scale(-1.0, normal),), law.of(name, body))
+            Contact(body, name, piece, (scale(-1.0, normal),), Coulomb(law.of(name, body)))
             for normal, piece in _free(design, name)
         )
         if contacts:

@@ -162,7 +162,7 @@ def _way(
     equations: StartEquations, branch: Branch, guessed: Guess, point: int
 ) -> Iterator[tuple[float, tuple[float, ...]]]:
     """How strongly a point goes along a tangent that was not asked for yet, and this, if there is one."""
-    if equations.friction[point] == 0.0:
+    if equations.law_at(point).friction == 0.0:
         return
     before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
     across = equations.axes[point, 1:] @ equations.slips[point]

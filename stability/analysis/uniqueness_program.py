@@ -158,11 +158,11 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
 
 def _cones(equations: StartEquations, places: Places) -> tuple[Indices, Array]:
     first = [places.of_contacts + 3 * number for number in range(len(places.contacts))]
-    friction = [_friction(equations, contact) for contact in places.contacts]
+    friction = [equations.law_of(contact).friction for contact in places.contacts]
     slope = [1.0 / each if each else np.inf for each in friction]
     for point, row in _multiplied(places):
         first.append(places.force(point, row))
-        slope.append(float(equations.friction[point]))
+        slope.append(equations.law_at(point).friction)
     return np.array(first, dtype=np.int64), np.array(slope)
 
 
@@ -170,10 +170,6 @@ def _multiplied(places: Places) -> Iterator[tuple[int, int]]:
     """Each point that is pressed with each part that is not its own."""
     for point in places.left.pressed:
         yield from ((point, row) for row, owner in enumerate(places.left.owners) if owner != point)
-
-
-def _friction(equations: StartEquations, contact: int) -> float:
-    return float(equations.friction[int(np.argmax(equations.contact == contact))])
 
 
 def _places(equations: StartEquations, left: Known) -> Places:
@@ -219,7 +215,7 @@ def _of_force(equations: StartEquations, places: Places, point: int, axis: int) 
     """(d, columns) the coefficients of the force of a point along one of its axes; none across one without friction."""
     left = places.left
     found = np.zeros((left.basis.shape[1], places.columns))
-    several, friction = len(equations.normals[point]) > 1, equations.friction[point]
+    several, friction = len(equations.normals[point]) > 1, equations.law_at(point).friction
     if axis > 0 and friction == 0.0 and not several:
         return found
     slip = equations.axes[point] @ equations.slips[point]
@@ -238,7 +234,7 @@ def _of_force(equations: StartEquations, places: Places, point: int, axis: int) 
 def _round(equations: StartEquations, places: Places) -> Sparse:
     """Three rows for each round cone: of what friction brakes, then of the multipliers of forces."""
     blocks = [
-        (places.of_contacts + 3 * number, np.diag([_friction(equations, contact) or 1.0, 1.0, 1.0]))
+        (places.of_contacts + 3 * number, np.diag([equations.law_of(contact).friction or 1.0, 1.0, 1.0]))
         for number, contact in enumerate(places.contacts)
     ]
     duals = {
@@ -258,7 +254,7 @@ def _round(equations: StartEquations, places: Places) -> Sparse:
 def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
     """(3, 3) what turns a multiplier along the axes of a point into one whose first part is not less than the rest."""
     own: Array = frame(normal) @ equations.axes[point].T
-    own[1:] *= equations.friction[point]
+    own[1:] *= equations.law_at(point).friction
     return own
 
 
@@ -390,7 +386,7 @@ def _coefficients(equations: StartEquations, left: Known, multipliers: Multiplie
         difference: Array = rest - multipliers.braking[contact] * slip
         return difference
     normal = equations.normals[point][0]
-    if equations.friction[point] == 0.0:
+    if equations.law_at(point).friction == 0.0:
         pressed: Array = np.outer(normal, normal @ rest)
         return pressed
     across = slip - np.outer(normal, normal @ slip)
@@ -401,18 +397,18 @@ def _coefficients(equations: StartEquations, left: Known, multipliers: Multiplie
 
 def _outside(equations: StartEquations, point: int, dual: Array) -> float:
     """By how much a vector is outside of the dual of every friction cone of a point."""
-    shorts = [0.0]
+    law, shorts = equations.law_at(point), [0.0]
     for normal in equations.normals[point]:
         along = float(normal @ dual)
-        shorts.append(float(equations.friction[point]) * _size(dual - along * normal) - along)
+        shorts.append(law.shortfall(along, _size(dual - along * normal)))
     return max(shorts)
 
 
 def _too_far(equations: StartEquations, multipliers: Multipliers, contact: int) -> float:
     """By how much the product of friction claims more than friction does."""
-    friction = float(equations.friction[int(np.argmax(equations.contact == contact))])
     braking = float(multipliers.braking[contact])
-    return max(0.0, -braking, _size(multipliers.along[contact]) - friction * max(braking, 0.0))
+    most = equations.law_of(contact).greatest_friction(max(braking, 0.0))
+    return float(max(0.0, -braking, _size(multipliers.along[contact]) - most))
 
 
 def _negative(values: Array) -> float:

@@ -2,6 +2,7 @@
 
 from operator import itemgetter
 
+from stability.contact_law import Coulomb
 from stability.contacts.bodies import BoxSolid, HullSolid, Solid, rounding, solid
 from stability.contacts.box_contacts import (
     LEVEL,
@@ -46,14 +47,14 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
     if level is not None:
         points, gap = level
         gaps = (gap,) * len(points) if gap > NO_GAP * reach else ()
-        return Contact(lower.id, upper.id, points, UP_ONLY, friction, gaps) if points else None
+        return Contact(lower.id, upper.id, points, UP_ONLY, Coulomb(friction), gaps) if points else None
     a, b = (b, a) if a.id > b.id else (a, b)
     side = side_patch(a, b, reach, within)
     if side is None:
         return _general_contact(a, b, friction, reach, within)
     points, normal, gap = side
     gaps = (gap,) * len(points) if gap > NO_GAP * reach else ()
-    return Contact(a.id, b.id, points, (normal,), friction, gaps) if points else None
+    return Contact(a.id, b.id, points, (normal,), Coulomb(friction), gaps) if points else None
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:
@@ -70,7 +71,7 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction:
     if not points:
         return None
     mu = plane.friction if friction is None else friction
-    return Contact(plane.id, a.id, points, (plane.normal_W,), mu, gaps_of(heights, reach))
+    return Contact(plane.id, a.id, points, (plane.normal_W,), Coulomb(mu), gaps_of(heights, reach))
 
 
 def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
@@ -107,7 +108,7 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float, wi
     patch = face_on_face(a, b, close, Slack(sideways, off + exact, reach, within))
     if patch:
         gaps = gaps_of(patch.heights, reach)
-        return Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), friction, gaps)
+        return Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), Coulomb(friction), gaps)
     found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach, within))
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_meeting(a, b, close, Slack(reach, reach, reach, within))
@@ -130,6 +131,6 @@ def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> M
 def _of_meeting(a: BoxSolid, b: BoxSolid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
     upwards = sum(normal[2] for normal in found.normals_AB_W)
     if upwards >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction, gaps)
+        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)
     downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
-    return Contact(b.id, a.id, found.points_W, downwards, friction, gaps)
+    return Contact(b.id, a.id, found.points_W, downwards, Coulomb(friction), gaps)

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from stability.contact_law import Coulomb
 from stability.contacts.bodies import HullSolid, Solid, as_hull, rounding
 from stability.contacts.box_contacts import (
     LEVEL,
@@ -512,7 +513,7 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float, within: floa
     if patch is not None:
         lower, upper = (a, b) if patch.a_is_lower else (b, a)
         gaps = gaps_of(patch.heights, reach)
-        return Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), friction, gaps)
+        return Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), Coulomb(friction), gaps)
     found = _best_hull_meeting(close, slack)
     # What a gap as wide as the tolerance has displaced further still touches.
     found = found or _best_hull_meeting(close, Slack(reach, reach, reach, within))
@@ -527,9 +528,9 @@ def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
 
 def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
     if sum(normal[2] for normal in found.normals_AB_W) >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, friction, gaps)
+        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)
     downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
-    return Contact(b.id, a.id, found.points_W, downwards, friction, gaps)
+    return Contact(b.id, a.id, found.points_W, downwards, Coulomb(friction), gaps)
 
 
 def _best_hull_meeting(close: HullCloseness, slack: Slack) -> Meeting | None:

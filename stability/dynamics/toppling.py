@@ -1,7 +1,7 @@
 """Toppling: a part of a structure turns about an edge as one rigid body until it breaks up or hits something."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import dist, radians
 from typing import TypeAlias
@@ -230,11 +230,11 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
     normals = tuple(_direction(normal, turn, angle) for normal in contact.normals_W)
     if turning == pair:
         points = tuple(_point(point, turn, angle) for point in contact.points_W)
-        return Contact(contact.lower, contact.upper, points, normals, contact.friction)
+        return replace(contact, points_W=points, normals_W=normals, gaps=())
     moving = part.problem.bricks[min(turning)]
     found = contact if angle == 0.0 else _edge_contact(part, contact, moving, angle)
     points = _on_axis(part.turn, moving, found.points_W) if found is not None else ()
-    return Contact(found.lower, found.upper, points, found.normals_W, found.friction) if found and points else None
+    return replace(found, points_W=points, gaps=()) if found and points else None
 
 
 def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
@@ -248,11 +248,11 @@ def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: fl
     other = part.problem.bricks.get(contact.lower if moving.brick.id == contact.upper else contact.upper)
     if other is not None:
         now = _turned(moving, part.turn, angle)
-        return contact_between(solid(now), solid(other), contact.friction, Tolerances())
+        return contact_between(solid(now), solid(other), contact.law.friction, Tolerances())
     if all(_on_own_edge(part.turn, moving, point) for point in _on_axis(part.turn, moving, contact.points_W)):
         return contact  # as on the ground
     normals = tuple(_direction(normal, part.turn, angle) for normal in contact.normals_W)
-    return Contact(contact.lower, contact.upper, contact.points_W, normals, contact.friction)
+    return replace(contact, normals_W=normals, gaps=())
 
 
 def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:

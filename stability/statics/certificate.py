@@ -195,7 +195,7 @@ def _of_unknown(structure: Structure, name: BodyId, leans_on: Iterable[BodyId]) 
 
 
 def _takes_weight(contact: Contact) -> bool:
-    return contact.friction > 0.0 or any(abs(normal[2]) > SIDEWAYS for normal in contact.normals_W)
+    return contact.law.friction > 0.0 or any(abs(normal[2]) > SIDEWAYS for normal in contact.normals_W)
 
 
 def rests_on(structure: Structure, ledger: Ledger, brick: BodyId) -> list[BodyId]:

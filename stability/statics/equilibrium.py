@@ -76,7 +76,7 @@ def _rising(problem: Problem, ranks: Mapping[BodyId, int], spread: float) -> Mot
         tuple(0.5 * (min(c[i] for c in centres) + max(c[i] for c in centres)) for i in (0, 1)) if centres else (0, 0)
     )
     reach = max((hypot(c[0] - middle[0], c[1] - middle[1]) for c in centres), default=0.0)
-    most = max((contact.friction for contact in problem.contacts), default=0.0)
+    most = max((contact.law.friction for contact in problem.contacts), default=0.0)
     rate = spread / (max(most, 1.0) * reach) if reach > 0.0 else 0.0
 
     def velocity(name: BodyId) -> Vec3:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import atan2, dist, hypot
 
+from stability.contact_law import ContactLaw
 from stability.geometry.vectors import subtract
 from stability.model import BodyId, Vec3
 from stability.name_order import in_order
@@ -24,7 +25,7 @@ class _Slip:
 
     separating: float  # along the normal [m/s]
     sliding: float  # across the normal [m/s]
-    friction: float  # Coulomb coefficient
+    law: ContactLaw
 
     def size(self) -> float:
         """The relative speed [m/s]."""
@@ -36,7 +37,7 @@ class _Slip:
 
     def slides(self, speed: float) -> bool:
         """Whether the point slides along the other body: it separates no faster than friction allows, if at all."""
-        return self.separating - self.friction * self.sliding <= STUCK * speed and self.sliding > self.separating
+        return -self.law.shortfall(self.separating, self.sliding) <= STUCK * speed and self.sliding > self.separating
 
 
 def described(problem: Problem, motion: Motion) -> str:
@@ -136,7 +137,7 @@ def _slips(problem: Problem, motion: Motion, contact: Contact) -> Iterator[_Slip
         for normal in contact.normals_W:
             separating = sum(a * b for a, b in zip(slip, normal, strict=True))
             sideways = subtract(slip, (separating * normal[0], separating * normal[1], separating * normal[2]))
-            yield _Slip(separating, hypot(*sideways), contact.friction)
+            yield _Slip(separating, hypot(*sideways), contact.law)
 
 
 def _velocity_at(problem: Problem, motion: Motion, name: BodyId, point: Vec3) -> Vec3:

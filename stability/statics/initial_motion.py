@@ -6,6 +6,7 @@ from math import hypot, inf
 
 import numpy as np
 
+from stability.contact_law import ContactLaw, Coulomb
 from stability.geometry.placed_shape import inertia_about_axes, inertia_times
 from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import add, cross, dot, scale, subtract
@@ -35,9 +36,17 @@ class StartEquations:
     slips: Array  # (points, 3, D): the acceleration of the upper body there against the lower one, in W
     axes: Array  # (points, 3, 3): of the first normal, it and two tangents, by rows
     normals: tuple[Array, ...]  # of each point (k, 3), from the lower body towards the upper
-    friction: Array  # (points,)
+    law: Coulomb  # of all points
     contact: Indices  # (points,) which contact of the problem each belongs to
     units: tuple[float, float, float]  # force [N], mass [kg], length [m]
+
+    def law_at(self, point: int) -> Coulomb:
+        """The law of one point."""
+        return self.law.with_friction(float(self.law.friction[point]))
+
+    def law_of(self, contact: int) -> Coulomb:
+        """The law of one contact."""
+        return self.law_at(int(np.argmax(self.contact == contact)))
 
     def motion(self, acceleration: Array) -> Motion:
         """Accelerations (D,) as those of bricks [m/s2] and [rad/s2]."""
@@ -69,7 +78,7 @@ def start_equations(problem: Problem) -> StartEquations:
         ),
         np.array([frame(each[0]) for each in normals]).reshape(-1, 3, 3),
         normals,
-        np.array([contact.friction for _, contact, _ in points], dtype=float),
+        Coulomb(np.array([contact.law.friction for _, contact, _ in points], dtype=float)),
         np.array([number for number, _, _ in points], dtype=np.int64),
         units,
     )
@@ -147,7 +156,7 @@ class _Root:
 
     response: Array  # (3 points, 3 points)
     free: Array  # (3 points,)
-    friction: Array  # (points,)
+    law: Coulomb
     rate: Array  # (points, 1) the r of each point
 
     def rest(self, forces: Array) -> tuple[Array, Array]:
@@ -156,10 +165,10 @@ class _Root:
         speed = np.hypot(slip[:, 1], slip[:, 2])
         along = slip[:, 1:] / np.where(speed > 0.0, speed, 1.0)[:, None]
         pushed = slip.copy()
-        pushed[:, 0] += self.friction * speed
-        inside, turned = _projected(forces - self.rate * pushed, self.friction)
+        pushed[:, 0] += self.law.lift(speed)
+        inside, turned = self.law.projection(forces - self.rate * pushed)
         raised = np.tile(np.identity(3), (len(forces), 1, 1))
-        raised[:, 0, 1:] = self.friction[:, None] * along
+        raised[:, 0, 1:] = self.law.friction[:, None] * along
         steps = (turned @ raised) * self.rate[:, :, None]
         derivative = np.einsum("pij,pjk->pik", steps, self.response.reshape(len(forces), 3, -1))
         derivative = derivative.reshape(len(forces) * 3, -1)
@@ -167,24 +176,6 @@ class _Root:
             own = slice(3 * point, 3 * point + 3)
             derivative[own, own] += np.identity(3) - turned[point]
         return (forces - inside).ravel(), derivative
-
-
-def _projected(points: Array, friction: Array) -> tuple[Array, Array]:
-    """The nearest vectors within friction cones (n, 3), and the derivatives (n, 3, 3)."""
-    normal, across = points[:, 0], np.hypot(points[:, 1], points[:, 2])
-    along = points[:, 1:] / np.where(across > 0.0, across, 1.0)[:, None]
-    within, nothing = across <= friction * normal, friction * across <= -normal
-    pressed = (normal + friction * across) / (1.0 + friction**2)
-    nearest = np.column_stack([pressed, (friction * pressed)[:, None] * along])
-    nearest = np.where(within[:, None], points, np.where(nothing[:, None], 0.0, nearest))
-    edge = np.column_stack([np.ones(len(points)), friction[:, None] * along])
-    turned = edge[:, :, None] * edge[:, None, :] / (1.0 + friction**2)[:, None, None]
-    aside = np.column_stack([-along[:, 1], along[:, 0]])
-    ratio = friction * pressed / np.where(across > 0.0, across, 1.0)
-    turned[:, 1:, 1:] += ratio[:, None, None] * aside[:, :, None] * aside[:, None, :]
-    turned[within] = np.identity(3)
-    turned[nothing] = 0.0
-    return nearest, turned
 
 
 def other_start(problem: Problem, equations: StartEquations, forces: Array) -> Start | None:
@@ -208,17 +199,18 @@ def _root(equations: StartEquations) -> tuple[_Root, Array]:
     response = slips @ caused @ slips.T
     blocks = response.reshape(len(equations.normals), 3, -1, 3)
     own = np.einsum("pipi->p", blocks)
-    return _Root(response, slips @ caused @ equations.loads, equations.friction, 1.0 / own[:, None]), caused
+    return _Root(response, slips @ caused @ equations.loads, equations.law, 1.0 / own[:, None]), caused
 
 
 def _solved(root: _Root, forces: Array) -> Array | None:
     """Newton's method with shorter steps where the whole one is no gain."""
-    forces, _ = _projected(forces, root.friction)
+    forces, _ = root.law.projection(forces)
     rest, derivative = root.rest(forces)
     for _ in range(MOST_STEPS):
         size = float(np.linalg.norm(rest))
         if size <= CLOSE * max(1.0, float(np.abs(forces).max())):
-            return _projected(forces, root.friction)[0]
+            nearest: Array = root.law.projection(forces)[0]
+            return nearest
         square = derivative.T @ derivative
         square[np.diag_indices_from(square)] += DAMPED * max(float(square.diagonal().max()), DAMPED)
         step = -np.linalg.solve(square, derivative.T @ rest).reshape(-1, 3)
@@ -278,11 +270,11 @@ def _with_inertia(problem: Problem, acceleration: Motion) -> Iterator[tuple[Body
         yield name, Wrench(force, subtract(load.torque_W, turned))
 
 
-def _points(problem: Problem, start: Start) -> Iterator[tuple[Vec3, float, Vec3, Vec3]]:
-    """Of each point the normal, friction, the force on the upper body, and the slip of that against the lower."""
+def _points(problem: Problem, start: Start) -> Iterator[tuple[Vec3, ContactLaw, Vec3, Vec3]]:
+    """Of each point the normal, the law, the force on the upper body, and the slip of that against the lower."""
     for contact, forces in zip(problem.contacts, start.forces.of_contacts, strict=True):
         for point, (force,) in zip(contact.points_W, forces, strict=True):
-            yield contact.normals_W[0], contact.friction, force, _slip(problem, start.acceleration, contact, point)
+            yield contact.normals_W[0], contact.law, force, _slip(problem, start.acceleration, contact, point)
 
 
 def _slip(problem: Problem, acceleration: Motion, contact: Contact, point: Vec3) -> Vec3:
@@ -297,12 +289,12 @@ def _at(problem: Problem, acceleration: Motion, name: BodyId, point: Vec3) -> Ve
     return add(linear, cross(angular, subtract(point, problem.bricks[name].pose.position_W)))
 
 
-def _violation(point: tuple[Vec3, float, Vec3, Vec3], fastest: float, strongest: float) -> float:
+def _violation(point: tuple[Vec3, ContactLaw, Vec3, Vec3], fastest: float, strongest: float) -> float:
     """By how much a point closes, or a force works where it must not, or friction is less than it can be."""
-    normal, friction, force, slip = point
+    normal, law, force, slip = point
     opening, pressed = dot(normal, slip), dot(normal, force)
     across = subtract(slip, scale(opening, normal))
-    not_braked = friction * pressed * hypot(*across) + dot(force, across)
+    not_braked = law.greatest_friction(pressed) * hypot(*across) + dot(force, across)
     work = max(abs(opening * pressed), abs(not_braked)) / (fastest * strongest) if strongest > 0.0 else 0.0
     return max(-opening / fastest, work)
 

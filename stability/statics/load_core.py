@@ -67,21 +67,24 @@ def _hull_of(pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]) -> Polygon:
 
 
 def carries_upright(contact: Contact) -> bool:
-    """Whether an upright force from the lower body on the upper one lies within a friction cone of the contact."""
+    """Whether the contact bears upright forces of any size from the lower body on the upper one."""
     return upright_normal(contact) is not None
 
 
 def upright_normal(contact: Contact) -> int | None:
-    """The number of a normal whose friction cone holds the upright direction, and from which a lift comes off.
+    """The number of a normal about which the contact bears upright forces of any size, and from which a lift comes off.
 
-    Where friction is above 1, a contact may be so steep that lifting the body would not open it: then upright forces
-    may be self-stress, which other stages look for.
+    None if the law is no cone, for proofs by upright forces are added. Where friction is above 1, a contact may be so
+    steep that lifting the body would not open it: then upright forces may be self-stress, which other stages look for.
     """
+    law = contact.law
+    if not law.is_cone:
+        return None
     for index, (nx, ny, nz) in enumerate(contact.normals_W):
         if nx == 0.0 and ny == 0.0 and nz > 0.0:
             return index
         across = hypot(nx, ny)  # not by nz, which is 1 to the last digit for all that lean by less than 1e-8
-        if nz > 0.0 and across <= contact.friction * nz + UPRIGHT and contact.friction * across < nz:
+        if nz > 0.0 and across <= law.greatest_friction(nz) + UPRIGHT and law.shortfall(nz, across) < 0.0:
             return index
     return None
 

@@ -1,20 +1,22 @@
 """Checks by plain arithmetic whether forces balance a problem or a motion lowers it, trusting nothing but the problem.
 
-Forces prove that a problem can stand: each within its cone, on every brick the sum is nothing. A motion proves that it
-cannot: the loads gain by it, while it lies in the dual of every cone, `n . dv >= mu |dv_t|`, so that no forces of the
-contacts take anything from it. Then none balance the loads: the power of all would be nothing, and more than nothing.
+Forces prove that a problem can stand: the contact can bear each, on every brick the sum is nothing. A motion proves
+that it cannot: the loads gain more by it than any forces of the contacts can take from it. Then none balance the loads:
+the power of all would be nothing, and more than nothing. What a contact can bear, and what it can take, its law says.
 
 Rounding never decides. A residual counts relative to what its own brick carries, so that a light brick is not hidden
 by a heavy one. A violated contact counts relative to the speed of its own two bodies, and what its force could gain
 by that, were it to carry all that the moving bricks carry, is taken from the power before that is called positive.
 """
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, fields
 from math import hypot, inf, isfinite
+from typing import Self
 
 import numpy as np
 
+from stability.contact_law import ContactLaw
 from stability.geometry.rows import Array, Indices, cross_rows
 from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
@@ -46,8 +48,58 @@ class MotionCheck:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class PointLaws:
+    """The laws of some points. Those of one kind are one law, whose numbers are arrays, so that it answers at once."""
+
+    of_kinds: Sequence[tuple[Indices | slice, ContactLaw]]  # which points, and their law
+
+    @classmethod
+    def of(cls, laws: Sequence[ContactLaw], points: Indices) -> Self:
+        """The laws of contacts, each at so many points."""
+        kinds = list(dict.fromkeys(map(type, laws)))
+        if len(kinds) == 1:
+            return cls([(slice(None), _stacked(laws, points))])
+        kind = np.array([kinds.index(type(law)) for law in laws], dtype=np.int64)
+        own = [(np.flatnonzero(np.repeat(kind, points) == i), np.flatnonzero(kind == i)) for i in range(len(kinds))]
+        return cls([(where, _stacked([laws[i] for i in which.tolist()], points[which])) for where, which in own])
+
+    def are_sound(self) -> bool:
+        """Whether the numbers of all laws are numbers, and none is negative."""
+        numbers = [getattr(law, name) for _, law in self.of_kinds for name in _numbers_of(law)]
+        return all(np.isfinite(each).all() and (each >= 0.0).all() for each in numbers)
+
+    def violation(self, normal: Array, tangential: Array) -> Array:
+        """By how much each force is more than its contact can bear [N]."""
+        return self._each(normal, tangential, lambda law, *own: law.violation(*own))
+
+    def shortfall(self, opening: Array, sliding: Array) -> Array:
+        """By how much each slip opens its contact too slowly to bound the power of forces [m/s]."""
+        return self._each(opening, sliding, lambda law, *own: law.shortfall(*own))
+
+    def support(self, opening: Array, sliding: Array, press: float) -> Array:
+        """The greatest power that forces can take from each slip [W], if none presses with more than `press` [N]."""
+        return self._each(opening, sliding, lambda law, *own: law.support(*own, press))
+
+    def _each(self, one: Array, other: Array, of: Callable[[ContactLaw, Array, Array], Array]) -> Array:
+        found = np.zeros(len(one))
+        for where, law in self.of_kinds:
+            found[where] = of(law, one[where], other[where])
+        return found
+
+
+def _stacked(laws: Sequence[ContactLaw], points: Indices) -> ContactLaw:
+    """One law for the points of contacts whose laws are of one kind."""
+    numbers = [np.array([getattr(law, name) for law in laws], dtype=float) for name in _numbers_of(laws[0])]
+    return type(laws[0])(*(np.repeat(each, points) for each in numbers))
+
+
+def _numbers_of(law: ContactLaw) -> list[str]:
+    return [each.name for each in fields(law)]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ProofCones:
-    """Every friction cone: by contact, point and normal. A body that is fixed has the number after the last brick's.
+    """Where forces act: by contact, point and normal. A body that is fixed has the number after the last brick's.
 
     Loads are no part of it: problems that differ in nothing else may share it.
     """
@@ -56,7 +108,7 @@ class ProofCones:
     bodies: tuple[Indices, Indices]  # lower and upper of each cone
     arms: tuple[Array, Array]  # (n, 3) from their centres to the point [m]; of no meaning for a fixed body
     normals: Array  # (n, 3)
-    friction: Array  # (n,)
+    laws: PointLaws
 
 
 FORCES_FAIL = ForceCheck(holds=False, residual=inf, brick="", cone=inf)
@@ -98,12 +150,12 @@ def check_motion(
     velocity = _velocity(names, motion)
     if cones is None or velocity is None:
         return MOTION_FAILS
-    shortfall, speed = _shortfall(cones, velocity)
-    excess = np.maximum(shortfall, 0.0)
+    (opening, sliding), speed = _slips(cones, velocity)
+    excess = np.maximum(cones.laws.shortfall(opening, sliding), 0.0)
     violation = float(_ratio(excess, speed).max(initial=0.0))
     loads = _wrenches(names, problem.loads)
-    moving = {name for name in motion.velocity if name in problem.bricks}
-    cost = float(excess.sum()) * _weight_on(problem, moving) if excess.any() else 0.0
+    press = _weight_on(problem, motion.velocity.keys()) if excess.any() else 0.0
+    cost = float(cones.laws.support(opening, sliding, press).sum())
     power = float((loads * velocity[:-1]).sum()) - cost
     scale = float(_size(loads[:, :3]) @ _size(velocity[:-1, :3]) + _size(loads[:, 3:]) @ _size(velocity[:-1, 3:]))
     gain = power / scale if 0.0 < scale < inf else -inf
@@ -120,8 +172,8 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
     cones, velocity = proof_cones(problem), _velocity(names, motion)
     if cones is None or velocity is None:
         return -inf
-    shortfall, speed = _shortfall(cones, velocity)
-    return float(-_ratio(shortfall, speed).max(initial=-inf))
+    slips, speed = _slips(cones, velocity)
+    return float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf))
 
 
 def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
@@ -131,24 +183,26 @@ def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
 
 
 def proof_cones(problem: Problem) -> ProofCones | None:
-    """Every friction cone; None if a number of the problem is not one, or a normal not of unit length."""
+    """Where forces act; None if a number of the problem is not one, or a normal not of unit length."""
     names = sorted(problem.bricks)
     index = {name: i for i, name in enumerate(names)}
     rows = [
-        (index.get(c.lower, -1), index.get(c.upper, -1), *point, *normal, c.friction)
+        (index.get(c.lower, -1), index.get(c.upper, -1), *point, *normal)
         for c in problem.contacts
         for point in c.points_W
         for normal in c.normals_W
     ]
-    table = np.array(rows, dtype=float).reshape(-1, 9)
-    normals, friction = table[:, 5:8], table[:, 8]
-    if not (np.isfinite(table).all() and (friction >= 0.0).all() and (np.abs(_size(normals) - 1.0) <= UNIT).all()):
+    table = np.array(rows, dtype=float).reshape(-1, 8)
+    normals = table[:, 5:8]
+    points = np.array([len(c.points_W) * len(c.normals_W) for c in problem.contacts], dtype=np.int64)
+    laws = PointLaws.of([contact.law for contact in problem.contacts], points)
+    if not (laws.are_sound() and np.isfinite(table).all() and (np.abs(_size(normals) - 1.0) <= UNIT).all()):
         return None
     bodies = table[:, :2].astype(np.int64)
     lower, upper = (np.where(body < 0, len(names), body) for body in (bodies[:, 0], bodies[:, 1]))
     centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO])
     arms = (table[:, 2:5] - centres[lower], table[:, 2:5] - centres[upper])
-    return ProofCones(names, (lower, upper), arms, normals, friction)
+    return ProofCones(names, (lower, upper), arms, normals, laws)
 
 
 def _pressed(problem: Problem, forces: Forces) -> Array | None:
@@ -183,23 +237,22 @@ def _finite(rows: Sequence[Sequence[float]], width: int) -> Array | None:
 
 
 def _cone_violation(cones: ProofCones, pressed: Array, carried: Array) -> float:
-    """The largest violation of a cone, relative to its force and to what the lighter of its bricks carries."""
+    """The largest violation of a law, relative to its force and to what the lighter of its bricks carries."""
     normal = np.einsum("ij,ij->i", cones.normals, pressed)
     tangential = _size(pressed - normal[:, None] * cones.normals)
-    outside = np.maximum(np.maximum(-normal, tangential - cones.friction * normal), 0.0)
+    outside = cones.laws.violation(normal, tangential)
     return float(_ratio(outside, _size(pressed) + np.where(carried < inf, carried, 0.0)).max(initial=0.0))
 
 
-def _shortfall(cones: ProofCones, velocity: Array) -> tuple[Array, Array]:
-    """By how much each slip falls short of the dual of its cone, and the speed of the bodies there [m/s]."""
+def _slips(cones: ProofCones, velocity: Array) -> tuple[tuple[Array, Array], Array]:
+    """How fast each contact opens and slides, and the speed of the bodies there [m/s]."""
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     below, above = velocity[lower], velocity[upper]
     slip = above[:, :3] + cross_rows(above[:, 3:], upper_arms) - below[:, :3] - cross_rows(below[:, 3:], lower_arms)
     speed = _size(above[:, :3]) + _size(above[:, 3:]) * _size(upper_arms)
     speed += _size(below[:, :3]) + _size(below[:, 3:]) * _size(lower_arms)
-    separating = np.einsum("ij,ij->i", cones.normals, slip)
-    sliding = _size(slip - separating[:, None] * cones.normals)
-    return cones.friction * sliding - separating, speed
+    opening = np.einsum("ij,ij->i", cones.normals, slip)
+    return (opening, _size(slip - opening[:, None] * cones.normals)), speed
 
 
 def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:

@@ -61,7 +61,9 @@ def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Ite
 
 def _along_normals(problem: Problem, tolerances: Tolerances, solver: Solver) -> Forces | None:
     """Forces along normals alone, which leave nothing but rest whatever else is pressed together (`guarantee`)."""
-    smooth = replace(problem, contacts=[replace(contact, friction=0.0) for contact in problem.contacts])
+    smooth = replace(
+        problem, contacts=[replace(contact, law=contact.law.with_friction(0.0)) for contact in problem.contacts]
+    )
     several = {i for i, contact in enumerate(problem.contacts) if len(contact.normals_W) > 1}
     return _without(smooth, several, tolerances, solver)
 

@@ -103,7 +103,7 @@ def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Coll
         for normal in contact.normals_W:
             separating = dot(normal, velocity)
             slip = sqrt(max(0.0, speed_squared - separating * separating))
-            if separating < contact.friction * slip - SLIP * _reach(point, on_axis):
+            if contact.law.shortfall(separating, slip) > SLIP * _reach(point, on_axis):
                 return False
     return True
 

@@ -6,6 +6,7 @@ cores of bricks outside the group, which carry them to the ground whatever else 
 
 from collections.abc import Collection, Iterator, Sequence
 
+from stability.contact_law import Coulomb
 from stability.geometry.polygons import depth, extent, hull
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
@@ -56,7 +57,7 @@ def landings_of(
         if points:
             z = contact.points_W[0][2]
             raised: tuple[Vec3, ...] = tuple((x, y, z) for x, y in points)
-            yield Contact(contact.lower, contact.upper, raised, (UP,), friction=0.0), contact
+            yield Contact(contact.lower, contact.upper, raised, (UP,), Coulomb(0.0)), contact
 
 
 def vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[VerticalForce]:

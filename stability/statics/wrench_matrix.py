@@ -141,7 +141,7 @@ def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
         spread([index.get(c.upper, len(names)) for c in contacts]).astype(np.int64),
         np.array(points_W, dtype=float).reshape(-1, 3),
         _axes(np.array(normals_W, dtype=float).reshape(-1, 3)),
-        spread([c.friction for c in contacts]).astype(float),
+        spread([c.law.friction for c in contacts]).astype(float),
     )
 
 

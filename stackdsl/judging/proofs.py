@@ -201,7 +201,7 @@ def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Ma
     problem = assembly.problem()
     found = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else Margins()
     if "friction" in wanted:
-        roughest = max((contact.friction for contact in problem.contacts), default=0.0)
+        roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         found = replace(found, friction=least_friction(problem).coefficient, roughest=roughest)
     if "placement" in wanted:
         planes = [plane.id for plane in assembly.planes]

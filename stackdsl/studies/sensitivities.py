@@ -148,7 +148,7 @@ class _Margins:
     def __init__(self, assembly: Assembly, of: Of) -> None:
         self._of, self._gravity = of, assembly.gravity
         problem = assembly.problem()
-        self._unit = 1.0 if of is Of.ACCELERATION else max((c.friction for c in problem.contacts), default=0.0)
+        self._unit = 1.0 if of is Of.ACCELERATION else max((c.law.friction for c in problem.contacts), default=0.0)
         found = acceleration_limits(problem, self._gravity) if of is Of.ACCELERATION else friction_limits(problem)
         self.value: float = found[0] * self._unit if found[0] < inf else inf
         self.limits: Sequence[Limit] = found[1]
@@ -250,15 +250,15 @@ def _heavier(problem: Problem, name: BodyId, gravity: float) -> Callable[[float]
 def _joints(assembly: Assembly) -> Iterator[_Number]:
     problem = assembly.problem()
     for number, contact in enumerate(problem.contacts):
-        if contact.friction > 0.0:
+        if contact.law.friction > 0.0:
             what = f"friction of {contact.upper} on {contact.lower}"
-            yield _Number(what, "", contact.friction, _rougher(problem, number, contact))
+            yield _Number(what, "", contact.law.friction, _rougher(problem, number, contact))
 
 
 def _rougher(problem: Problem, number: int, contact: Contact) -> Callable[[float], Problem]:
     def with_more(coefficient: float) -> Problem:
         contacts = list(problem.contacts)
-        contacts[number] = replace(contact, friction=contact.friction + coefficient)
+        contacts[number] = replace(contact, law=contact.law.with_friction(contact.law.friction + coefficient))
         return replace(problem, contacts=contacts)
 
     return with_more

@@ -127,7 +127,7 @@ def friction_stops(assembly: Assembly, hit: Hit, flying: Flying, beside: Sequenc
         return False
     contacts = assembly.contacts(hit.brick)
     lies_flat = all(abs(normal[2]) >= LEVEL for contact in contacts for normal in contact.normals_W)
-    friction = min([contact.friction for contact in contacts], default=0.0)
+    friction = min([contact.law.friction for contact in contacts], default=0.0)
     if not lies_flat or friction <= 0.0 or not slides_before_it_tips(struck, friction):
         return False
     normal_W, at_W, speed = _as_it_meets(hit, flying, struck, beside)

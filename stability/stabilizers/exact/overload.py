@@ -236,7 +236,7 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 def _frictions(assembly: Assembly, brick: BodyId) -> tuple[float, float]:
     """The least and the greatest coefficient of a brick on what it touches; the usual ones where all are alike."""
     law = law_of(assembly.friction)
-    found = [contact.friction for contact in assembly.contacts(brick)] if law.differs else []
+    found = [contact.law.friction for contact in assembly.contacts(brick)] if law.differs else []
     return min(found, default=law.usual), max(found, default=law.usual)
 
 

@@ -357,7 +357,7 @@ def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> 
             for force_W in in_cones:
                 size += dot(force_W, up_W)
         if contact.upper in frozen and size > 0.0:
-            yield Load(frozen[contact.upper], size, contact.friction)
+            yield Load(frozen[contact.upper], size, contact.law.friction)
 
 
 def _normal(contact: Contact, seen_from: BodyId) -> Vec3:

@@ -275,4 +275,4 @@ def _area(contact: Contact, brick: BodyId) -> LeaningArea:
     x, y, z = (sum(parts) for parts in zip(*contact.normals_W, strict=True))
     upper = contact.upper == brick
     normal_W = scale(1.0 if upper else -1.0, unit((x, y, z)))
-    return LeaningArea(contact.lower if upper else contact.upper, contact.points_W, normal_W, contact.friction)
+    return LeaningArea(contact.lower if upper else contact.upper, contact.points_W, normal_W, contact.law.friction)

@@ -94,7 +94,7 @@ def contacts_in(timeline: Timeline) -> list[Contact]:
 def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
     """Ask after every placement and removal until the answer is that what is there falls."""
     usual = law_of(timeline.world.friction).usual
-    friction = next((contact.friction for contact in contacts_in(timeline)), usual)
+    friction = next((contact.law.friction for contact in contacts_in(timeline)), usual)
     started, asked, level = perf_counter(), 0, 0
     there: dict[BodyId, Placed] = {}
     for moment in timeline.as_set_down().moments():

@@ -75,7 +75,7 @@ class Compas:
         """It takes faces on faces, and one coefficient of friction."""
         if any(len(contact.points_W) < FEWEST_CORNERS for contact in contacts):
             return EDGES
-        return FRICTIONS if len({contact.friction for contact in contacts}) > 1 else ""
+        return FRICTIONS if len({contact.law.friction for contact in contacts}) > 1 else ""
 
     def load(self) -> None:
         """Contacts and programs; the solver comes with them."""

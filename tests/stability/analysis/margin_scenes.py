@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import cos, radians, sin
 from typing import TypeAlias
 
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box, as_box
 from stability.model import GROUND, BodyId, Brick, Pose, Vec3
 from stability.problem import UP, Contact, Placed, Problem, Wrench
@@ -23,12 +24,12 @@ def upright_boxes(boxes: Sequence[Upright], friction: float = 0.5) -> Problem:
         plank(name, (x, y, z + size[2] / 2.0), 1000.0 * size[0] * size[1] * size[2], size)
         for name, x, y, z, size in boxes
     ]
-    contacts = [Contact(GROUND, box[0], overlap(box, box), (UP,), friction) for box in boxes if box[3] == 0.0]
+    contacts = [Contact(GROUND, box[0], overlap(box, box), (UP,), Coulomb(friction)) for box in boxes if box[3] == 0.0]
     for lower in boxes:
         for upper in boxes:
             corners = overlap(lower, upper) if abs(lower[3] + lower[4][2] - upper[3]) < 1e-9 else ()
             if corners:
-                contacts.append(Contact(lower[0], upper[0], corners, (UP,), friction))
+                contacts.append(Contact(lower[0], upper[0], corners, (UP,), Coulomb(friction)))
     return weighed(bricks, contacts)
 
 

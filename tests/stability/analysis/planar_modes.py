@@ -53,7 +53,7 @@ def _points(problem: Problem, names: list[str]) -> Iterator[tuple[Any, Any, floa
                         first, (px, _, pz) = 3 * names.index(body), problem.bricks[body].pose.position_W
                         row[first : first + 3] += sign * np.array([dx, dz, dz * (x - px) - dx * (z - pz)])
                 rows.append(row)
-            yield rows[0], rows[1], contact.friction
+            yield rows[0], rows[1], contact.law.friction
 
 
 def starts(problem: Problem) -> Iterator[tuple[str, ...]]:

@@ -6,6 +6,7 @@ from math import cos, radians, sin
 import pytest
 
 from stability.analysis.margins import guarantee
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box
 from stability.model import Brick, Plane, Pose
 from stability.problem import Forces, Placed, Stability
@@ -70,7 +71,7 @@ def test_the_certificate_is_along_the_normals_and_balances_without_friction() ->
     problem = made.problem()
     forces = guarantee(problem)
     assert forces is not None
-    smooth = replace(problem, contacts=[replace(contact, friction=0.0) for contact in problem.contacts])
+    smooth = replace(problem, contacts=[replace(contact, law=Coulomb(0.0)) for contact in problem.contacts])
     assert check_forces(smooth, forces, made._structure.tolerances).holds
 
 

@@ -13,6 +13,7 @@ from stability.analysis.acceleration_cut import shaken
 from stability.analysis.acceleration_margin import acceleration, hold_along, tilt
 from stability.analysis.margins import Margins, least_friction, margins
 from stability.analysis.placement_margin import placement
+from stability.contact_law import Coulomb
 from stability.model import Vec3
 from stability.problem import Contact, Problem, Tolerances, Wrench
 from stability.statics.equilibrium import balance
@@ -94,7 +95,7 @@ def test_a_column_slides_on_its_slickest_joint_with_all_that_is_above(
     frictions: tuple[float, ...], moving: set[str]
 ) -> None:
     problem = column(3)
-    contacts = [replace(one, friction=own) for one, own in zip(problem.contacts, frictions, strict=True)]
+    contacts = [replace(one, law=Coulomb(own)) for one, own in zip(problem.contacts, frictions, strict=True)]
     margin = acceleration(replace(problem, contacts=contacts))
     assert margin is not None
     assert margin.value == pytest.approx(0.2, rel=1.001e-6)
@@ -110,7 +111,7 @@ def test_a_slick_post_that_bears_too_little_does_not_let_a_plank_slide_earlier_i
     problem = upright_boxes(
         [("left", -0.03, 0.0, 0.0, post), ("right", 0.15, 0.0, 0.0, post), ("beam", 0.0, 0.0, 0.1, beam)]
     )
-    contacts = [replace(one, friction=0.1) if one.lower == "right" else one for one in problem.contacts]
+    contacts = [replace(one, law=Coulomb(0.1)) if one.lower == "right" else one for one in problem.contacts]
     assert accelerated(replace(problem, contacts=contacts)) > 0.4
 
 
@@ -198,7 +199,7 @@ def test_a_block_held_on_all_sides_survives_any_acceleration() -> None:
     for turn in range(4):
         c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[turn]
         points: tuple[Vec3, ...] = tuple((c * x - s * y, s * x + c * y, z) for x, y, z in corners)
-        walls.append(Contact(f"wall {turn}", "block", points, ((-c, -s, 0.0),), 0.5))
+        walls.append(Contact(f"wall {turn}", "block", points, ((-c, -s, 0.0),), Coulomb(0.5)))
     margin = acceleration(replace(problem, contacts=[*problem.contacts, *walls]))
     assert margin is not None
     assert margin.value == inf

@@ -5,6 +5,7 @@ from math import cos, radians, sin, tan
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.model import EARTH
 from stability.problem import Forces, Motion, Problem, Tolerances
 from stability.statics.initial_motion import Start, check_start
@@ -49,7 +50,7 @@ def test_what_slides_is_braked_by_all_the_friction_there_is(share: float, lawful
     # On a slope of 20 degrees with half the friction that it needs: m a = m g (sin - mu cos), with N = m g cos.
     angle = radians(20.0)
     friction = 0.5 * tan(angle)
-    problem = replace(SLIPPERY, contacts=[replace(each, friction=friction) for each in SLIPPERY.contacts])
+    problem = replace(SLIPPERY, contacts=[replace(each, law=Coulomb(friction)) for each in SLIPPERY.contacts])
     (contact,) = problem.contacts
     weight, braked = EARTH, share * friction
     down = EARTH * (sin(angle) - braked * cos(angle))

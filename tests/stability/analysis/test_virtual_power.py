@@ -15,6 +15,7 @@ from stability.analysis.uniqueness_program import (
     check_branch,
     leave_nothing_out,
 )
+from stability.contact_law import Coulomb
 from stability.statics.initial_motion import start_equations
 from tests.stability.analysis.leaning_scenes import ladder, pile_on_a_slope
 
@@ -40,7 +41,7 @@ def test_a_proof_whose_numbers_are_changed_is_none(name: str) -> None:
 def test_a_proof_holds_down_to_the_friction_that_the_slope_needs(share: float, enough: bool) -> None:
     # The least of all proofs asks for no more than tan a.
     braced = proof(0.5)
-    rough = [replace(contact, friction=share * tan(radians(20.0))) for contact in braced.problem.contacts]
+    rough = [replace(contact, law=Coulomb(share * tan(radians(20.0)))) for contact in braced.problem.contacts]
     assert replace(braced, problem=replace(braced.problem, contacts=rough)).holds() is enough
 
 

@@ -37,7 +37,7 @@ def area(points: Sequence[Vec3]) -> float:
 
 def test_crossed_planks_share_a_square_of_their_width() -> None:
     found = contact(plank("a", (0.0, 0.0, 0.0)), plank("b", (0.0, 0.0, T), yawed(pi / 2.0)))
-    assert (found.lower, found.upper, found.friction) == ("a", "b", 0.5)
+    assert (found.lower, found.upper, found.law.friction) == ("a", "b", 0.5)
     assert found.normals_W == (UP,)
     h = W / 2.0
     assert same_points(found.points_W, [(-h, -h, T / 2), (h, -h, T / 2), (h, h, T / 2), (-h, h, T / 2)], 1e-16)
@@ -118,7 +118,7 @@ def test_a_plank_on_tilted_ground_touches_it_with_its_face() -> None:
     slope = Plane("slope", (0.0, 0.0, 0.0), rotate(tilt, UP), 0.3)
     found = contact_with_plane(plank("b", rotate(tilt, (1.0, 0.0, T / 2)), tilt), slope, TOLERANCES)
     assert found is not None
-    assert found.friction == 0.3
+    assert found.law.friction == 0.3
     corners = [rotate(tilt, (1.0 + x, y, 0.0)) for x in (-L / 2, L / 2) for y in (-W / 2, W / 2)]
     assert same_points(found.points_W, corners, 1e-15)
     assert area(found.points_W) > 0.0

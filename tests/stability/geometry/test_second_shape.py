@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stability.analysis.margins import least_friction
+from stability.contact_law import Coulomb
 from stability.dynamics.coulomb import accelerations, inverse_mass, kinetic
 from stability.dynamics.rigid_body import pushed
 from stability.dynamics.rigid_group import common_motion, grouped, surfaces
@@ -74,7 +75,8 @@ def test_a_wedge_presses_on_what_holds_its_ends_by_where_its_centre_of_mass_is()
     wedge = Placed(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, 0.0)))
     ends = {"thick": -LENGTH / 3.0, "thin": 2.0 * LENGTH / 3.0}
     contacts = [
-        Contact(name, "wedge", ((x, -0.01, -0.0027), (x, 0.01, -0.0027)), (UP,), 0.5) for name, x in ends.items()
+        Contact(name, "wedge", ((x, -0.01, -0.0027), (x, 0.01, -0.0027)), (UP,), Coulomb(0.5))
+        for name, x in ends.items()
     ]
     forces = balance(Problem({"wedge": wedge}, contacts, {"wedge": OWN_WEIGHT})).forces
     assert forces is not None
@@ -85,7 +87,7 @@ def test_a_wedge_presses_on_what_holds_its_ends_by_where_its_centre_of_mass_is()
 def test_margins_of_a_wedge_on_a_slope_are_those_of_the_slope() -> None:
     angle = radians(20.0)
     slope = Contact(
-        GROUND, "wedge", foot(LOWER_HALF), ((sin(angle), 0.0, cos(angle)),), 0.9
+        GROUND, "wedge", foot(LOWER_HALF), ((sin(angle), 0.0, cos(angle)),), Coulomb(0.9)
     )  # it lies on the slope as on the level
     problem = Problem({"wedge": Placed(Brick("wedge", LOWER_HALF, MASS), AT_HOME)}, [slope], {"wedge": OWN_WEIGHT})
     assert 0.9 * least_friction(problem).factor == pytest.approx(sin(angle) / cos(angle), rel=1e-3)
@@ -104,7 +106,7 @@ def tipping(shape: ConvexShape, coefficient: float) -> FallingPart:
     corners = corners_W(shape, AT_HOME)
     west = min(x for x, _, _ in corners)
     edge = tuple(sorted(corner for corner in corners if corner[0] < west + 1e-9 and corner[2] < 0.0))
-    ground = Contact(GROUND, "solid", edge, (UP,), coefficient)
+    ground = Contact(GROUND, "solid", edge, (UP,), Coulomb(coefficient))
     spin = (0.0, -1.0, 0.0)
     motion = Motion({"solid": (cross(spin, scale(-1.0, edge[0])), spin)})
     problem = Problem({"solid": Placed(Brick("solid", shape, MASS), AT_HOME)}, [ground], {"solid": OWN_WEIGHT})
@@ -147,7 +149,9 @@ def test_what_falls_over_its_own_edge_or_corner_slips_when_the_ground_under_it_n
     square = 2.0 * MASS * GRAVITY * r * (cos(start) - cos(now)) / inertia
     sideways, up = r * (faster * cos(now) - square * sin(now)), GRAVITY - r * (faster * sin(now) + square * cos(now))
     leans = Pose((r * sin(start), 0.0, r * cos(start)), (0.0, sin(0.5 * start), 0.0, cos(0.5 * start)))
-    ground = Contact(GROUND, "solid", tuple((0.0, y, 0.0) for y in touching), (UP,), share * abs(sideways) / up)
+    ground = Contact(
+        GROUND, "solid", tuple((0.0, y, 0.0) for y in touching), (UP,), Coulomb(share * abs(sideways) / up)
+    )
     spin = (0.0, 1.0, 0.0)
     problem = Problem({"solid": Placed(Brick("solid", shape, MASS), leans)}, [ground], {"solid": OWN_WEIGHT})
     part = falling_part(problem, Motion({"solid": (cross(spin, leans.position_W), spin)}), GRAVITY)

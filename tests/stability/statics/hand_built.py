@@ -8,6 +8,7 @@ from dataclasses import replace
 from math import cos, sin
 from typing import TypeAlias
 
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box, as_box
 from stability.model import GROUND, BodyId, Brick, Pose, Quaternion, Vec3
 from stability.problem import UP, Contact, Placed, Problem, Wrench
@@ -70,7 +71,7 @@ def column(offsets: Sequence[float], masses: Sequence[float] | None = None, fric
         mass = MASS if masses is None else masses[level]
         bricks.append(plank(name, (x, 0.0, z + THICKNESS / 2.0), mass))
         shared = (max(x, below) - LENGTH / 2.0, min(x, below) + LENGTH / 2.0)
-        contacts.append(Contact(lower, name, level_patch(shared, z), (UP,), friction))
+        contacts.append(Contact(lower, name, level_patch(shared, z), (UP,), Coulomb(friction)))
         lower, below = name, x
     return weighed(bricks, contacts)
 
@@ -101,7 +102,7 @@ def on_a_slope(angle: float, friction: float, size: Vec3 = SIZE) -> Problem:
     )
     centre = (height / 2.0 * normal[0], 0.0, height / 2.0 * normal[2])
     block = plank("block", centre, size=size, dip=angle)
-    return weighed([block], [Contact("slope", "block", corners, (normal,), friction)])
+    return weighed([block], [Contact("slope", "block", corners, (normal,), Coulomb(friction))])
 
 
 def ladder(angle: float, friction: float, wall_friction: float = 0.0, size: Vec3 = SIZE) -> Problem:
@@ -111,8 +112,8 @@ def ladder(angle: float, friction: float, wall_friction: float = 0.0, size: Vec3
     """
     length, width, _ = size
     head = edge(length * cos(angle), length * sin(angle), width)
-    ground = Contact(GROUND, "ladder", edge(0.0, 0.0, width), (UP,), friction)
-    wall = Contact("wall", "ladder", head, (WEST,), wall_friction)
+    ground = Contact(GROUND, "ladder", edge(0.0, 0.0, width), (UP,), Coulomb(friction))
+    wall = Contact("wall", "ladder", head, (WEST,), Coulomb(wall_friction))
     return weighed([plank("ladder", _leaning_centre(angle, size), size=size, dip=-angle)], [ground, wall])
 
 
@@ -127,9 +128,9 @@ def inverted_v(angle: float, friction: float, size: Vec3 = SIZE) -> Problem:
     left = plank("left", (x, y, z), size=size, dip=-angle)
     right = plank("right", (2.0 * top - x, y, z), size=size, dip=angle)
     contacts = [
-        Contact(GROUND, "left", edge(0.0, 0.0, width), (UP,), friction),
-        Contact(GROUND, "right", edge(2.0 * top, 0.0, width), (UP,), friction),
-        Contact("left", "right", edge(top, height, width), (EAST,), friction),
+        Contact(GROUND, "left", edge(0.0, 0.0, width), (UP,), Coulomb(friction)),
+        Contact(GROUND, "right", edge(2.0 * top, 0.0, width), (UP,), Coulomb(friction)),
+        Contact("left", "right", edge(top, height, width), (EAST,), Coulomb(friction)),
     ]
     return weighed([left, right], contacts)
 
@@ -147,7 +148,7 @@ def between_walls(problem: Problem, friction: float = 0.5) -> Problem:
         (x, _, z), (length, width, height) = placed.pose.position_W, as_box(placed.brick.shape, "a wall at an end").size
         for wall, end, normal in (("west wall", x - length / 2.0, EAST), ("east wall", x + length / 2.0, WEST)):
             face = wall_patch(end, (z - height / 2.0, z + height / 2.0), width)
-            contacts.append(Contact(wall, name, face, (normal,), friction))
+            contacts.append(Contact(wall, name, face, (normal,), Coulomb(friction)))
     return replace(problem, contacts=contacts)
 
 

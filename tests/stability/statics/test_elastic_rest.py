@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from stability.contact_law import Coulomb
 from stability.problem import Contact, Forces, Problem, Tolerances, Wrench
 from stability.statics.elastic_rest import elastic_rest
 from stability.statics.equilibrium import balance
@@ -39,7 +40,7 @@ def wedge(angle: float, friction: float, turn: float = 0.0) -> Problem:
 
     def side(name: str, sign: float) -> Contact:
         ends = tuple(turned(sign * WIDTH / 2.0, y, 0.0) for y in (-DEPTH / 2.0, DEPTH / 2.0))
-        return Contact(name, "wedge", ends, (turned(-sign * cos(lean), 0.0, sin(lean)),), friction)
+        return Contact(name, "wedge", ends, (turned(-sign * cos(lean), 0.0, sin(lean)),), Coulomb(friction))
 
     return weighed([plank("wedge", (0.0, 0.0, 0.0))], [side("east", 1.0), side("west", -1.0)])
 
@@ -103,7 +104,7 @@ def test_a_row_of_stones_between_upright_walls_comes_to_no_rest_though_an_arch_w
     names = ["west", *(stone.brick.id for stone in stones), "east"]
     joints = [x[0] - 0.5 * WIDTH, *(at + 0.5 * WIDTH for at in x)]
     contacts = [
-        Contact(left, right, wall_patch(joint, (-0.5 * WIDTH, 0.5 * WIDTH)), (EAST,), 1.0)
+        Contact(left, right, wall_patch(joint, (-0.5 * WIDTH, 0.5 * WIDTH)), (EAST,), Coulomb(1.0))
         for (left, right), joint in zip(pairwise(names), joints, strict=True)
     ]
     assert balance(weighed(stones, contacts)).forces is not None
@@ -170,7 +171,9 @@ def held_at_random(random: np.random.Generator) -> Problem:
         normal = random.normal(size=3)
         normal[2] = abs(normal[2]) * random.choice([0.2, 1.0])
         nx, ny, nz = (normal / np.linalg.norm(normal)).tolist()
-        contacts.append(Contact(f"peg{i}", "plank", ((x, y, z),), ((nx, ny, nz),), float(random.uniform(0.05, 1.5))))
+        contacts.append(
+            Contact(f"peg{i}", "plank", ((x, y, z),), ((nx, ny, nz),), Coulomb(float(random.uniform(0.05, 1.5))))
+        )
     return weighed([plank("plank", (0.0, 0.0, 0.0))], contacts)
 
 

@@ -7,6 +7,7 @@ from math import atan, cos, nan, sin
 import numpy as np
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.geometry.rows import Array
 from stability.model import GROUND
 from stability.problem import UP, Contact, Problem, Tolerances, Wrench
@@ -98,8 +99,8 @@ def test_a_counterweight_holds_a_plank_by_the_lever_law(ratio: float, share: flo
     arm = mass * reach / weight / share
     base = plank("p", (reach, 0.0, 0.004), mass, (2.0 * (arm + 0.1), 0.024, 0.008))
     load = plank("w", (-arm, 0.0, 0.012), weight, (0.002, 0.024, 0.008))
-    table = Contact("table", "p", level_patch((reach - arm - 0.1, 0.0), 0.0), (UP,), 0.5)
-    on_top = Contact("p", "w", level_patch((-arm - 0.001, -arm + 0.001), 0.008), (UP,), 0.5)
+    table = Contact("table", "p", level_patch((reach - arm - 0.1, 0.0), 0.0), (UP,), Coulomb(0.5))
+    on_top = Contact("p", "w", level_patch((-arm - 0.001, -arm + 0.001), 0.008), (UP,), Coulomb(0.5))
     assert stands(weighed([base, load], [table, on_top])) is holds
 
 
@@ -120,7 +121,7 @@ def test_verdicts_do_not_depend_on_how_heavy_all_is(factor: float) -> None:
 def test_a_pushed_block_slides_if_low_and_tips_if_high() -> None:
     size, mass, friction = (0.02, 0.02, 0.06), 0.1, 0.5
     block = plank("b", (0.0, 0.0, 0.03), mass, size)
-    ground = Contact(GROUND, "b", level_patch((-0.01, 0.01), 0.0, 0.02), (UP,), friction)
+    ground = Contact(GROUND, "b", level_patch((-0.01, 0.01), 0.0, 0.02), (UP,), Coulomb(friction))
     weight = mass * GRAVITY
 
     def pushed(force: float, height: float) -> Problem:
@@ -148,14 +149,16 @@ def test_what_touches_nothing_falls_and_what_weighs_nothing_stays() -> None:
 
 def test_a_plank_hangs_from_nothing() -> None:
     # A fixed plank lies on it: it cannot pull.
-    above = Contact("p", "fixed", level_patch((-0.06, 0.06), 1.004), (UP,), 0.5)
+    above = Contact("p", "fixed", level_patch((-0.06, 0.06), 1.004), (UP,), Coulomb(0.5))
     assert not stands(weighed([plank("p", (0.0, 0.0, 1.0))], [above]))
 
 
 def test_a_plank_stands_in_a_groove_of_two_normals() -> None:
     # One edge contact with two extreme normals holds sideways pushes up to the slope of its sides.
     side = 0.5**0.5
-    groove = Contact("groove", "p", ((0.0, -0.01, 0.0), (0.0, 0.01, 0.0)), ((side, 0.0, side), (-side, 0.0, side)), 0.0)
+    groove = Contact(
+        "groove", "p", ((0.0, -0.01, 0.0), (0.0, 0.01, 0.0)), ((side, 0.0, side), (-side, 0.0, side)), Coulomb(0.0)
+    )
     body = plank("p", (0.0, 0.0, 0.004))
     for share, holds in SHARES:
         # The push acts through the groove, so that nothing turns.
@@ -268,7 +271,7 @@ def test_the_solver_is_asked_again_where_its_first_points_prove_nothing() -> Non
 @pytest.mark.parametrize("friction", [0.4, 0.05])
 def test_a_block_pressed_against_a_wall_holds_by_friction_alone(friction: float, share: float, holds: bool) -> None:
     weight = 0.012 * GRAVITY
-    wall = Contact("wall", "b", ((0.06, -0.01, 0.5), (0.06, 0.01, 0.5)), (WEST,), friction)
+    wall = Contact("wall", "b", ((0.06, -0.01, 0.5), (0.06, 0.01, 0.5)), (WEST,), Coulomb(friction))
     # The weight would turn the block about the wall; a torque undoes that.
     load = Wrench((weight / friction / share, 0.0, -weight), (0.0, 0.06 * weight, 0.0))
     assert stands(Problem({"b": plank("b", (0.0, 0.0, 0.5))}, [wall], {"b": load})) is holds

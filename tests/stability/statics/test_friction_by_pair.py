@@ -9,7 +9,7 @@ import pytest
 
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
-from stability.contact_law import Friction
+from stability.contact_law import Coulomb, Friction
 from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, BodyId, Plane, Pose
 from stability.problem import Placed, Stability, Tolerances, Verdict
@@ -102,7 +102,7 @@ def test_the_forces_of_the_proof_are_within_the_cone_of_each_contact_and_not_wit
     forces, problem = assembly.forces(), assembly.problem()
     assert forces is not None
     assert check_forces(problem, forces, Tolerances()).holds
-    smoother = [replace(contact, friction=0.99 * contact.friction) for contact in problem.contacts]
+    smoother = [replace(contact, law=Coulomb(0.99 * contact.law.friction)) for contact in problem.contacts]
     assert not check_forces(replace(problem, contacts=smoother), forces, Tolerances()).holds
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.model import GROUND, Plane
 from stability.problem import UP, Contact, Problem, Stability, Wrench
 from stability.statics import equilibrium
@@ -50,7 +51,7 @@ def twisted(problem: Problem) -> Problem:
 
 def in_a_ring(problem: Problem) -> Problem:
     x, y, _ = problem.contacts[-1].points_W[0]
-    return replace(problem, contacts=[*problem.contacts, Contact("p03", "p01", ((x, y, 0.0),), (UP,), 0.5)])
+    return replace(problem, contacts=[*problem.contacts, Contact("p03", "p01", ((x, y, 0.0),), (UP,), Coulomb(0.5))])
 
 
 def on_nothing(problem: Problem) -> Problem:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.problem import UP, Contact
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from tests.stability.statics.test_propagation import patch
@@ -42,7 +43,9 @@ def test_each_level_of_a_stepped_column_has_a_smaller_core() -> None:
 
 
 def test_three_points_carry_what_lies_in_their_triangle() -> None:
-    feet = [Contact("ground", "t", ((x, y, 0.0),), (UP,), 0.5) for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))]
+    feet = [
+        Contact("ground", "t", ((x, y, 0.0),), (UP,), Coulomb(0.5)) for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    ]
     core = core_of(feet, {})
     assert core.carries((0.3, 0.3))
     assert not core.carries((0.6, 0.6))
@@ -50,7 +53,7 @@ def test_three_points_carry_what_lies_in_their_triangle() -> None:
 
 def test_a_line_over_a_core_counts_as_far_as_it_lies_over_it() -> None:
     post = core_of([patch("ground", "s", (-1.0, 1.0))], {})
-    lines = [Contact("s", "p", ((-2.0, y, 0.0), (2.0, y, 0.0)), (UP,), 0.5) for y in (-0.5, 0.5)]
+    lines = [Contact("s", "p", ((-2.0, y, 0.0), (2.0, y, 0.0)), (UP,), Coulomb(0.5)) for y in (-0.5, 0.5)]
     core = core_of(lines, {"s": post})
     assert core.carries((0.999, 0.0))
     assert not core.carries((1.001, 0.0))
@@ -59,5 +62,5 @@ def test_a_line_over_a_core_counts_as_far_as_it_lies_over_it() -> None:
 @pytest.mark.parametrize(("slope", "carries"), [(0.5 - 1e-9, True), (0.5 + 1e-9, False)])
 def test_a_slope_carries_upright_forces_while_it_is_no_steeper_than_friction(slope: float, carries: bool) -> None:
     length = (1.0 + slope * slope) ** 0.5
-    contact = Contact("ground", "a", ((0.0, 0.0, 0.0),), ((slope / length, 0.0, 1.0 / length),), 0.5)
+    contact = Contact("ground", "a", ((0.0, 0.0, 0.0),), ((slope / length, 0.0, 1.0 / length),), Coulomb(0.5))
     assert carries_upright(contact) is carries

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.model import GROUND, BodyId
 from stability.problem import UP, Contact, Motion, Problem, Tolerances
 from stability.statics import mechanism
@@ -152,8 +153,8 @@ def test_what_a_counterweight_held_falls_with_it() -> None:
     # The light counterweight is lifted by the plank that tips: both move.
     base = plank("p", (0.02, 0.0, 0.004))
     weight = plank("w", (-0.02, 0.0, 0.012), mass=0.001, size=(0.02, 0.024, 0.008))
-    table = Contact("table", "p", level_patch((-0.04, 0.0), 0.0), (UP,), 0.5)
-    on_top = Contact("p", "w", level_patch((-0.03, -0.01), THICKNESS), (UP,), 0.5)
+    table = Contact("table", "p", level_patch((-0.04, 0.0), 0.0), (UP,), Coulomb(0.5))
+    on_top = Contact("p", "w", level_patch((-0.03, -0.01), THICKNESS), (UP,), Coulomb(0.5))
     moving, words = fall_of(weighed([base, weight], [table, on_top]))
     assert moving == ("p", "w")
     assert words == "p, w tip over table"

@@ -6,6 +6,7 @@ from math import hypot, inf, nan, pi
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.model import GROUND, Vec3
 from stability.problem import UP, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench
 from stability.statics.equilibrium import balance
@@ -68,7 +69,7 @@ def test_forces_swapped_between_two_corners_turn_the_brick() -> None:
 
 def test_a_force_outside_its_cone_is_seen_though_it_balances() -> None:
     slope = on_a_slope(0.1 * pi, friction=1.0)
-    slippery = replace(slope, contacts=[replace(slope.contacts[0], friction=0.1)])
+    slippery = replace(slope, contacts=[replace(slope.contacts[0], law=Coulomb(0.1))])
     found = check_forces(slippery, forces_of(slope), EXACT)
     assert not found.holds
     assert found.residual < EXACT.residual
@@ -180,7 +181,7 @@ def test_sliding_must_open_as_much_as_friction_asks() -> None:
 def test_every_normal_of_an_edge_counts() -> None:
     # An edge that lies in a groove: away from one of its two sides is into the other.
     side, other = (0.6, 0.0, 0.8), (-0.6, 0.0, 0.8)
-    groove = Contact("groove", "p01", ((0.0, -0.01, 0.0), (0.0, 0.01, 0.0)), (side, other), 0.0)
+    groove = Contact("groove", "p01", ((0.0, -0.01, 0.0), (0.0, 0.01, 0.0)), (side, other), Coulomb(0.0))
     problem = replace(column([0.0]), contacts=[groove])
     along = Motion({"p01": ((0.8, 0.0, -0.6), (0.0, 0.0, 0.0))})
     assert not check_motion(problem, along, EXACT).holds
@@ -201,7 +202,7 @@ def test_violations_within_rounding_do_not_add_up_to_a_gain() -> None:
     count = 400
     problem = column([0.0] * count)
     speeds = {f"p{i + 1:02}": ((1.0, 0.0, -0.9e-9 * (i + 1)), (0.0, 0.0, 0.0)) for i in range(count)}
-    smooth = replace(problem, contacts=[replace(c, friction=0.0) for c in problem.contacts])
+    smooth = replace(problem, contacts=[replace(c, law=Coulomb(0.0)) for c in problem.contacts])
     loose = Tolerances(gain=1e-8)
     weight_times_speed = sum(-smooth.loads[name].force_W[2] * hypot(*v) for name, (v, _) in speeds.items())
     assert power(smooth.loads, Motion(speeds)) > loose.gain * weight_times_speed
@@ -224,7 +225,7 @@ def test_the_order_of_bricks_and_contacts_is_nothing_to_a_check() -> None:
 
 def test_normals_are_unit_and_friction_is_not_negative() -> None:
     stands, falls = stepped(2, 0.01), stepped(10, 0.0135)
-    for spoilt in ({"normals_W": ((0.0, 0.0, 2.0),)}, {"friction": -0.1}):
+    for spoilt in ({"normals_W": ((0.0, 0.0, 2.0),)}, {"law": Coulomb(-0.1)}, {"law": Coulomb(nan)}):
         for problem in (stands, falls):
             bad = replace(problem, contacts=[replace(c, **spoilt) for c in problem.contacts])
             if problem is stands:

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stability.contact_law import Coulomb
 from stability.problem import UP, Contact
 from stability.statics.load_core import core_of
 from stability.statics.propagation import Failure, VerticalLoad, least_norm, propagate, shared
@@ -13,7 +14,7 @@ BETWEEN = st.floats(-0.999, 0.999)
 
 def patch(lower: str, upper: str, x: tuple[float, float], y: tuple[float, float] = (-1.0, 1.0)) -> Contact:
     corners = ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))
-    return Contact(lower, upper, tuple((px, py, 0.0) for px, py in corners), (UP,), 0.5)
+    return Contact(lower, upper, tuple((px, py, 0.0) for px, py in corners), (UP,), Coulomb(0.5))
 
 
 @given(BETWEEN, BETWEEN)

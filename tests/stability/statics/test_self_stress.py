@@ -5,6 +5,7 @@ from math import cos, pi, sin
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.model import GROUND
 from stability.problem import UP, Contact, Forces, Problem, Tolerances
 from stability.statics.conic_program import ConicProgram, Point
@@ -55,8 +56,8 @@ def tripod() -> Problem:
         name = f"leg{i}"
         legs.append(plank(name, (x, y, 0.02), size=(0.01, 0.01, 0.04)))
         square = [(x + dx, y + dy) for dx, dy in ((-0.005, -0.005), (0.005, -0.005), (0.005, 0.005), (-0.005, 0.005))]
-        contacts.append(Contact(GROUND, name, tuple((a, b, 0.0) for a, b in square), (UP,), 0.5))
-        contacts.append(Contact(name, "plate", tuple((a, b, 0.04) for a, b in square), (UP,), 0.5))
+        contacts.append(Contact(GROUND, name, tuple((a, b, 0.0) for a, b in square), (UP,), Coulomb(0.5)))
+        contacts.append(Contact(name, "plate", tuple((a, b, 0.04) for a, b in square), (UP,), Coulomb(0.5)))
     return weighed([*legs, plank("plate", (0.0, 0.0, 0.045), size=(0.1, 0.1, 0.01))], contacts)
 
 
@@ -73,12 +74,12 @@ def running_bond(columns: int, levels: int) -> Problem:
             for (below, j), other in places.items():
                 if below == level - 1 and abs(other - x) < 0.9 * LENGTH:
                     shared = (max(x, other) - 0.5 * LENGTH, min(x, other) + 0.5 * LENGTH)
-                    contacts.append(Contact(f"{below:02}.{j:02}", name, level_patch(shared, z), (UP,), 0.5))
+                    contacts.append(Contact(f"{below:02}.{j:02}", name, level_patch(shared, z), (UP,), Coulomb(0.5)))
             if level == 0:
-                contacts.append(Contact(GROUND, name, level_patch((x - 0.06, x + 0.06), 0.0), (UP,), 0.5))
+                contacts.append(Contact(GROUND, name, level_patch((x - 0.06, x + 0.06), 0.0), (UP,), Coulomb(0.5)))
             if i > 0:
                 ends = wall_patch(x - 0.5 * LENGTH, (z, z + THICKNESS))
-                contacts.append(Contact(f"{level:02}.{i - 1:02}", name, ends, (EAST,), 0.5))
+                contacts.append(Contact(f"{level:02}.{i - 1:02}", name, ends, (EAST,), Coulomb(0.5)))
     return weighed(bricks, contacts)
 
 
@@ -126,8 +127,8 @@ def test_a_stack_between_walls_does_without_them(friction: float) -> None:
 def test_a_ladder_keeps_the_wall_it_needs_and_does_without_the_one_at_its_foot() -> None:
     # A block on the ground just behind the foot: foot and block can be pressed together, and hold nothing.
     leaning = ladder(1.1, 0.5)
-    behind = Contact("block", "ladder", ((0.0, -0.012, 0.0), (0.0, 0.012, 0.0)), (EAST,), 0.5)
-    before = Contact("stop", "ladder", ((0.0, -0.012, 0.0), (0.0, 0.012, 0.0)), ((-1.0, 0.0, 0.0),), 0.5)
+    behind = Contact("block", "ladder", ((0.0, -0.012, 0.0), (0.0, 0.012, 0.0)), (EAST,), Coulomb(0.5))
+    before = Contact("stop", "ladder", ((0.0, -0.012, 0.0), (0.0, 0.012, 0.0)), ((-1.0, 0.0, 0.0),), Coulomb(0.5))
     found = honest(replace(leaning, contacts=[*leaning.contacts, behind, before]))
     assert found is not None
     assert pressed(found, 0) > 0.1
@@ -138,7 +139,7 @@ def test_a_ladder_keeps_the_wall_it_needs_and_does_without_the_one_at_its_foot()
 def test_a_plank_that_hangs_over_a_table_jams_between_walls(friction: float) -> None:
     # It tips but for the walls, between which its diagonal does not fit: they push at opposite corners, 8 mm apart in
     # height, and N x 8 mm = W x 10 mm balances the weight beyond the edge even where all is smooth.
-    table = Contact("table", "p01", level_patch((-0.06, -0.01), 0.0), (UP,), friction)
+    table = Contact("table", "p01", level_patch((-0.06, -0.01), 0.0), (UP,), Coulomb(friction))
     hanging = replace(column([0.0]), contacts=[table])
     assert balance(hanging).motion is not None
     assert honest(between_walls(hanging)) is not None
@@ -151,7 +152,7 @@ def test_a_block_in_a_groove_needs_no_more_than_its_normals_whatever_the_frictio
     contacts = []
     for name, (x, normal) in faces.items():
         corners = tuple((x, y, z) for y in (-0.01, 0.01) for z in (-0.3, 0.3))
-        contacts.append(Contact(name, "p01", corners, (normal,), friction))
+        contacts.append(Contact(name, "p01", corners, (normal,), Coulomb(friction)))
     found = honest(weighed([plank("p01", (0.0, 0.0, 0.0))], contacts))
     assert found is not None
 

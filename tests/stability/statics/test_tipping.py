@@ -2,6 +2,7 @@
 
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
@@ -44,19 +45,19 @@ def test_a_counterweight_is_part_of_the_body_that_tips(mass: float, falls: bool)
 
 
 def test_on_one_point_a_plank_tips_any_way() -> None:
-    contact = Contact("s", "p", ((0.0, 0.0, 0.0),), ((0.0, 0.0, 1.0),), 0.5)
+    contact = Contact("s", "p", ((0.0, 0.0, 0.0),), ((0.0, 0.0, 1.0),), Coulomb(0.5))
     assert proves({"p": plank("p", 0.1)}, [contact])
 
 
 def test_on_a_line_a_plank_tips_to_the_side_of_its_centre() -> None:
-    contact = Contact("s", "p", ((0.0, -1.0, 0.0), (0.0, 1.0, 0.0)), ((0.0, 0.0, 1.0),), 0.5)
+    contact = Contact("s", "p", ((0.0, -1.0, 0.0), (0.0, 1.0, 0.0)), ((0.0, 0.0, 1.0),), Coulomb(0.5))
     assert proves({"p": plank("p", 0.1)}, [contact])
     assert proves({"p": plank("p", -0.1)}, [contact])
 
 
 def test_a_wall_in_the_way_takes_the_proof_away() -> None:
     # Turning about the edge would drive the plank's end into the wall.
-    wall = Contact("w", "p", ((1.5, 0.0, 0.0),), ((-1.0, 0.0, 0.0),), 0.5)
+    wall = Contact("w", "p", ((1.5, 0.0, 0.0),), ((-1.0, 0.0, 0.0),), Coulomb(0.5))
     bricks = {"p": plank("p", 0.5)}
     below = patch("s", "p", (-0.5, 0.3))
     assert proves(bricks, [below])
