@@ -8,7 +8,7 @@ READY := $(VENV)/.ready
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures words editor changelog lock clean
+.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -101,10 +101,6 @@ figures: $(READY) ## measure what takes minutes, and write the figures of README
 	$(BIN)/python -m benchmarks.solids_in_engines --write
 	$(BIN)/python -m benchmarks.figures.picture
 
-words: $(READY) ## write the functions of stackdsl.api anew from the models of the language
-	$(BIN)/python tools/python_words.py
-	$(BIN)/ruff format stackdsl/api
-
 editor: $(READY) ## what an editor shows, tried with the language server itself, which needs npm
 	npm install --silent --no-audit --no-fund --prefix .node yaml-language-server@2.0.0
 	$(BIN)/python -m pytest -q tests/stackdsl/language/test_editor_completion.py
@@ -122,6 +118,7 @@ changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move i
 lint: $(READY)  ## format check, lint and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
+	$(BIN)/python -m stackdsl.built_files  # mypy reads stubs
 	$(BIN)/mypy
 
 format: $(READY) ## rewrite to the house format

@@ -10,16 +10,15 @@ ROOT = Path(__file__).parent
 
 
 class BuildWithMadeFiles(build_py):
-    """Builds the modules, and writes the JSON Schema beside them, which editors read and no module does."""
+    """Builds the modules, and writes beside them what is made from these."""
 
     def run(self) -> None:
         """Write into the folder of the build; of an editable install, that is the checkout."""
         super().run()
         sys.path.insert(0, str(ROOT))  # a build has no other way to the package
-        from stackdsl.language.json_schema import schema_text  # noqa: PLC0415 -- as above
+        from stackdsl.built_files import write_built_files  # noqa: PLC0415 -- as above
 
-        folder = ROOT if self.editable_mode else Path(self.build_lib)
-        (folder / "stackdsl" / "scenario.schema.json").write_bytes(schema_text().encode())
+        write_built_files((ROOT if self.editable_mode else Path(self.build_lib)) / "stackdsl")
 
 
 setup(cmdclass={"build_py": BuildWithMadeFiles})

@@ -41,7 +41,7 @@ LAYERS = {
         {"studies"},
         {"report"},
         {"api", "bench", "pytest_plugin", "viewing"},
-        {"cli"},
+        {"built_files", "cli"},
         {"__main__"},
     ),
 }

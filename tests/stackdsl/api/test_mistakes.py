@@ -15,7 +15,7 @@ NOTHING: Any = None  # which a type checker would refuse
 
 
 def column(levels: int = 3, step: object = None, every: str | None = None, when: str | None = None) -> Written:
-    return layouts.column(levels=levels, step=step, every=every, when=when)  # type: ignore[arg-type]
+    return layouts.column(levels=levels, step=step, every=every, when=when)  # type: ignore[arg-type, unused-ignore]
 
 
 @pytest.mark.parametrize(

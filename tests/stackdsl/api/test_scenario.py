@@ -131,7 +131,7 @@ def test_a_case_of_several_is_named() -> None:
 
 
 def with_levels(levels: object) -> Written:
-    return layouts.column(levels=levels)  # type: ignore[arg-type]  # an expression
+    return layouts.column(levels=levels)  # type: ignore[arg-type, unused-ignore]  # an expression
 
 
 def test_arrays_and_tables_have_an_entry_a_brick() -> None:
@@ -166,7 +166,7 @@ def test_a_claim_is_held_against_a_run_of_one_of_several_cases() -> None:
         "varied",
         cases=[{"name": "low", "count": 2}, {"name": "high", "count": 4}],
         let={"top": "${count * 7.8 mm}"},
-        build=[layouts.column(levels="${count}")],  # type: ignore[arg-type]  # an expression
+        build=[layouts.column(levels="${count}")],  # type: ignore[arg-type, unused-ignore]  # an expression
         expect=[claims.height("${top} ± 0.1 mm")],
     )
     runs = tower.play_all()

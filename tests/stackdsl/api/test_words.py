@@ -1,41 +1,51 @@
 """Python has a function for each word of the language, with its keys, whatever words come to it."""
 
+import ast
 import inspect
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from stackdsl.api import scenario, single_bricks
+from stackdsl.api import claims, impacts, layouts, scenario, single_bricks
+from stackdsl.api.words import CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS, Words
 from stackdsl.language.bricks import PlacedBrick
 from stackdsl.language.imports import Import
+from stackdsl.language.layouts.column import ColumnParams
+from stackdsl.language.layouts.registry import LAYOUTS
 from stackdsl.language.schema import models
-from tests.paths import ROOT
 
-WRITES = ROOT / "tools" / "python_words.py"
-
-
-def writer() -> ModuleType:
-    spec = spec_from_file_location("python_words", WRITES)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+ALL = pytest.mark.parametrize("words", [CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS], ids=lambda words: words.name)
 
 
-def functions(text: str) -> list[tuple[str, str]]:
-    """Each function of a module, whatever its layout of lines: its name, and its text without white space."""
-    parts = text.split("\ndef ")[1:]
-    return [(part.split("(")[0], "".join(part.replace(",\n", "\n").split())) for part in parts]
+@ALL
+def test_a_stub_says_what_the_functions_are(words: Words) -> None:
+    stubs = [part for part in ast.parse(words.stub()).body if isinstance(part, ast.FunctionDef)]
+    assert [stub.name for stub in stubs] == words.names()
+    for stub in stubs:
+        function = words.function(stub.name)
+        assert ast.get_docstring(stub, clean=False) == function.__doc__
+        parameters = inspect.signature(function).parameters.values()
+        assert [one.arg for one in (*stub.args.posonlyargs, *stub.args.kwonlyargs)] == [one.name for one in parameters]
 
 
-@pytest.mark.parametrize(("path", "text"), list(writer().texts()), ids=lambda value: getattr(value, "name", ""))
-def test_the_functions_are_those_of_the_language(path: Path, text: str) -> None:
-    loose = [(name, body.replace(",", "")) for name, body in functions(text)]
-    committed = [(name, body.replace(",", "")) for name, body in functions(path.read_text(encoding="utf-8"))]
-    assert committed == loose, "write them anew with `make words`"
+def test_a_layout_takes_its_keys_and_those_of_a_step() -> None:
+    taken = set(inspect.signature(layouts.column).parameters)
+    step = {"when" if key == "at" else key for key in models().BuildStep.model_fields}
+    assert taken == {*ColumnParams.model_fields, *step} - {"repeat", "bricks", "imported", *LAYOUTS}
+
+
+def test_the_words_of_a_module_are_its_names() -> None:
+    assert {"column", "wall", "import_"} & set(dir(layouts)) == {"column", "wall"}
+    assert ("stands" in dir(claims), "throw" in dir(impacts)) == (True, True)
+    assert layouts.column is layouts.column
+    with pytest.raises(AttributeError, match=r"^module 'stackdsl.api.layouts' has no attribute 'colum'$"):
+        layouts.__getattr__("colum")
+
+
+def test_a_wrong_parameter_is_told_as_that_of_any_function() -> None:
+    with pytest.raises(TypeError, match=r"^column\(\) got an unexpected keyword argument 'levls'"):
+        layouts.column(**{"levls": 3})  # type: ignore[arg-type, unused-ignore]
+    with pytest.raises(TypeError, match=r"^column\(\) takes 0 positional arguments but 1 was given"):
+        layouts.column(3)  # type: ignore[arg-type, call-arg, misc, unused-ignore]
 
 
 def test_a_scenario_takes_the_keys_of_the_language() -> None:
@@ -46,8 +56,6 @@ def test_a_scenario_takes_the_keys_of_the_language() -> None:
 def test_a_brick_takes_the_keys_of_the_language() -> None:
     assert set(inspect.signature(single_bricks.brick).parameters) == set(PlacedBrick.model_fields) - {"repeat"}
     step = {"each" if key == "bricks" else "when" if key == "at" else key for key in models().BuildStep.model_fields}
-    from stackdsl.language.layouts.registry import LAYOUTS  # noqa: PLC0415 -- all registered by now
-
     assert set(inspect.signature(single_bricks.bricks).parameters) == step - {"repeat", "until", "imported", *LAYOUTS}
     taken = set(inspect.signature(single_bricks.imported).parameters)
     assert taken == {*Import.model_fields, *step} - {"repeat", "until", "imported", "each", "brick", *LAYOUTS}

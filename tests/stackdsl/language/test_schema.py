@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -244,15 +245,19 @@ def accepted_by_editors(text: str) -> bool:
     return published
 
 
-def test_a_build_makes_the_schema_with_what_it_installs() -> None:
+def test_a_build_makes_its_files_with_what_it_installs(tmp_path: Path) -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     needed, installed = (
         {re.split("[>=; ]", each)[0].replace("pyyaml", "yaml") for each in requirements}
         for requirements in (settings["project"]["dependencies"], settings["build-system"]["requires"])
     )
     missing = dict.fromkeys(needed - installed)
-    code = f"import sys; sys.modules |= {missing!r}; from stackdsl.language.json_schema import schema_text as s; s()"
+    (tmp_path / "api").mkdir()
+    writing = f"from stackdsl.built_files import *; write_built_files(Path({str(tmp_path)!r}))"
+    code = f"import sys; sys.modules |= {missing!r}; {writing}"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+    assert (tmp_path / "scenario.schema.json").read_text(encoding="utf-8") == schema_text()
+    assert {file.name for file in (tmp_path / "api").iterdir()} == {"claims.pyi", "impacts.pyi", "layouts.pyi"}
 
 
 def test_what_stands_in_many_places_is_written_once() -> None:

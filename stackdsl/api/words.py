@@ -1,0 +1,169 @@
+"""Functions for the words of the language: one a layout, an impact and a claim, made from their models.
+
+Parameters and descriptions are those of the JSON Schema, so that YAML and Python take the same words. A function is
+made when it is first asked for; for type checkers and editors, a build writes the signatures of all into `.pyi` files.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final, TypeAlias
+
+from pydantic import BaseModel, TypeAdapter
+
+from stackdsl.api.python_remedies import python_name
+from stackdsl.api.written import HERE, Written, written
+from stackdsl.language.claims.claim import Expectation, Truth
+from stackdsl.language.claims.claim_kind import CLAIMS
+from stackdsl.language.impacts import IMPACTS, Impact
+from stackdsl.language.layouts.registry import LAYOUTS
+from stackdsl.language.model_base import Kinds
+from stackdsl.language.schema import BuildStep
+
+Schema: TypeAlias = Mapping[str, Any]
+Keys: TypeAlias = dict[str, tuple[str, str]]  # the type, as Python writes it, and the description of each
+Function: TypeAlias = Callable[..., Written]
+
+TIME: Final = {"at": "when"}  # of a step; `at` is a place in what it does
+NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and functions of its own for the others
+DESCRIPTIONS: Final = {"source": "of what is known from outside: where from"}  # of what not all claims have
+WIDTH: Final = 116  # [characters] of a line of a docstring
+SCALARS: Final = {"integer": "int", "number": "float", "boolean": "bool", "string": "str"}
+
+
+class Words:
+    """The functions of a module of this package."""
+
+    def __init__(self, name: str, kinds: Kinds[Any], attribute: str, *beside: type[BaseModel]) -> None:
+        self.name, self._kinds, self._attribute, self._models = name, kinds, attribute, beside
+        self._made: dict[str, Function] = {}
+
+    def names(self) -> list[str]:
+        return list(map(python_name, self._kinds))
+
+    def function(self, name: str) -> Function:
+        """The function of a name. Raises AttributeError, as a module that lacks it."""
+        if name not in self._made:
+            key = next((key for key in self._kinds if python_name(key) == name), None)
+            if key is None:
+                raise AttributeError(f"module '{__package__}.{self.name}' has no attribute '{name}'")
+            self._made[name] = self._function(key)
+        return self._made[name]
+
+    def stub(self) -> str:
+        """The text of the `.pyi` file of the module."""
+        functions = [f"{self._head(key, *self._shape(key))}    ...\n" for key in self._kinds]
+        head = "from collections.abc import Mapping, Sequence\n\nfrom stackdsl.api.written import Written\n"
+        return "\n".join([head, *functions])
+
+    def _function(self, key: str) -> Function:
+        plain, own = self._shape(key)
+
+        def taken(given: Mapping[str, object]) -> Written:
+            what = given.get("what")
+            value = {name: given[python_name(name)] for name in own} if what is None else what
+            return written({key: value, **{name: given[_beside(name)] for name in self._beside}})
+
+        names: dict[str, Any] = {"Mapping": Mapping, "Sequence": Sequence, "Written": Written, "taken": taken}
+        names["__name__"] = f"{__package__}.{self.name}"
+        code = f"{self._head(key, plain, own)}    return taken(locals())\n"
+        # Carried out, so that Python checks a call as it checks any other. Its file is of this folder, as that of all
+        # that is not the caller's.
+        exec(compile(code, str(Path(HERE, f"<{key}>")), "exec"), names)
+        made: Function = names[python_name(key)]
+        return made
+
+    def _shape(self, key: str) -> tuple[list[Schema], Keys]:
+        """What may be written in place of the keys of a kind, and these."""
+        schema = TypeAdapter(getattr(self._kinds[key], self._attribute)).json_schema()
+        shapes = schema.get("anyOf", [schema])
+        mapping: Schema = next((shape for shape in shapes if "properties" in shape), {})
+        return [shape for shape in shapes if "properties" not in shape], _keys_of(mapping, schema.get("$defs", {}))
+
+    @cached_property
+    def _beside(self) -> Keys:
+        """The keys that may stand beside that of each kind."""
+        fields = {key: field for model in self._models for key, field in model.model_fields.items()}
+        found = {}
+        for key, field in fields.items():
+            if key not in NOT_TAKEN:
+                schema = TypeAdapter(field.rebuild_annotation()).json_schema()
+                found[key] = _type(schema, schema.get("$defs", {})), DESCRIPTIONS.get(key) or field.description or ""
+        return found
+
+    def _head(self, key: str, plain: Sequence[Schema], own: Keys) -> str:
+        """The text of a function down to its docstring."""
+        parameters = {python_name(name): told for name, told in own.items()}
+        parameters |= {_beside(name): told for name, told in self._beside.items()}
+        if len(parameters) < len(own) + len(self._beside):
+            raise ValueError(f"a key of {key} is one of all that stand beside it, too: give it another name here")
+        lines = [f"def {python_name(key)}("]
+        if plain:
+            kinds_of_plain = " | ".join(dict.fromkeys(_type(shape, {}) for shape in plain))
+            lines += [f"    what: {kinds_of_plain}{' | None = None' if own else ''},", "    /,"]
+        lines += ["    *,", *(f"    {name}: {kind} | None = None," for name, (kind, _) in parameters.items())]
+        lines += [") -> Written:", f'    """{_sentence(self._kinds[key].summary)}', ""]
+        lines += _told("what", _plain_text(plain)) if plain else []
+        lines += [line for name, (_, description) in parameters.items() for line in _told(name, description)]
+        return "\n".join([*lines, '    """', ""])
+
+
+def _beside(key: str) -> str:
+    return TIME.get(key, python_name(key))
+
+
+def _keys_of(schema: Schema, definitions: Schema) -> Keys:
+    properties = schema.get("properties", {})
+    return {key: (_type(value, definitions), value.get("description", "")) for key, value in properties.items()}
+
+
+def _type(schema: Schema, definitions: Schema) -> str:
+    """The type of what a schema describes, as Python writes it."""
+    if "$ref" in schema:
+        return _type(definitions[schema["$ref"].rsplit("/", 1)[-1]], definitions)
+    if "anyOf" in schema and schema.get("type") != "string":
+        parts = (_type(part, definitions) for part in schema["anyOf"] if part.get("type") != "null")
+        return " | ".join(dict.fromkeys(one for part in parts for one in part.split(" | ")))
+    if "allOf" in schema:
+        return _type(schema["allOf"][0], definitions)
+    if "enum" in schema or "const" in schema:
+        values = schema.get("enum", [schema.get("const")])
+        return " | ".join(dict.fromkeys(type(value).__name__ for value in values))
+    match schema.get("type"):
+        case "array":
+            return f"Sequence[{_type(schema.get('items') or schema['prefixItems'][0], definitions)}]"
+        case "object":
+            return "Mapping[str, object]"
+        case str(name):
+            return SCALARS[name]
+    return "object"
+
+
+def _plain_text(plain: Sequence[Schema]) -> str:
+    """What may stand in place of the keys."""
+    words = [value for shape in plain for value in shape.get("enum", [shape["const"]] if "const" in shape else [])]
+    if words:
+        return " or ".join(f"`{word}`" for word in words)
+    return next((shape["description"] for shape in plain if "description" in shape), "the value alone")
+
+
+def _told(name: str, description: str) -> list[str]:
+    """One line of a docstring, cut into as many as fit."""
+    words = f"{name}: {description}".split()
+    lines, line = [], "   "
+    for word in words:
+        if len(line) + 1 + len(word) > WIDTH:
+            lines.append(line)
+            line = "       "
+        line += f" {word}"
+    return [*lines, line]
+
+
+def _sentence(summary: str) -> str:
+    text = summary[:1].upper() + summary[1:]
+    return text if text.endswith((".", "?")) else f"{text}."
+
+
+LAYOUT_WORDS: Final = Words("layouts", LAYOUTS, "params", BuildStep)
+IMPACT_WORDS: Final = Words("impacts", IMPACTS, "model", Impact)
+CLAIM_WORDS: Final = Words("claims", CLAIMS, "model", Expectation, Truth)

@@ -1,0 +1,23 @@
+"""Writes what a build makes from the models of the language: the JSON Schema, and stubs of the words of Python.
+
+A build adds them to the wheel, or to the checkout of an editable install; `python -m stackdsl.built_files` writes them
+into the checkout anew. No module of the package reads them.
+"""
+
+from pathlib import Path
+
+from stackdsl.api.words import CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS
+from stackdsl.language.json_schema import schema_text
+
+
+def write_built_files(package: Path) -> None:
+    """Write them into the folder of the package. Raises OSError."""
+    made = {"scenario.schema.json": schema_text()}
+    for words in (CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS):
+        made[f"api/{words.name}.pyi"] = words.stub()
+    for name, text in made.items():
+        (package / name).write_bytes(text.encode())
+
+
+if __name__ == "__main__":
+    write_built_files(Path(__file__).parent)
