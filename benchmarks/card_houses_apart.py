@@ -25,9 +25,9 @@ from benchmarks.human_error import FRICTION, HANDS, SCENES, case_of
 from stability.geometry.box import Box
 from stability.model import Quaternion
 from stability.problem import Placed
-from stackdsl.sampling.fates import fates_of
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Design, Draws, design_of
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import sample_outcomes_of
+from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of
 
 Array = NDArray[np.float64]
 NEAR = 1e-6  # [m]
@@ -152,8 +152,8 @@ def measured(position: float, yaw: float, count: int) -> Row:
     """The first samples of the card house with errors of hands, as the package and linear programmes judge them."""
     case = case_of(SCENES["card house"][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
-    design = design_of(case.timeline)
-    ours, hands = fates_of(design, draws).fates.tolist(), Hands(design, draws).build()
+    design = build_plan_of(case.timeline)
+    ours, hands = sample_outcomes_of(design, draws).fates.tolist(), PlacementSampler(design, draws).build()
     apart = [falls_at(design, hands.placed(sample)) for sample in range(count)]
     not_said = sum(level is None for level in apart)
     alike = sum(level == said for level, said in zip(apart, ours, strict=True))
@@ -167,7 +167,7 @@ def measured(position: float, yaw: float, count: int) -> Row:
     }
 
 
-def falls_at(design: Design, placed: Sequence[Placed]) -> int | None:
+def falls_at(design: BuildPlan, placed: Sequence[Placed]) -> int | None:
     """The level with which one sample falls, 0 if it stands, None if that is not said."""
     there: list[Placed] = []
     for moment in design.moments:

@@ -167,7 +167,7 @@ def _stepped(
                 extension.update()
         if (step + 1) % every == 0:
             seen.append(world.states(bricks))
-            world.limit_travel(max(norm(state.velocity_W) for state in seen[-1].values()))
+            world.set_max_speed(max(norm(state.velocity_W) for state in seen[-1].values()))
     return seen
 
 

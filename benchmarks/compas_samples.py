@@ -33,7 +33,7 @@ from stability.statics.equilibrium import balance
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import lets_go
 from stability.statics.proof import check_forces, check_motion
-from stability.statics.self_stress import honest_forces
+from stability.statics.self_stress import forces_without_self_stress
 from stackdsl.bench.assessors.compas import Compas, Programme
 from stackdsl.diagnostics import MOST_TOLD
 from stackdsl.importers.load import UnreadableLoadError
@@ -205,7 +205,7 @@ def judged_exactly(problem: Problem) -> Answer:
     """Exact statics on these contacts, with the certificate of what is stable."""
     started = processor_time()
     found = balance(problem, Tolerances())
-    honest = honest_forces(problem, found.forces, Tolerances()) if found.forces is not None else None
+    honest = forces_without_self_stress(problem, found.forces, Tolerances()) if found.forces is not None else None
     certain = guarantee(problem, honest) is not None if honest is not None else False
     seconds = processor_time() - started
     limits = rounded(problem, Tolerances())

@@ -22,10 +22,10 @@ from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Quaternion
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Arrival, Placement, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 
 FRICTION = 0.5
-SCENE = World(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
+SCENE = FixedWorld(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
 PLANK, MASS = Box((0.1176, 0.0234, 0.0078)), 0.012  # [m], [kg]
 SIDE = 5  # planks of a layer along each side of it
 APART, ABOVE = 0.125, 0.015  # from plank to plank, and from layer to layer [m]

@@ -134,7 +134,7 @@ def _v_stands(scene: Scene, height: float) -> bool:
 
 
 def _played(engine: PyBulletWorld, seconds: float, fastest: float) -> None:
-    engine.limit_travel(fastest + 0.1)
+    engine.set_max_speed(fastest + 0.1)
     for _ in range(round(seconds * engine.settings.time_step**-1)):
         engine.step()
 

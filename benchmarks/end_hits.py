@@ -28,7 +28,7 @@ from stability.model import GROUND, Plane, Pose, Vec3
 from stability.problem import Placed
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SAPIEN, SYSTEMS, System
-from stackdsl.timeline import Arrival, Placement, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 
 LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5
 AIM_MOVED = 5e-5  # [m] up and down, to see whether a hit is sensitive
@@ -81,7 +81,7 @@ def timeline(hit: EndHit) -> Timeline:
     thrown, velocity_W = hit.thrown()
     shot = Placement(THROWN_AT, thrown.brick, 0, thrown.pose, velocity_W=velocity_W, arrival=Arrival.THROWN)
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION)
-    return Timeline(World(GRAVITY, FRICTION, (ground,)), (*placed, shot), hold=WATCHED)
+    return Timeline(FixedWorld(GRAVITY, FRICTION, (ground,)), (*placed, shot), hold=WATCHED)
 
 
 def referred(hit: EndHit, steps: int) -> float:

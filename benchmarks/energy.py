@@ -28,11 +28,11 @@ from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Action, Placement, Push, Timeline, World
+from stackdsl.timeline import Action, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import NOTABLE_GAIN
 
 FRICTION = 0.5
-SCENE = World(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
+SCENE = FixedWorld(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
 FEWEST, MOST = 3, 12  # bricks of a heap
 SHORTEST, LONGEST = 0.008, 0.12  # sides of an ordinary brick [m]
 THINNEST, THICKEST = 0.00005, 0.0005  # of a sliver [m]
@@ -92,10 +92,10 @@ def _set_down(brick: Brick, random: Random, crowd: Crowd) -> Placed:
     return Placed(brick, Pose((x, y, HIGH - depth), above.pose.orientation))
 
 
-def _push(random: Random, placed: Placed) -> Push:
+def _push(random: Random, placed: Placed) -> PushAction:
     bearing, impulse = random.uniform(0.0, 2.0 * pi), placed.brick.mass * _spread(random, SLOWEST, FASTEST)
     high = random.uniform(-0.5, 0.5) * placed.brick.shape.reach((0.0, 0.0, 1.0))
-    return Push(PUSH_AT, placed.brick.id, (impulse * cos(bearing), impulse * sin(bearing), 0.0), (0.0, 0.0, high))
+    return PushAction(PUSH_AT, placed.brick.id, (impulse * cos(bearing), impulse * sin(bearing), 0.0), (0.0, 0.0, high))
 
 
 def _spread(random: Random, least: float, most: float) -> float:

@@ -19,10 +19,10 @@ from scipy.special import ndtr
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
-from stackdsl.studies.fragility import Plan, draw
+from stackdsl.studies.fragility import FragilityPlan, draw
 from stackdsl.studies.fragility_curve import Fragility, spaced
 from stackdsl.studies.fragility_intensity import intensity_of
 
@@ -147,8 +147,8 @@ def drawn(curve: Curve, samples: int, workers: int, points: int = POINTS, seed: 
     assert not mistakes, mistakes
     intensity = intensity_of(curve.over, cases[0].variant, cases[0].timeline)
     values = tuple(float(value) for value in spaced(curve.first, curve.last, points))
-    plan = Plan(cases[0], intensity, values, points, samples, seed, CONFIDENCE, curve.bearing)
-    fragility = draw(plan, workers, Memory(Path(), used=False), lambda _: None).fragility()
+    plan = FragilityPlan(cases[0], intensity, values, points, samples, seed, CONFIDENCE, curve.bearing)
+    fragility = draw(plan, workers, ResultCache(Path(), used=False), lambda _: None).fragility()
     assert fragility is not None
     return fragility
 

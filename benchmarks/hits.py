@@ -18,7 +18,7 @@ from benchmarks.plank_structures import LENGTH, THICKNESS, four_stack
 from stability.model import GROUND, Brick, Plane, Pose
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import MOVING, SYSTEMS, System
-from stackdsl.timeline import Arrival, Placement, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 from stackdsl.trace import Trace
 
 GRAVITY, DISTANCE, THROWN_AT, WATCHED = 9.81, 0.01, 0.2, 1.0  # [m/s2], [m], [s], [s]
@@ -39,7 +39,7 @@ def timeline(throw: Throw) -> Timeline:
         arrival=Arrival.THROWN,
     )
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
-    return Timeline(World(GRAVITY, 0.5, (ground,)), (*placed, shot), hold=WATCHED)
+    return Timeline(FixedWorld(GRAVITY, 0.5, (ground,)), (*placed, shot), hold=WATCHED)
 
 
 def shifts(trace: Trace) -> list[float]:

@@ -26,9 +26,9 @@ from stability.geometry.box import Box
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.ensembles import drawn_alone
 from stackdsl.language.yaml.source import parse
-from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Draws, design_of
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
+from stackdsl.sampling.samples import Draws, build_plan_of
 
 SAMPLES, APART, LIMIT = 1_000, 100, 3600.0
 FRICTION = 0.5
@@ -60,7 +60,7 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
     drawing = drawn_alone(case_of(layout, position, yaw, arguments.samples), arguments.workers, LIMIT)
     assert drawing is not None
     fates = Counter(int(fate) for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates)
-    alike = sum(fates[each] for each in (Fate.STANDS,)) if level is None else fates[level]
+    alike = sum(fates[each] for each in (SampleOutcome.STANDS,)) if level is None else fates[level]
     near = alike if level is None else sum(fates[each] for each in (level - 1, level, level + 1))
     between = binomtest(near, arguments.samples).proportion_ci(SURE, method="exact")
     levels = sorted(fate for fate in fates if fate > 0)
@@ -74,8 +74,8 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
         "least_percent": 100.0 * between.low,
         "most_percent": 100.0 * between.high,
         "fell_at": f"{levels[0]} .. {levels[-1]}" if levels else "-",
-        "not_proven": fates[Fate.UNDECIDED],
-        "unfit": fates[Fate.UNFIT],
+        "not_proven": fates[SampleOutcome.UNDECIDED],
+        "unfit": fates[SampleOutcome.UNFIT],
         "cpu_ms_a_sample": 1000.0 * drawing.ensemble().cpu_time / arguments.samples,
     }
 
@@ -84,8 +84,8 @@ def held_apart(scene: str, position: float, yaw: float, count: int) -> Row:
     """The first samples of a scene, set down and judged by the package and apart from it."""
     case = case_of(SCENES[scene][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
-    design = design_of(case.timeline)
-    ours, hands = fates_of(design, draws).fates.tolist(), Hands(design, draws).build()
+    design = build_plan_of(case.timeline)
+    ours, hands = sample_outcomes_of(design, draws).fates.tolist(), PlacementSampler(design, draws).build()
     planks = []
     for each in case.timeline.placements:
         shape = each.brick.shape

@@ -78,7 +78,7 @@ def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | N
         world.add_brick(Brick(SHOT, tower[0].brick.shape, tower[0].brick.mass), thrown(throw), way)
     for _ in range(round(WATCHED / settings.time_step)):
         fastest = max(norm(state.velocity_W) for state in world.states(world.masses()).values())
-        world.limit_travel(fastest)
+        world.set_max_speed(fastest)
         world.step()
     found = {name: state.pose for name, state in world.states(world.masses()).items()}
     world.close()

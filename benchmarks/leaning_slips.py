@@ -34,8 +34,7 @@ from stability.stabilizers.known_motion import FallingParts
 from stability.statics.assembly import Assembly
 from stackdsl.simulation.systems import SYSTEMS, System
 from stackdsl.simulation.worlds import extension_for, opened_world
-from stackdsl.timeline import Placement, Timeline
-from stackdsl.timeline import World as Scene
+from stackdsl.timeline import FixedWorld, Placement, Timeline
 
 WAYS = (0.005, 0.010, 0.020)  # [m]
 # [s] of the reference: as many of them as it takes until two in a row agree to such a share, at every way.
@@ -136,7 +135,7 @@ def reference(found: Structure, friction: float) -> Truth:
 def timeline(found: Structure, friction: float) -> Timeline:
     """For a run."""
     placements = (Placement(0.0, one.brick, 1, one.pose) for one in placed(found))
-    return Timeline(Scene(GRAVITY, friction, planes(found, friction)), tuple(placements), hold=1.0)
+    return Timeline(FixedWorld(GRAVITY, friction, planes(found, friction)), tuple(placements), hold=1.0)
 
 
 def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:

@@ -20,7 +20,7 @@ from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.random_piles import MENDING, Checked, Mended, mended, piles, upright
 from stability.analysis.removal_order import carrying, longest_order, single_pulls, soonest_fall
-from stability.analysis.subset_search import Parts
+from stability.analysis.subset_search import Subsets
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Placed, Stability
@@ -72,7 +72,7 @@ def pulls(design: Assembly) -> dict[str, float | int]:
         wrong += truth is not None and said is not (Stability.STABLE if truth else Stability.UNSTABLE)
     stands = sum(pull.verdict.stability is Stability.STABLE for pull in found)
     falls = sum(pull.verdict.stability is Stability.UNSTABLE for pull in found)
-    parts = Parts(design)
+    parts = Subsets(design)
     may_go = parts.part_of(carrying(design))
     started = process_time()
     longest, soonest = longest_order(parts, may_go, 5000), soonest_fall(parts, may_go, 5000)

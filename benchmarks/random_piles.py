@@ -18,7 +18,7 @@ from stability.problem import Placed, Stability
 from stability.statics.assembly import LEVEL_GROUND
 from stackdsl.checking.cases import cases_of
 from stackdsl.judging.proofs import piling_of, proofs_of
-from stackdsl.judging.remedies import Asked, HeavierBrick, MoreFriction, Suggestion, suggestions
+from stackdsl.judging.remedies import FallingBuild, HeavierBrick, MoreFriction, Suggestion, suggestions
 from stackdsl.language.yaml.source import parse
 
 FRICTION = 0.5
@@ -112,7 +112,7 @@ def mended(piling: Piling) -> Mended:
         nonlocal asked
         asked += 1
 
-    found = list(suggestions(Asked(timeline, proofs_of(timeline)), piling_of(timeline), known))
+    found = list(suggestions(FallingBuild(timeline, proofs_of(timeline)), piling_of(timeline), known))
     return Mended([checked(piling, each) for each in found], process_time() - started, asked)
 
 

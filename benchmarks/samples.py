@@ -18,9 +18,9 @@ from benchmarks.figures.recording import parser, record
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.ensembles import Chunk, Drawing, drawn_alone, judged_chunk
 from stackdsl.language.yaml.source import parse
-from stackdsl.sampling.fates import Fate, asked_anew
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Draws, design_of
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import SampleOutcome, asked_anew
+from stackdsl.sampling.samples import Draws, build_plan_of
 from stackdsl.simulation.known_systems import unplayable
 
 SAMPLES, COLD, LIMIT = 10_000, 500, 3600.0
@@ -71,10 +71,10 @@ def tower(layout: str, workers: int) -> Row:
 def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
     """The fates of some samples as they were judged together, and as each is by itself, by all of statics."""
     together = [fate for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates]
-    design = design_of(case.timeline)
+    design = build_plan_of(case.timeline)
     for sample in range(0, SAMPLES, SAMPLES // COLD):
         one = Draws(case.scenario.seed, case.scenario.scenario, sample, 1)
-        yield together[sample], asked_anew(design, Hands(design, one).build().placed(0))
+        yield together[sample], asked_anew(design, PlacementSampler(design, one).build().placed(0))
 
 
 def engines(count: int) -> Rows:
@@ -93,7 +93,7 @@ def _row(played: Chunk, truth: Chunk) -> Row:
     return {
         "samples": len(pairs),
         "cpu_ms_a_sample": 1000.0 * played.cpu_time / len(pairs),
-        "wrong": sum((fate == Fate.STANDS) != (true == Fate.STANDS) for fate, true in pairs),
+        "wrong": sum((fate == SampleOutcome.STANDS) != (true == SampleOutcome.STANDS) for fate, true in pairs),
         "other_level": sum(fate != true for fate, true in pairs),
     }
 

@@ -29,7 +29,7 @@ from benchmarks.samples import case_of
 from stackdsl.judging.statistics import error_of_a_look, interval, looks
 from stackdsl.studies import sweep
 from stackdsl.studies.sweep import Sweep
-from stackdsl.studies.sweep_plan import Judged, judged_piece, packed, plan_of, program_of
+from stackdsl.studies.sweep_plan import JudgedSamples, judged_piece, packed, plan_of, program_of
 from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder
 from stackdsl.studies.sweep_workers import dask_cluster
 from stackdsl.supervising.executors import SupervisedExecutor, asked_of
@@ -182,7 +182,7 @@ def _children(pid: int) -> list[int]:
 class Ready(Executor):
     """Gives piece by piece what has been judged before: what is left is what a sweep does itself."""
 
-    def __init__(self, kept: Iterable[Judged]) -> None:
+    def __init__(self, kept: Iterable[JudgedSamples]) -> None:
         self.kept = iter(kept)
 
     def submit(self, fn: object, /, *args: object, **kwargs: object) -> "Future[TaskResult]":  # type: ignore[override]
@@ -198,7 +198,7 @@ def costs(folder: Path) -> Row:
     plan = plan_of([case])
     size = 1000
     pieces = [judged_piece(packed(case), at, size, program_of(("exact",))) for at in range(0, ROWS, size)]
-    kept = [piece for piece in pieces if isinstance(piece, Judged)]
+    kept = [piece for piece in pieces if isinstance(piece, JudgedSamples)]
     first, most = sweep.FIRST, sweep.MOST
     sweep.FIRST = sweep.MOST = size  # type: ignore[misc]
     try:
@@ -264,7 +264,7 @@ def samples() -> Rows:
     for name, (layout, jitter, count) in DESIGNS.items():
         case = case_of(layout, count, jitter)
         judged = judged_piece(packed(case), 0, count, program_of(("exact",)))
-        assert isinstance(judged, Judged)
+        assert isinstance(judged, JudgedSamples)
         rows[name] = {"samples": count, "ms_a_sample": 1000.0 * judged.cpu_time / count}
     return rows
 

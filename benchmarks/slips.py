@@ -28,8 +28,7 @@ from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Extension
 from stackdsl.simulation.systems import MOVING, SYSTEMS, System
 from stackdsl.simulation.worlds import extension_for, opened_world
-from stackdsl.timeline import Placement, Timeline
-from stackdsl.timeline import World as Scene
+from stackdsl.timeline import FixedWorld, Placement, Timeline
 
 KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 MASS, GRAVITY = 0.012, 9.81  # [kg], [m/s2]
@@ -115,7 +114,7 @@ def timeline(case: Case) -> Timeline:
         else:
             planes.append(Plane("wall", (0.0, 0.0, 0.0), scale(-1.0, towards(yaw)), 0.0))
     placed = (Placement(0.0, Brick(name, Box(case.size), MASS), 1, pose) for name, pose in poses.items())
-    return Timeline(Scene(GRAVITY, case.friction, tuple(planes)), tuple(placed), hold=1.0)
+    return Timeline(FixedWorld(GRAVITY, case.friction, tuple(planes)), tuple(placed), hold=1.0)
 
 
 def seen_motion(case: Case, system: System) -> Iterator[tuple[float, float, float]]:
@@ -148,7 +147,7 @@ def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[str]
 def _step(world: World, extension: Extension | None, falling: FallingParts) -> None:
     states: Mapping[str, BodyState] = world.states(sorted(world.masses()))
     fastest = max(hypot(*state.velocity_W) for state in states.values())
-    world.limit_travel(fastest + LOOK * GRAVITY)
+    world.set_max_speed(fastest + LOOK * GRAVITY)
     if extension is not None and falling.advance(1):
         return
     world.step()

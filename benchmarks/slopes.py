@@ -15,18 +15,21 @@ from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.language.yaml.source import parse
-from stackdsl.studies.sensitivities import Of, Sensitivities, Source, sensitivities_of
+from stackdsl.studies.sensitivities import MarginKind, Sensitivities, SlopeSource, sensitivities_of
 from tests.stackdsl.studies.known_limits import HOUSE, LEANING, SEESAW, V
 
 ALL: Final = 10**9
 COLUMN: Final = "friction: 3\nlet: {step: 7 mm}\nbuild:\n  - column: {levels: 8, step: '${step}'}\n    every: 1 s\n"
-SCENES: Final[Mapping[str, tuple[str, Of]]] = {
-    "stepped column of 8, acceleration": (COLUMN, Of.ACCELERATION),
-    "four-stack of 5 levels, acceleration": ("friction: 3\nbuild:\n  - four_stack: {levels: 5}\n", Of.ACCELERATION),
-    "beam on a block, acceleration": ("friction: 3" + SEESAW.replace("LOAD", "10"), Of.ACCELERATION),
-    "ladder, friction": (LEANING.replace("WALL", "0.3"), Of.FRICTION),
-    "inverted V, friction": (V, Of.FRICTION),
-    "card house under three planks, friction": (HOUSE, Of.FRICTION),
+SCENES: Final[Mapping[str, tuple[str, MarginKind]]] = {
+    "stepped column of 8, acceleration": (COLUMN, MarginKind.ACCELERATION),
+    "four-stack of 5 levels, acceleration": (
+        "friction: 3\nbuild:\n  - four_stack: {levels: 5}\n",
+        MarginKind.ACCELERATION,
+    ),
+    "beam on a block, acceleration": ("friction: 3" + SEESAW.replace("LOAD", "10"), MarginKind.ACCELERATION),
+    "ladder, friction": (LEANING.replace("WALL", "0.3"), MarginKind.FRICTION),
+    "inverted V, friction": (V, MarginKind.FRICTION),
+    "card house under three planks, friction": (HOUSE, MarginKind.FRICTION),
 }
 
 
@@ -37,19 +40,19 @@ def case_of(text: str) -> Case:
     return cases[0]
 
 
-def held(text: str, of: Of) -> Row:
+def held(text: str, of: MarginKind) -> Row:
     """What comes of all slopes of one scene."""
     case = case_of(text)
     duals, of_duals = _timed(lambda: sensitivities_of(case, "slopes", of, checked=0))
     checked, of_both = _timed(lambda: sensitivities_of(case, "slopes", of, checked=ALL))
-    known = {each.what for each in duals.effects if each.source is Source.DUALS}
+    known = {each.what for each in duals.effects if each.source is SlopeSource.DUALS}
     found = [each for each in checked.effects if each.what in known]
     count = len(checked.effects)
     return {
         "numbers": count,
         "matter": sum(each.counts for each in checked.effects),
-        "agree": sum(each.source is Source.CHECKED for each in found),
-        "contradicted": sum(each.source is not Source.CHECKED for each in found),
+        "agree": sum(each.source is SlopeSource.CHECKED for each in found),
+        "contradicted": sum(each.source is not SlopeSource.CHECKED for each in found),
         "without_duals": count - len(known),
         "kinks": sum(each.has_kink for each in checked.effects),
         "duals_ms": 1000.0 * of_duals / count,

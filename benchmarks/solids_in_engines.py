@@ -24,7 +24,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import balance
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
-from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.timeline import FixedWorld, Placement, Timeline
 from tests.stability.statics.random_solids import random_assembly
 
 NEAR = 0.03  # [g] that change the verdict where it is near its limit
@@ -80,7 +80,7 @@ def shaken(problem: Problem) -> Iterator[Problem]:
 
 def played(case: Case, system: str) -> Played:
     """Set all down at once, and watch."""
-    world = World(9.81, case.friction, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction),))
+    world = FixedWorld(9.81, case.friction, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction),))
     placements = tuple(Placement(0.0, each.brick, 1, each.pose) for each in case.bricks)
     started = process_time()
     trace = play(Timeline(world, placements, WATCHED), system_named(system))

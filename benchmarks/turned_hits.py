@@ -24,7 +24,7 @@ from stability.model import GROUND, Plane, Pose, Vec3
 from stability.problem import Placed
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Arrival, Placement, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 
 FRICTION, CLEAR = 0.5, 5e-4  # [m] above level
 UP = (0.0, 0.0, 1.0)
@@ -74,7 +74,7 @@ def timeline(hit: TurnedHit) -> Timeline:
     shot, velocity_W = hit.thrown()
     thrown = Placement(THROWN_AT, shot.brick, 0, shot.pose, velocity_W=velocity_W, arrival=Arrival.THROWN)
     ground = Plane(GROUND, (0.0, 0.0, 0.0), UP, FRICTION)
-    return Timeline(World(GRAVITY, FRICTION, (ground,)), (*placed, thrown), hold=WATCHED)
+    return Timeline(FixedWorld(GRAVITY, FRICTION, (ground,)), (*placed, thrown), hold=WATCHED)
 
 
 def of_exact(hit: TurnedHit) -> float:

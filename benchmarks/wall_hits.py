@@ -22,7 +22,7 @@ from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.simulation.worlds import settings_for
-from stackdsl.timeline import Arrival, Placement, Push, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import Trace
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)  # [m]
@@ -50,7 +50,7 @@ def middle_of(course: int, bricks: Sequence[Placement]) -> Placement:
 
 def pushed(bricks: Sequence[Placement], target: Placement, speed: float) -> Timeline:
     """The target is given a speed."""
-    return _timeline(bricks, Push(HIT_AT, target.brick.id, (0.0, -speed * MASS, 0.0)))
+    return _timeline(bricks, PushAction(HIT_AT, target.brick.id, (0.0, -speed * MASS, 0.0)))
 
 
 def thrown_at(bricks: Sequence[Placement], target: Placement, speed: float) -> Timeline:
@@ -62,9 +62,9 @@ def thrown_at(bricks: Sequence[Placement], target: Placement, speed: float) -> T
     return _timeline(bricks, Placement(HIT_AT, thin, 0, start, Arrival.THROWN, (0.0, -speed, rise)))
 
 
-def _timeline(bricks: Sequence[Placement], hit: Push | Placement) -> Timeline:
+def _timeline(bricks: Sequence[Placement], hit: PushAction | Placement) -> Timeline:
     ground = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION)
-    return Timeline(World(GRAVITY, FRICTION, (ground,)), (*bricks, hit), hold=WATCHED)
+    return Timeline(FixedWorld(GRAVITY, FRICTION, (ground,)), (*bricks, hit), hold=WATCHED)
 
 
 def way_mm(above: int, speed: float, bodies: int) -> float:

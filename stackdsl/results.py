@@ -39,27 +39,27 @@ MOST_RELATIVE = 0.05  # what is large, such as how far debris flies, may change 
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ObservationKind:
     """One kind of observation, and by how much it may change until it counts as moved."""
 
     unit: str = ""  # of numbers
     tolerance: float = 0.0  # in `unit`
 
 
-KINDS: Mapping[str, Kind] = {
-    "verdict": Kind(),
-    "collapse level": Kind("levels"),
-    "collapse time": Kind("s", 0.05),  # as in golden files
-    "first to leave": Kind(),
-    "fallen": Kind(),
-    "drift": Kind("mm", 0.1),  # of the whole structure, what fell included, as everywhere else
-    "drift of what stands": Kind("mm", 0.1),  # in the end; beside what fell, creep would hide
-    "shift before": Kind("mm", 0.1),  # the same when a brick was last set down before a collapse, or at all
-    "largest tilt": Kind("deg", 0.5),
-    "height": Kind("mm", 0.5),  # as in golden files
-    "energy gain": Kind("%", 0.1),
-    "reach": Kind("mm", 1.0),
-    "bearing": Kind("deg", 1.0),
+KINDS: Mapping[str, ObservationKind] = {
+    "verdict": ObservationKind(),
+    "collapse level": ObservationKind("levels"),
+    "collapse time": ObservationKind("s", 0.05),  # as in golden files
+    "first to leave": ObservationKind(),
+    "fallen": ObservationKind(),
+    "drift": ObservationKind("mm", 0.1),  # of the whole structure, what fell included, as everywhere else
+    "drift of what stands": ObservationKind("mm", 0.1),  # in the end; beside what fell, creep would hide
+    "shift before": ObservationKind("mm", 0.1),  # the same when a brick was last set down before a collapse, or at all
+    "largest tilt": ObservationKind("deg", 0.5),
+    "height": ObservationKind("mm", 0.5),  # as in golden files
+    "energy gain": ObservationKind("%", 0.1),
+    "reach": ObservationKind("mm", 1.0),
+    "bearing": ObservationKind("deg", 1.0),
 }
 
 
@@ -139,7 +139,7 @@ REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ClaimOutcome:
     """One expectation, held against what was measured."""
 
     name: str  # the expectation's key, such as `stands`
@@ -262,9 +262,9 @@ class VariantResult:
     early_end: Spared | None = None  # None where it went on for as long as it was to
     drift: float = 0.0  # [m]
     cost: Cost | None = None
-    outcomes: tuple[Outcome, ...] = ()  # expectations
+    outcomes: tuple[ClaimOutcome, ...] = ()  # expectations
     why: Why | None = None  # None where every expectation holds
-    truths: tuple[Outcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
+    truths: tuple[ClaimOutcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
     golden: GoldenResult | None = None
     engine: str = ""  # the package that took the steps; empty if none was taken
     modified: str = ""  # which constants of the scene are others than its author wrote; empty if none
@@ -274,7 +274,7 @@ class VariantResult:
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
     parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
     remembered: bool = False  # from an earlier call, of the same program with the same files
-    set_aside: bool = False  # whether it was skipped because its author says so
+    marked_skipped: bool = False  # whether it was skipped because its author says so
     xfail: str | None = None  # why its author knows it to fail; None if he does not
     strict: bool = False  # whether it is a failure that such a one passes
     must_claim: bool = False  # whether it is a failure that nothing is expected of it
@@ -422,7 +422,7 @@ def exit_code(report: Report) -> int:
     tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
     if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not tried and not any(result.set_aside for result in report.results):
+    if not tried and not any(result.marked_skipped for result in report.results):
         return ExitCode.USAGE
     if any(result.unexpected for result in tried):
         return ExitCode.FAILED

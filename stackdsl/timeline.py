@@ -18,7 +18,7 @@ from stability.statics.assembly import Assembly
 
 
 @dataclass(frozen=True, slots=True)
-class World:
+class FixedWorld:
     """What does not move."""
 
     gravity: float  # [m/s2], along -z
@@ -58,7 +58,7 @@ class Arrival(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class ErrorSpread:
     """How an error about zero is spread."""
 
     kind: Literal["normal", "uniform"]
@@ -69,8 +69,8 @@ class Spread:
 class Jitter:
     """The errors with which hands set something down, from where it belongs on what is there."""
 
-    position: Spread | None = None  # along each of two level axes [m]
-    yaw: Spread | None = None  # about the upright [rad]
+    position: ErrorSpread | None = None  # along each of two level axes [m]
+    yaw: ErrorSpread | None = None  # about the upright [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class Removal:
 
 
 @dataclass(frozen=True, slots=True)
-class Push:
+class PushAction:
     """An impulse on a brick at a time."""
 
     time: float  # [s]
@@ -123,7 +123,7 @@ class Push:
 
 
 @dataclass(frozen=True, slots=True)
-class Shake:
+class ShakeAction:
     """The ground begins to shake."""
 
     time: float  # [s]
@@ -131,7 +131,7 @@ class Shake:
 
 
 @dataclass(frozen=True, slots=True)
-class Move:
+class MoveAction:
     """A hand moves a brick: it carries it, and holds it at rest from the end of the way on, or slides it."""
 
     time: float  # [s]
@@ -142,7 +142,7 @@ class Move:
 
 
 @dataclass(frozen=True, slots=True)
-class Hold:
+class HoldAction:
     """Hands hold bricks at rest from now on, as firmly as the ground; where some are in a hand already, these."""
 
     time: float  # [s]
@@ -157,27 +157,29 @@ class LetGo:
     bricks: tuple[BodyId, ...]
 
 
-Handled: TypeAlias = Move | Hold | LetGo
-Done: TypeAlias = Removal | Push | Shake | Handled
+Handled: TypeAlias = MoveAction | HoldAction | LetGo
+Done: TypeAlias = Removal | PushAction | ShakeAction | Handled
 Action: TypeAlias = Placement | Done
 Moment: TypeAlias = tuple[Placement, ...] | Done  # what is done together
 
 
 def time_of_arrival(action: Action) -> float:
     """When it has done all that it does to the structure: at once, unless it has to fly there, or goes on [s]."""
-    if isinstance(action, Shake):
+    if isinstance(action, ShakeAction):
         return action.motion.ends
     return action.time + (action.flight if isinstance(action, Placement) else 0.0)
 
 
 def leaves_to_engine(action: Action) -> bool:
     """Whether something is dropped, thrown, pushed, shaken or in a hand, which only an engine can follow."""
-    return isinstance(action, Push | Shake | Handled) or (isinstance(action, Placement) and not action.at_rest)
+    return isinstance(action, PushAction | ShakeAction | Handled) or (
+        isinstance(action, Placement) and not action.at_rest
+    )
 
 
 def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
     """Whether it is a part of how hands bring bricks, which they let go at these times [s]."""
-    if isinstance(action, Move):
+    if isinstance(action, MoveAction):
         return action.lowers and action.brick in let_go
     return isinstance(action, LetGo) and all(let_go.get(brick) == action.time for brick in action.bricks)
 
@@ -186,7 +188,7 @@ def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
 class Timeline:
     """All that happens to the structure, in order of time."""
 
-    world: World
+    world: FixedWorld
     actions: tuple[Action, ...]  # by time, then in the author's order
     hold: float  # how long the structure is watched after the last action, or the last hit that arrives later [s]
     # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
@@ -214,7 +216,7 @@ class Timeline:
 
     def as_set_down(self) -> "Timeline":
         """The same for statics: what a hand brings, and does not hold, is set down when it is let go."""
-        held = {brick for action in self.actions if isinstance(action, Hold) for brick in action.bricks}
+        held = {brick for action in self.actions if isinstance(action, HoldAction) for brick in action.bricks}
         brought = {each.brick.id for each in self.placements if each.arrival is Arrival.BY_HAND} - held
         let_go = {
             brick: action.time

@@ -9,15 +9,14 @@ from typing import TypeAlias
 from stability.analysis.weakest import Weakest
 from stability.engines.protocol import WrongFriction
 from stability.model import BodyId, Brick, Pose
-from stability.problem import Motion
-from stability.problem import Verdict as StaticsVerdict
-from stackdsl.timeline import Action, Removal, World
+from stability.problem import Motion, Verdict
+from stackdsl.timeline import Action, FixedWorld, Removal
 
 # Margins of a proof, as far as they were computed.
 
 
 @dataclass(frozen=True, slots=True)
-class Margins:
+class VerdictMargins:
     """What a proof survives: each None where nobody asked for it, or where nothing is proven to stand."""
 
     acceleration: float | None = None  # the least horizontal acceleration that brings it down, by bearing [g]
@@ -253,7 +252,7 @@ NUMERICAL_COLLAPSE = "numerical-collapse"  # in place of a verdict: it fell, and
 UNRELIABLE = "unreliable"  # in place of a verdict: the engine had added energy before anything fell
 
 
-class Verdict(StrEnum):
+class RunVerdict(StrEnum):
     """What came of the structure as a whole."""
 
     STANDS = "stands"
@@ -273,10 +272,10 @@ class Trace:
     cost: Cost
     # Who carried each brick once it had been judged or had settled, at the next placement; for snapshots.
     edges_when_placed: Mapping[BodyId, tuple[Edge, ...]]
-    world: World | None = None  # what did not move
+    world: FixedWorld | None = None  # what did not move
     last_arrival: float = 0.0  # when the last hit met what it was aimed at, or was to [s]
-    statics: StaticsVerdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
-    margins: Margins = Margins()
+    statics: Verdict | None = None  # when bricks were last set down or pulled out; None where nothing proves
+    margins: VerdictMargins = VerdictMargins()
     energy: Energy | None = None  # None before anything was done
     onset: Onset | None = None  # None where nothing was proven to fall, or fell so, or nobody asked
     landing: Landing | None = None  # None where nothing fell, or nobody asked
@@ -288,7 +287,7 @@ class Trace:
     shift_before: float = 0.0  # largest of any brick when one was last set down before a collapse, or at all [m]
     moving: tuple[BodyId, ...] = ()  # what was not at rest when the run ended, thrown bricks included
     early_end: EarlyEnd | None = None  # None where it went on for as long as it was to
-    disproof: StaticsVerdict | None = None  # that what fell had to, on a system that proves nothing
+    disproof: Verdict | None = None  # that what fell had to, on a system that proves nothing
     numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
     # The run so far when the engine was first seen to have added a notable share of energy; None where it never was.
     before_fault: "Trace | None" = None
@@ -323,14 +322,14 @@ class Trace:
         return max((event.time for event in self.events if event.kind in ACTIONS), default=0.0)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RunVerdict:
         """What came of the structure as a whole."""
         if self.collapse is not None:
-            return Verdict.COLLAPSES
+            return RunVerdict.COLLAPSES
         states = {track.state for track in self.tracks.values()}
         if BrickState.UNWATCHED in states:
-            return Verdict.UNWATCHED
-        return Verdict.UNSETTLED if BrickState.UNSETTLED in states else Verdict.STANDS
+            return RunVerdict.UNWATCHED
+        return RunVerdict.UNSETTLED if BrickState.UNSETTLED in states else RunVerdict.STANDS
 
     @property
     def reported_verdict(self) -> str:

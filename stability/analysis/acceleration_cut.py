@@ -192,7 +192,7 @@ def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, acc
     else:
         weights = {name: gravity * placed.brick.mass for name, placed in sorted(problem.bricks.items())}
     system = wrench_matrix(problem, whole=True)
-    rest = mended(
+    rest = corrected_forces(
         system, least_prestress(system, accuracy).rows
     )  # deep inside the cones, so that a share of it brings others inside
     stands = proven_forces(problem, system, rest, tolerances) is not None
@@ -238,7 +238,7 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
     A share of the forces at rest, which are deep inside, brings all back in, and lowers the reach by the same share.
     """
     system = case.at(value * along[0], value * along[1])
-    balanced = mended(system, rows)
+    balanced = corrected_forces(system, rows)
     shares = list(_shares(case, balanced))
     at_the_brink = not shares or shares[0] > TOO_MUCH
     reach, found = _at_the_brink(case, along, value, balanced) if at_the_brink else (0.0, case.rest)
@@ -295,7 +295,7 @@ def least_share(rows: Array, deep: Array, round_cones: int) -> float:
     return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
 
 
-def mended(system: WrenchMatrix, rows: Array) -> Array:
+def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
     """The nearest forces that balance the loads, cones or no cones; what presses more gives more."""
     from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise

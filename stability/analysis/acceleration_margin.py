@@ -15,10 +15,10 @@ from stability.analysis.acceleration_cut import (
     Cut,
     Heading,
     Shaken,
+    corrected_forces,
     distance_of,
     groups_apart,
     heading,
-    mended,
     proven_distance,
     shaken,
 )
@@ -631,7 +631,9 @@ def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, mi
             continue
         for node in nodes:
             if node.angle not in middles:
-                middles[node.angle] = mended(case.at(*node.point), centred(case.system, node.rows, node.slips))
+                middles[node.angle] = corrected_forces(
+                    case.at(*node.point), centred(case.system, node.rows, node.slips)
+                )
         forces = np.stack([case.rest + radius / node.reach * (middles[node.angle] - case.rest) for node in nodes])
         if stay_inside(forces, len(case.system.round), angles, 0.5 * arc.width):
             return True

@@ -27,7 +27,7 @@ from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import rotate
 from stability.problem import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.process_settings import one_thread
-from stability.statics.conic_program import Point, QuickSeries
+from stability.statics.conic_program import QuickSeries, SolverPoint
 from stability.statics.equilibrium import separating_velocities
 from stability.statics.wrench_matrix import Cones, wrench_array
 
@@ -69,10 +69,10 @@ class RoughHeadings:
             points = list(threads.map(self._asked, self.series, angles))
         return [self._proven(self.opening, angle, point) for angle, point in zip(angles, points, strict=True)]
 
-    def _asked(self, series: QuickSeries, angle: float) -> Point:
+    def _asked(self, series: QuickSeries, angle: float) -> SolverPoint:
         return series.solve(program_along(self.case, angle))
 
-    def _proven(self, opening: Array, angle: float, point: Point) -> Heading:
+    def _proven(self, opening: Array, angle: float, point: SolverPoint) -> Heading:
         if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
             return heading(self.case, angle)
         value, columns = max(0.0, -float(point.dual[0])), point.x[:-1]

@@ -8,7 +8,17 @@ Each search that fails is so a clause, and the smallest set that meets all claus
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from stability.analysis.subset_search import Answer, Clause, Descent, Known, Part, Parts, descend, nobody, smallest
+from stability.analysis.subset_search import (
+    Clause,
+    Descent,
+    Known,
+    Part,
+    SubsetAnswer,
+    Subsets,
+    descend,
+    nobody,
+    smallest,
+)
 from stability.model import BodyId
 from stability.problem import Stability
 
@@ -50,7 +60,7 @@ class BuildingOrder:
         return most
 
 
-def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOrder:
+def building_order(parts: Subsets, most: int, known: Known = nobody) -> BuildingOrder:
     """An order with the fewest props of those that `parts` allows; the design stands."""
     return OrderSearch(parts, most, known).run()
 
@@ -58,7 +68,7 @@ def building_order(parts: Parts, most: int, known: Known = nobody) -> BuildingOr
 class OrderSearch:
     """A search for an order with the fewest props, which may be interrupted: `best` is what is known by then."""
 
-    def __init__(self, parts: Parts, most: int, known: Known = nobody) -> None:
+    def __init__(self, parts: Subsets, most: int, known: Known = nobody) -> None:
         """`most` verdicts are asked, besides those for a first order with props under all; `known` is told of them."""
         self.best = BuildingOrder(())
         self._parts, self._known = parts, known
@@ -141,7 +151,7 @@ class OrderSearch:
         return None if None in found else [name for order in found for name in reversed(order or ())]
 
 
-def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
+def least_props(parts: Subsets, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
     """The fewest bricks with a prop under each of which all these parts stand; None if none are found.
 
     They are cheapest to ask where each is within the one before it.
@@ -159,9 +169,9 @@ def least_props(parts: Parts, states: Sequence[Part], known: Known = nobody) -> 
     return None
 
 
-def _falling(parts: Parts, states: Sequence[Part], known: Known) -> list[tuple[Part, Answer]]:
+def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple[Part, SubsetAnswer]]:
     """Those parts that do not stand."""
-    ends: list[tuple[Part, Answer]] = []
+    ends: list[tuple[Part, SubsetAnswer]] = []
     larger = parts.whole
     for part in states:
         answer = parts.ask(part, larger if part & larger == part else None)
@@ -172,7 +182,7 @@ def _falling(parts: Parts, states: Sequence[Part], known: Known) -> list[tuple[P
     return ends
 
 
-def _would_help(parts: Parts, search: Descent) -> Part:
+def _would_help(parts: Subsets, search: Descent) -> Part:
     """The bricks of which a prop could resist one of the falls at which a search ended."""
     every, found = parts.part_of(parts.props), 0
     for part, answer in search.ends:
@@ -180,7 +190,7 @@ def _would_help(parts: Parts, search: Descent) -> Part:
     return found & ~parts.propped
 
 
-def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, ...]:
+def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step, ...]:
     """The steps, each prop for as short as what comes later stands without it."""
     present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
     held = [parts.propped & part for part in present]
@@ -199,7 +209,7 @@ def _with_props(parts: Parts, order: list[BodyId], known: Known) -> tuple[Step, 
     )
 
 
-def _stands(parts: Parts, part: Part, propped: Part, known: Known) -> bool:
+def _stands(parts: Subsets, part: Part, propped: Part, known: Known) -> bool:
     parts.propped = propped
     known(parts.asked)
     return parts.ask(part).stability is Stability.STABLE

@@ -125,7 +125,7 @@ FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be disp
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class PlacementAnswer:
     """What loads survive where patches are inset by an error."""
 
     displacement: float  # of all loads at once [m], as the solver has it; inf where nothing limits it
@@ -305,7 +305,7 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
     return _Frictional(friction, upright.matrix(rows, columns), sideways.matrix(rows, columns))
 
 
-def displaced(rule: Recourse, problem: Problem, error: float) -> Answer:
+def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer:
     """The largest displacement of all loads at once that is survived where patches are inset by `error`.
 
     The unknowns are the patch forces, the frictional forces, for each brick on a plane a bound on what it carries, and
@@ -354,7 +354,7 @@ def _cone_rows(friction: Array) -> Array:
     return scale
 
 
-def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> Answer:
+def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> PlacementAnswer:
     """What a point is worth, by plain arithmetic: whether it survives `error` itself, and where it only just does."""
     count = 3 * len(rule.patches)
     forces = _inside(x[count : count + 3 * len(frictional.friction)], frictional.friction)
@@ -367,7 +367,7 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
     survives = bool(balanced and (spare - taken >= -BALANCED).all())
     limit = rule.patches[edges.patch[worst]] if worst >= 0 else None
     displacement = float(x[-1])
-    return Answer(
+    return PlacementAnswer(
         inf if displacement > 0.5 * FURTHEST else displacement * float(rule.length.max()),
         survives,
         None if limit is None else (limit.lower, limit.upper),
@@ -467,18 +467,18 @@ def _pushed_sideways(problem: Problem) -> bool:
     return any(max(abs(x), abs(y)) > SIDEWAYS * abs(z) for x, y, z in forces)
 
 
-def _answer(problem: Problem, patches: list[PlanPatch], error: float) -> Answer | None:
+def _answer(problem: Problem, patches: list[PlanPatch], error: float) -> PlacementAnswer | None:
     """What is survived by the patches that are left where every brick is off its place by `error`."""
     rule = recourse(problem, [patch for patch in patches if patch.moving or inset(patch.corners, error)])
     return None if rule is None else displaced(rule, problem, error)
 
 
-def _survives(answer: Answer | None) -> bool:
+def _survives(answer: PlacementAnswer | None) -> bool:
     return answer is not None and answer.survives
 
 
 def _crossing(
-    problem: Problem, patches: list[PlanPatch], whole: Answer, most: float, tolerance: float
+    problem: Problem, patches: list[PlanPatch], whole: PlacementAnswer, most: float, tolerance: float
 ) -> tuple[float, tuple[BodyId, BodyId] | None]:
     """The largest error that is survived, and what limits it: where it equals the displacement that loads survive.
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
-from stability.analysis.subset_search import Clause, Known, Part, Parts, descend, from_the_top, nobody, smallest
+from stability.analysis.subset_search import Clause, Known, Part, Subsets, descend, from_the_top, nobody, smallest
 from stability.model import BodyId
 from stability.name_order import in_order
 from stability.problem import Contact, Stability, Verdict
@@ -71,7 +71,7 @@ def single_pulls(design: Assembly) -> Iterator[Pull]:
         yield Pull(name, name in load_bearing, design.would_without([name]))
 
 
-def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Longest:
+def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Longest:
     """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
     return LongestSearch(parts, may_go, most, known).run()
 
@@ -79,7 +79,7 @@ def longest_order(parts: Parts, may_go: Part, most: int, known: Known = nobody) 
 class LongestSearch:
     """A search for the longest order, from both sides, which may be interrupted: `best` is what is known by then."""
 
-    def __init__(self, parts: Parts, may_go: Part, most: int, known: Known = nobody) -> None:
+    def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> None:
         """Of pulls of some bricks, by at most so many verdicts, of which `known` is told."""
         self.parts, self.may_go, self.known = parts, may_go, known
         self.last = parts.asked + most  # how many verdicts may be asked
@@ -170,7 +170,7 @@ class LongestSearch:
         return found.order is not None
 
 
-def _learn_of_rows(parts: Parts, last: int) -> None:
+def _learn_of_rows(parts: Subsets, last: int) -> None:
     """Learn that what nothing is under falls: bricks by themselves, and two or three side by side."""
     beside = {name: parts.part_of(_beside(parts, name)) for name in parts.names}
     rows = {parts.part_of([name]) for name in parts.names}
@@ -188,13 +188,13 @@ def _learn_of_rows(parts: Parts, last: int) -> None:
         parts.learn(row)
 
 
-def _beside(parts: Parts, name: BodyId) -> list[BodyId]:
+def _beside(parts: Subsets, name: BodyId) -> list[BodyId]:
     contacts = parts.design.contacts(name)
     walls = [c for c in contacts if not _bears(c, c.lower)]
     return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
 
 
-def soonest_fall(parts: Parts, may_go: Part, most: int, known: Known = nobody) -> Soonest:
+def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Soonest:
     """The fewest pulls that bring a design down that stands, by at most so many verdicts."""
     last, undecided = parts.asked + most, 0
     names = from_the_top(parts, may_go)[::-1]

@@ -6,7 +6,7 @@ from math import atan2, ceil, cos, floor, hypot, inf, log10, pi, sin
 from typing import TypeAlias
 
 from stability.analysis.building_order import least_props
-from stability.analysis.subset_search import Known, Part, Parts, nobody, props_of
+from stability.analysis.subset_search import Known, Part, Subsets, nobody, props_of
 from stability.contact_law import GivenFriction
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
@@ -188,7 +188,7 @@ def propping(piling: Piling, known: Known = nobody) -> Propping | None:
     `known` is told how many verdicts were asked.
     """
     whole = piling.whole()
-    parts = Parts(whole, props_of(whole))
+    parts = Subsets(whole, props_of(whole))
     states = [parts.part_of(there) for there in piling.states()]
     first = next((turn for turn, part in enumerate(states) if not _stands(parts, part)), None)
     if first is None:
@@ -204,7 +204,7 @@ def propping(piling: Piling, known: Known = nobody) -> Propping | None:
     return Propping(tuple(in_order(found)), tuple(parts.names_of(fall.moving)) if fall is not None else ())
 
 
-def _stands(parts: Parts, part: Part) -> bool:
+def _stands(parts: Subsets, part: Part) -> bool:
     return parts.ask(part).stability is Stability.STABLE
 
 

@@ -23,7 +23,7 @@ from stability.statics.tipping import Fall, tipping
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class SampleSite:
     """What bricks are built on and of, and what pulls at them."""
 
     planes: Sequence[Plane]
@@ -32,7 +32,7 @@ class Site:
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
 
 
-def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: Site) -> Fall | None:
+def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite) -> Fall | None:
     """The fall of some bricks as one body while all the rest stays where it is, checked by arithmetic."""
     bricks: Mapping[BodyId, Placed] = {placed.brick.id: placed for placed in moving}
     border = _between(moving, rest, site)
@@ -48,7 +48,7 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: Site) -
     return fall if check_motion(Problem(bricks, border, loads), fall.motion, site.tolerances).holds else None
 
 
-def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: Site) -> list[Contact]:
+def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite) -> list[Contact]:
     """The contacts of what moves with what does not."""
     if not rest:
         return []
@@ -122,7 +122,7 @@ def _common(half: float, middle: Array, other: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outline:
+class SampledRectangle:
     """A rectangle in plan, in every sample."""
 
     half: tuple[float, float]
@@ -132,7 +132,7 @@ class Outline:
     sin: Array
 
 
-def outlines_overlap(a: Outline, b: Outline) -> Array:
+def outlines_overlap(a: SampledRectangle, b: SampledRectangle) -> Array:
     """How far two rectangles reach into each other along the axis along which that is least [m]; negative apart."""
     dx, dy = b.x - a.x, b.y - a.y
     turn_cos = np.abs(a.cos * b.cos + a.sin * b.sin)

@@ -29,7 +29,7 @@ ASIDE = 0.01  # of the size of a contact: points that are further apart are not 
 
 
 @dataclass(frozen=True, slots=True)
-class Limit:
+class MarginLimit:
     """What a margin ends at: forces that balance, and a motion that is about to gain."""
 
     problem: Problem
@@ -48,7 +48,9 @@ class Slopes:
 
 
 @one_thread()
-def acceleration_limits(problem: Problem, gravity: float, tolerance: float = 1e-7) -> tuple[float, tuple[Limit, ...]]:
+def acceleration_limits(
+    problem: Problem, gravity: float, tolerance: float = 1e-7
+) -> tuple[float, tuple[MarginLimit, ...]]:
     """The margin of acceleration [g], and all limits that are reached with it; none where nothing is proven to fall.
 
     Where bodies slide alike in all directions there are more than these four.
@@ -56,7 +58,7 @@ def acceleration_limits(problem: Problem, gravity: float, tolerance: float = 1e-
     margin = acceleration(problem, tolerance, gravity)
     if margin is None or margin.motion is None:
         return (0.0 if margin is None else margin.value), ()
-    found: dict[tuple[int, float], Limit] = {}
+    found: dict[tuple[int, float], MarginLimit] = {}
     for number, part in enumerate(groups_apart(problem)):
         case = shaken(part, gravity, Tolerances())
         assert case is not None  # as the margin of all is known
@@ -80,28 +82,28 @@ def _aligned(case: Shaken, angle: float) -> Iterator[Heading]:
         yield one
 
 
-def _limit(case: Shaken, one: Heading) -> Limit:
+def _limit(case: Shaken, one: Heading) -> MarginLimit:
     assert one.cut is not None
     forces = case.at(*one.point).forces(one.rows)
     motion = one.cut.motion
     x, y = (part / one.reach for part in one.point) if one.reach > 0.0 else one.cut.normal
     pulled = case.pull(x, y)
     gain = sum(dot(pulled[name].force_W, velocity) for name, (velocity, _) in motion.velocity.items())
-    return Limit(case.problem, forces, motion, one.point, gain)
+    return MarginLimit(case.problem, forces, motion, one.point, gain)
 
 
 @one_thread()
-def friction_limits(problem: Problem, tolerance: float = 1e-9) -> tuple[float, tuple[Limit, ...]]:
+def friction_limits(problem: Problem, tolerance: float = 1e-9) -> tuple[float, tuple[MarginLimit, ...]]:
     """The least factor on all friction with which forces balance, and the limit at it; none where it has none."""
     margin = least_friction(problem, tolerance)
     if margin.forces is None or margin.motion is None or not margin.factor > 0.0:
         return margin.factor, ()
-    limit = Limit(problem, margin.forces, margin.motion, (0.0, 0.0), 1.0)
+    limit = MarginLimit(problem, margin.forces, margin.motion, (0.0, 0.0), 1.0)
     gain = _power_of_friction(limit) / margin.factor
     return margin.factor, (replace(limit, gain=gain),) if gain < 0.0 else ()
 
 
-def _power_of_friction(limit: Limit) -> float:
+def _power_of_friction(limit: MarginLimit) -> float:
     power = 0.0
     for contact, forces in zip(limit.problem.contacts, limit.forces.of_contacts, strict=True):
         for point, at_point in zip(contact.points_W, forces, strict=True):
@@ -115,7 +117,7 @@ def _power_of_friction(limit: Limit) -> float:
 
 
 @one_thread()
-def slopes(limits: Sequence[Limit], less: Problem | None, more: Problem | None, step: float) -> Slopes | None:
+def slopes(limits: Sequence[MarginLimit], less: Problem | None, more: Problem | None, step: float) -> Slopes | None:
     """How a margin changes from its limits, by problems that have a `step` less and more of something.
 
     None where one of them touches elsewhere, or is none, so that nothing can be compared.
@@ -132,7 +134,7 @@ def slopes(limits: Sequence[Limit], less: Problem | None, more: Problem | None, 
     return Slopes(max(falling), min(rising))
 
 
-def _power(limit: Limit, other: Problem) -> float | None:
+def _power(limit: MarginLimit, other: Problem) -> float | None:
     """The power along the motion of the loads of another problem, and of the forces at the limit on its contacts."""
     if not other.bricks.keys() >= limit.problem.bricks.keys():
         return None
@@ -153,7 +155,7 @@ def _power(limit: Limit, other: Problem) -> float | None:
     return power
 
 
-def _carried(limit: Limit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:
+def _carried(limit: MarginLimit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:
     """The power of forces that go with the points and cones of a contact; None if these are others."""
     order = _same_points(contact, now)
     if order is None or len(contact.normals_W) != len(now.normals_W):

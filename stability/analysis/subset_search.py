@@ -206,7 +206,7 @@ KEPT = 32  # assemblies that are kept for parts next to them
 
 
 @dataclass(frozen=True, slots=True)
-class Fall:
+class SubsetFall:
     """A proven fall, and for which other parts the same proof holds."""
 
     moving: Part  # which must be there
@@ -219,14 +219,14 @@ class Fall:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class SubsetAnswer:
     """What is known of a part."""
 
     stability: Stability
-    fall: Fall | None = None  # of what is UNSTABLE
+    fall: SubsetFall | None = None  # of what is UNSTABLE
 
 
-class Parts:
+class Subsets:
     """A design that stands, or is to stand, and what is known of its parts."""
 
     def __init__(self, design: Assembly, props: Mapping[BodyId, Prop] | None = None) -> None:
@@ -237,9 +237,9 @@ class Parts:
         self.props = props or {}
         self.propped: Part = 0
         self.asked = 0  # how many verdicts were needed
-        self.falls: list[Fall] = []
+        self.falls: list[SubsetFall] = []
         self._bit = {name: 1 << index for index, name in enumerate(self.names)}
-        self._known: dict[tuple[Part, Part], Answer] = {}
+        self._known: dict[tuple[Part, Part], SubsetAnswer] = {}
         self._assemblies: dict[Part, Assembly] = {}
         self._touching = {name: self._neighbours(name) for name in self.names}
 
@@ -277,7 +277,7 @@ class Parts:
             part &= ~piece
         return found
 
-    def ask(self, part: Part, larger: Part | None = None) -> Answer:
+    def ask(self, part: Part, larger: Part | None = None) -> SubsetAnswer:
         """Whether a part stands, with props under those of its bricks that have one.
 
         `larger`: a part with a few bricks more that was asked just now, which makes it cheaper.
@@ -286,7 +286,7 @@ class Parts:
         known = self._known.get((part, propped))
         if known is None:
             fall = next((fall for fall in self.falls if fall.settles(part, propped)), None)
-            known = Answer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
+            known = SubsetAnswer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
             self._known[part, propped] = known
         return known
 
@@ -303,34 +303,34 @@ class Parts:
                 del self._assemblies[next(iter(self._assemblies))]
         return found
 
-    def _judged(self, part: Part, propped: Part, larger: Part | None) -> Answer:
+    def _judged(self, part: Part, propped: Part, larger: Part | None) -> SubsetAnswer:
         self.asked += 1
         assembly = self.assembly(part, larger)
         verdict = assembly.verdict()
         if verdict.stability is Stability.STABLE:
-            return Answer(Stability.STABLE)
+            return SubsetAnswer(Stability.STABLE)
         if verdict.motion is not None:
             fall = self._learned(part, verdict.motion)
             if not propped & fall.resisting:
-                return Answer(Stability.UNSTABLE, fall)
-        return self._with_props(part, propped, assembly) if propped else Answer(Stability.UNDECIDED)
+                return SubsetAnswer(Stability.UNSTABLE, fall)
+        return self._with_props(part, propped, assembly) if propped else SubsetAnswer(Stability.UNDECIDED)
 
-    def _with_props(self, part: Part, propped: Part, assembly: Assembly) -> Answer:
+    def _with_props(self, part: Part, propped: Part, assembly: Assembly) -> SubsetAnswer:
         from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
-        from stability.statics.self_stress import honest_forces  # noqa: PLC0415 -- likewise
+        from stability.statics.self_stress import forces_without_self_stress  # noqa: PLC0415 -- likewise
 
         problem = assembly.problem()
         held = [contact for name in self.names_of(propped) for contact in self.props[name].contacts]
         problem = replace(problem, contacts=[*problem.contacts, *held])
         tolerances = rounded(problem, Tolerances())
         found = balance(problem, tolerances)
-        if found.forces is not None and honest_forces(problem, found.forces, tolerances) is not None:
-            return Answer(Stability.STABLE)
+        if found.forces is not None and forces_without_self_stress(problem, found.forces, tolerances) is not None:
+            return SubsetAnswer(Stability.STABLE)
         if found.motion is not None:
-            return Answer(Stability.UNSTABLE, self._learned(part, found.motion))
-        return Answer(Stability.UNDECIDED)
+            return SubsetAnswer(Stability.UNSTABLE, self._learned(part, found.motion))
+        return SubsetAnswer(Stability.UNDECIDED)
 
-    def _learned(self, part: Part, motion: Motion) -> Fall:
+    def _learned(self, part: Part, motion: Motion) -> SubsetFall:
         moving = self.part_of(motion.velocity)
         bricks = self.design.bricks
         resist = self.part_of(
@@ -344,7 +344,7 @@ class Parts:
         propping = self.part_of(
             name for name in held if any(resists(contact, motion, bricks) for contact in self.props[name].contacts)
         )
-        fall = Fall(moving, resist & ~part, propping)
+        fall = SubsetFall(moving, resist & ~part, propping)
         self.falls.append(fall)
         return fall
 
@@ -385,7 +385,7 @@ class Descent:
 
     order: tuple[BodyId, ...] | None  # in which bricks go; None if none was found
     exhausted: bool = True  # whether every way was gone that there is
-    ends: tuple[tuple[Part, Answer], ...] = field(default=())  # parts next to those that stand, which do not
+    ends: tuple[tuple[Part, SubsetAnswer], ...] = field(default=())  # parts next to those that stand, which do not
 
     @property
     def impossible(self) -> bool:
@@ -393,9 +393,9 @@ class Descent:
         return self.order is None and self.exhausted and all(a.stability is Stability.UNSTABLE for _, a in self.ends)
 
 
-def descend(parts: Parts, start: Part, goal: Part, most: int, known: Known = nobody) -> Descent:
+def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = nobody) -> Descent:
     """Take away all bricks of `start` that are not in `goal`; `start` stands. It asks for at most `most` verdicts."""
-    last, ends = parts.asked + most, dict[Part, Answer]()
+    last, ends = parts.asked + most, dict[Part, SubsetAnswer]()
     path: list[BodyId] = []
     seen = {start}
     waiting = [(start, _next(parts, start, goal))]
@@ -423,13 +423,13 @@ def descend(parts: Parts, start: Part, goal: Part, most: int, known: Known = nob
     return Descent(None, ends=tuple(ends.items()))
 
 
-def _next(parts: Parts, part: Part, goal: Part) -> Iterator[tuple[BodyId, Part]]:
+def _next(parts: Subsets, part: Part, goal: Part) -> Iterator[tuple[BodyId, Part]]:
     """The bricks that may go, from the top down, and what is left without each."""
     for name in from_the_top(parts, part & ~goal):
         yield name, part & ~parts.part_of([name])
 
 
-def from_the_top(parts: Parts, part: Part) -> list[BodyId]:
+def from_the_top(parts: Subsets, part: Part) -> list[BodyId]:
     """Bricks by how high they reach, the highest first; ties by name."""
     bricks = parts.design.bricks
     heights = {name: top_W(bricks[name].brick.shape, bricks[name].pose) for name in parts.names_of(part)}

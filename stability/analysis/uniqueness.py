@@ -32,9 +32,16 @@ from stability.name_order import in_order
 from stability.problem import Forces, Problem, Tolerances
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_forces, admit_problem
-from stability.statics.conic_program import Point, Solver, clarabel_solve, solve
+from stability.statics.conic_program import Solver, SolverPoint, clarabel_solve, solve
 from stability.statics.fall_description import described
-from stability.statics.initial_motion import Start, StartEquations, first_start, lets_go, start_equations, start_near
+from stability.statics.initial_motion import (
+    InitialMotion,
+    StartEquations,
+    first_start,
+    lets_go,
+    start_equations,
+    start_near,
+)
 
 # Branch and bound over the contact conditions of a small group: proves rest unique, or finds another motion.
 #
@@ -54,7 +61,7 @@ class Searched:
     """Branches that leave nothing out, or a start; neither if that was not decided."""
 
     proof: tuple[ProvenBranch, ...] | None
-    start: Start | None
+    start: InitialMotion | None
     branches: int  # that were asked
 
 
@@ -103,7 +110,7 @@ def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[M
     return _proven(equations, branch, program, point), guess(program, point)
 
 
-def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: Point) -> Multipliers | None:
+def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: SolverPoint) -> Multipliers | None:
     for found in multipliers(program, point):
         lacking = lack(equations, ProvenBranch(branch, found))
         if lacking <= STILL:
@@ -201,13 +208,13 @@ class Braced:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Outcome:
+class RestOutcome:
     """What can happen to bricks that can rest."""
 
     guaranteed: bool  # rest is all that can
     normal: Forces | None = None  # forces along normals alone that balance everything, if that is why
     braced: tuple[Braced, ...] = ()  # the groups of which friction is needed, if that is why
-    start: Start | None = None  # how bricks could start to move instead
+    start: InitialMotion | None = None  # how bricks could start to move instead
     lets_go: str = ""  # that in words
     undecided: tuple[BodyId, ...] = ()  # a group of which nothing more is known
     across_gaps: bool = False  # rest is all that can happen only if gaps between bodies count as contact
@@ -232,7 +239,7 @@ def outcome(
     known: Forces | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     most: int = MOST_COLUMNS,
-) -> Outcome:
+) -> RestOutcome:
     """What can happen to a problem that is proven to stand; `known` are forces that balance it.
 
     `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
@@ -243,34 +250,34 @@ def outcome(
     admit_forces(known)
     normal = guarantee(problem, known, tolerances)
     if normal is not None:
-        return Outcome(guaranteed=True, normal=normal)
+        return RestOutcome(guaranteed=True, normal=normal)
     touching = without_gaps(problem)
     if touching is not problem and not _of_leaning(touching, tolerances, most).guaranteed:
-        return Outcome(guaranteed=False, across_gaps=True)
+        return RestOutcome(guaranteed=False, across_gaps=True)
     return _of_leaning(problem, tolerances, most)
 
 
-def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> Outcome:
+def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
     """What can happen to a problem whose groups need friction, or some of them."""
     leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
     found = [_of_group(group, tolerances, most) for group in leaning]
     if not found:
-        return Outcome(guaranteed=True)
+        return RestOutcome(guaranteed=True)
     worst = min(found, key=lambda each: (each.guaranteed, not each.lets_go))
     return replace(worst, braced=tuple(group for each in found for group in each.braced))
 
 
-def _of_group(group: Problem, tolerances: Tolerances, most: int) -> Outcome:
+def _of_group(group: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
     points = sum(len(contact.points_W) for contact in group.contacts)
     if len(group.bricks) > MOST_BRICKS or points > MOST_POINTS:
         return _let_go(group, lets_go(group, tolerances))
     search = searched(group, start_equations(group), tolerances, most=most)
     if search.proof is not None:
-        return Outcome(guaranteed=True, braced=(Braced(group, search.proof),))
+        return RestOutcome(guaranteed=True, braced=(Braced(group, search.proof),))
     return _let_go(group, search.start)
 
 
-def _let_go(group: Problem, start: Start | None) -> Outcome:
+def _let_go(group: Problem, start: InitialMotion | None) -> RestOutcome:
     if start is None:
-        return Outcome(guaranteed=False, undecided=tuple(group.bricks))
-    return Outcome(guaranteed=False, start=start, lets_go=described(group, start.acceleration))
+        return RestOutcome(guaranteed=False, undecided=tuple(group.bricks))
+    return RestOutcome(guaranteed=False, start=start, lets_go=described(group, start.acceleration))

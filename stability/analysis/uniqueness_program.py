@@ -11,7 +11,7 @@ import numpy as np
 
 from stability.geometry.rows import Array, Indices
 from stability.model import Vec3
-from stability.statics.conic_program import ConicProgram, Point
+from stability.statics.conic_program import ConicProgram, SolverPoint
 from stability.statics.initial_motion import StartEquations, frame
 from stability.statics.wrench_matrix import Sparse
 
@@ -53,7 +53,7 @@ Branch: TypeAlias = tuple[Condition, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Known:
+class KnownAccelerations:
     """What is known of accelerations in a branch: they are `basis @ b`, and none of `rows @ b` is negative."""
 
     basis: Array  # (D, d)
@@ -62,7 +62,7 @@ class Known:
     pressed: tuple[int, ...]  # the points at which forces may act
 
 
-def known(equations: StartEquations, branch: Branch) -> Known:
+def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
     """What is known in a branch: the last row says that the loads gain, without which nothing starts from rest."""
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     shut = [each.point for each in branch if each.how is How.SHUT]
@@ -71,7 +71,7 @@ def known(equations: StartEquations, branch: Branch) -> Known:
     opening = {point: equations.axes[point, 0] @ equations.slips[point] @ basis for point in single}
     owners = [point for point in single if point not in shut and np.abs(opening[point]).max(initial=0.0) > SHUT]
     sides = [np.array(each.towards) @ equations.slips[each.point] @ basis for each in branch if each.how is How.TOWARDS]
-    return Known(
+    return KnownAccelerations(
         basis,
         np.array([*(opening[point] for point in owners), *sides, equations.loads @ basis]),
         (*owners, *(-1 for _ in sides), -1),
@@ -109,10 +109,10 @@ def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Places:
+class ColumnOffsets:
     """Where the unknowns of each kind begin among the columns."""
 
-    left: Known
+    left: KnownAccelerations
     pairs: tuple[tuple[int, int], ...]  # of parts whose product has a multiplier
     contacts: tuple[int, ...]
     virtual: int
@@ -132,7 +132,7 @@ class PowerProgram:
     """The program of a branch, and what its columns and equalities are."""
 
     equations: StartEquations
-    places: Places
+    places: ColumnOffsets
     equalities: Sparse
     cones: tuple[Indices, Array]  # the first column of each round cone, and its least ratio to the norm of the next two
     conic: ConicProgram
@@ -156,7 +156,7 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
     return PowerProgram(equations, places, equal, _cones(equations, places), conic)
 
 
-def _cones(equations: StartEquations, places: Places) -> tuple[Indices, Array]:
+def _cones(equations: StartEquations, places: ColumnOffsets) -> tuple[Indices, Array]:
     first = [places.of_contacts + 3 * number for number in range(len(places.contacts))]
     friction = [equations.law_of(contact).friction for contact in places.contacts]
     slope = [1.0 / each if each else np.inf for each in friction]
@@ -166,13 +166,13 @@ def _cones(equations: StartEquations, places: Places) -> tuple[Indices, Array]:
     return np.array(first, dtype=np.int64), np.array(slope)
 
 
-def _multiplied(places: Places) -> Iterator[tuple[int, int]]:
+def _multiplied(places: ColumnOffsets) -> Iterator[tuple[int, int]]:
     """Each point that is pressed with each part that is not its own."""
     for point in places.left.pressed:
         yield from ((point, row) for row, owner in enumerate(places.left.owners) if owner != point)
 
 
-def _places(equations: StartEquations, left: Known) -> Places:
+def _places(equations: StartEquations, left: KnownAccelerations) -> ColumnOffsets:
     rows = len(left.rows)
     pairs = tuple(combinations_with_replacement(range(rows), 2))
     contacts = tuple(sorted({int(equations.contact[point]) for point in left.pressed}))
@@ -180,17 +180,17 @@ def _places(equations: StartEquations, left: Known) -> Places:
     of_contacts = of_loads + rows + len(pairs)
     of_forces = of_contacts + 3 * len(contacts)
     columns = of_forces + 3 * rows * len(left.pressed)
-    return Places(left, pairs, contacts, 0, of_loads, of_loads + rows, of_contacts, of_forces, columns)
+    return ColumnOffsets(left, pairs, contacts, 0, of_loads, of_loads + rows, of_contacts, of_forces, columns)
 
 
-def _entries(entries: Sequence[tuple[int, int, float]], height: int, places: Places) -> Sparse:
+def _entries(entries: Sequence[tuple[int, int, float]], height: int, places: ColumnOffsets) -> Sparse:
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
     rows, columns, values = zip(*entries, strict=True) if entries else ((), (), ())
     return csc_matrix((values, (rows, columns)), shape=(height, places.columns))
 
 
-def _equalities(equations: StartEquations, places: Places) -> Sparse:
+def _equalities(equations: StartEquations, places: ColumnOffsets) -> Sparse:
     """The coefficients of accelerations with loads, then with each force along its axes, must be nothing."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
@@ -204,14 +204,14 @@ def _equalities(equations: StartEquations, places: Places) -> Sparse:
     return vstack(blocks, format="csc")
 
 
-def _put_virtual(found: Array, places: Places, row: Array) -> None:
+def _put_virtual(found: Array, places: ColumnOffsets, row: Array) -> None:
     """The coefficients of `row @ virtual`."""
     size = places.left.basis.shape[1]
     for part in range(size):
         found[part, places.virtual + part : places.of_loads : size] = row
 
 
-def _of_force(equations: StartEquations, places: Places, point: int, axis: int) -> Array:
+def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis: int) -> Array:
     """(d, columns) the coefficients of the force of a point along one of its axes; none across one without friction."""
     left = places.left
     found = np.zeros((left.basis.shape[1], places.columns))
@@ -231,7 +231,7 @@ def _of_force(equations: StartEquations, places: Places, point: int, axis: int) 
     return found
 
 
-def _round(equations: StartEquations, places: Places) -> Sparse:
+def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
     """Three rows for each round cone: of what friction brakes, then of the multipliers of forces."""
     blocks = [
         (places.of_contacts + 3 * number, np.diag([equations.law_of(contact).friction or 1.0, 1.0, 1.0]))
@@ -258,7 +258,7 @@ def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
     return own
 
 
-def _definite(equations: StartEquations, places: Places) -> tuple[Sparse, Array]:
+def _definite(equations: StartEquations, places: ColumnOffsets) -> tuple[Sparse, Array]:
     """Rows of the semidefinite cone: the virtual power of inertia less products of parts, less the mass."""
     left = places.left
     rows, columns, scale = upper_triangle(left.basis.shape[1])
@@ -367,7 +367,7 @@ def _arrays(multipliers: Multipliers) -> tuple[Array, ...]:
     return (multipliers.virtual, multipliers.of_loads, multipliers.of_parts, multipliers.of_forces, *of_contacts)
 
 
-def _definite_power(equations: StartEquations, left: Known, multipliers: Multipliers) -> bool:
+def _definite_power(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers) -> bool:
     """Whether T' M less the products of parts is no less than half of M."""
     on_basis = equations.mass @ left.basis
     square = multipliers.virtual.T @ on_basis - left.rows.T @ multipliers.of_parts @ left.rows
@@ -375,7 +375,7 @@ def _definite_power(equations: StartEquations, left: Known, multipliers: Multipl
     return bool(np.linalg.eigvalsh(square).min(initial=0.0) >= 0.0)
 
 
-def _coefficients(equations: StartEquations, left: Known, multipliers: Multipliers, point: int) -> Array:
+def _coefficients(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers, point: int) -> Array:
     """(3, d) the coefficients of a force and accelerations that the products leave; along the normal without friction.
 
     Forces of a point without friction have one component only, and so no others count.
@@ -439,7 +439,7 @@ class Guess:
     forces: Array  # (points, 3) in W
 
 
-def multipliers(program: PowerProgram, point: Point) -> Iterator[Multipliers]:
+def multipliers(program: PowerProgram, point: SolverPoint) -> Iterator[Multipliers]:
     """What the solver found, then this corrected again and again; none of it is proven."""
     if not np.isfinite(point.x).all():
         return
@@ -454,7 +454,7 @@ def multipliers(program: PowerProgram, point: Point) -> Iterator[Multipliers]:
         yield _taken_apart(program, columns)
 
 
-def guess(program: PowerProgram, point: Point) -> Guess | None:
+def guess(program: PowerProgram, point: SolverPoint) -> Guess | None:
     """The strongest part of the means that the dual gives."""
     if not np.isfinite(point.dual).all():
         return None

@@ -40,7 +40,7 @@ NOISE_RATIO = 30.0
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class SeparatingAxis:
     """A direction in which two boxes, a and b, may be apart."""
 
     gap: float  # [m], negative where they overlap
@@ -54,13 +54,13 @@ class Axis:
 
 
 @dataclass(frozen=True, slots=True)
-class Closeness:
+class BoxCloseness:
     """How two boxes stand to each other that touch or overlap."""
 
     gap: float  # the largest of all axes [m]
-    faces_a: Sequence[Axis]  # by axis of a
-    faces_b: Sequence[Axis]
-    edges: Sequence[Axis]  # the products along which they are least deep in each other
+    faces_a: Sequence[SeparatingAxis]  # by axis of a
+    faces_b: Sequence[SeparatingAxis]
+    edges: Sequence[SeparatingAxis]  # the products along which they are least deep in each other
     sines: Matrix  # of the angles between the axes of a (rows) and b
 
     def apart(self) -> Iterator[tuple[float, Vec3]]:
@@ -78,7 +78,7 @@ class Closeness:
             yield axis.gap, axis.normal_AB_W
 
 
-def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> Closeness | None:
+def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> BoxCloseness | None:
     """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
     turn = cosines(a.axes, b.axes)
@@ -96,13 +96,13 @@ def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> Closeness | None:
     if largest > reach or largest < -reach:
         return None
     edges = [
-        Axis(gap, scale(share, cross(a.axes[i], b.axes[j])), i, j)
+        SeparatingAxis(gap, scale(share, cross(a.axes[i], b.axes[j])), i, j)
         for gap, share, i, j in products
         if gap >= largest - 2.0 * reach
     ]
-    faces_a = [Axis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
-    faces_b = [Axis(gaps_b[j], _towards(along_b[j], b.axes[j]), None, j) for j in range(3)]
-    return Closeness(largest, faces_a, faces_b, edges, _sines(turn))
+    faces_a = [SeparatingAxis(gaps_a[i], _towards(along_a[i], a.axes[i]), i, None) for i in range(3)]
+    faces_b = [SeparatingAxis(gaps_b[j], _towards(along_b[j], b.axes[j]), None, j) for j in range(3)]
+    return BoxCloseness(largest, faces_a, faces_b, edges, _sines(turn))
 
 
 def _sines(turn: Matrix) -> Matrix:
@@ -124,7 +124,7 @@ def gap_along(direction: Vec3, a: BoxSolid, b: BoxSolid) -> float:
     return dot(p_AB, direction) - half_extent(a.axes, a.half, direction) - half_extent(b.axes, b.half, direction)
 
 
-def disturbance(close: Closeness, longest: float, reach: float) -> float:
+def disturbance(close: BoxCloseness, longest: float, reach: float) -> float:
     """How far the two may be from the places that were meant [m], at most `reach`: read off the pair itself.
 
     Scenes that are written down touch and align to rounding. What an engine has settled shows gaps and tilts in every
@@ -150,7 +150,7 @@ LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
 
 
 @dataclass(frozen=True, slots=True)
-class Face:
+class BoxFace:
     """One side of a box."""
 
     body: BoxSolid
@@ -196,7 +196,7 @@ class Slack:
         return gap_bridged(self.reach, normal_W[2], self.within)
 
 
-def face_on_face(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Patch | None:
+def face_on_face(a: BoxSolid, b: BoxSolid, close: BoxCloseness, slack: Slack) -> Patch | None:
     """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
     for of_a, of_b in _facing(a, b, close):
         lower, upper, normal = _in_order(of_a, of_b)
@@ -213,7 +213,7 @@ def lies_on(corners: Sequence[Vec3], normal_W: Vec3, slack: Slack) -> bool:
     return all(-slack.reach <= height <= widest for _, _, height in corners) and width(corners) > slack.sideways
 
 
-def _facing(a: BoxSolid, b: BoxSolid, close: Closeness) -> Iterator[tuple[Face, Face]]:
+def _facing(a: BoxSolid, b: BoxSolid, close: BoxCloseness) -> Iterator[tuple[BoxFace, BoxFace]]:
     """Pairs of nearly parallel faces that look at each other, the ones least deep in each other first."""
     pairs = [
         (max(close.faces_a[i].gap, close.faces_b[j].gap), i, j)
@@ -223,10 +223,10 @@ def _facing(a: BoxSolid, b: BoxSolid, close: Closeness) -> Iterator[tuple[Face, 
     ]
     for _, i, j in sorted(pairs, reverse=True):
         normal = close.faces_a[i].normal_AB_W
-        yield Face.towards(normal, a, i), Face.towards(scale(-1.0, normal), b, j)
+        yield BoxFace.towards(normal, a, i), BoxFace.towards(scale(-1.0, normal), b, j)
 
 
-def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
+def _in_order(of_a: BoxFace, of_b: BoxFace) -> tuple[BoxFace, BoxFace, Vec3]:
     """The lower face, the upper one, and the normal of the lower one; a comes first by name."""
     up_a, up_b = of_a.normal_W, of_b.normal_W
     if up_a[2] >= -LEVEL:
@@ -237,7 +237,7 @@ def _in_order(of_a: Face, of_b: Face) -> tuple[Face, Face, Vec3]:
     return of_a, of_b, scale(-1.0, up_b)
 
 
-def _overlap(on: Face, lying: Face) -> Sequence[Vec3]:
+def _overlap(on: BoxFace, lying: BoxFace) -> Sequence[Vec3]:
     """What lies above face `on` of the other face, as (x, y, height above it) in the frame of the face `on`."""
     body, other = on.body, lying.body
     first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
@@ -265,7 +265,7 @@ def width(corners: Sequence[Vec3]) -> float:
     return narrowest if narrowest < inf else 0.0
 
 
-def _placed(on: Face, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+def _placed(on: BoxFace, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
     """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once.
 
     And the heights above the face [m].
@@ -370,7 +370,7 @@ MERGING = 4.0  # a line of contact shorter than this many times the slack is a p
 
 
 @dataclass(frozen=True, slots=True)
-class Meeting:
+class FeatureContact:
     """Where body a and body b touch along a line or in a point."""
 
     points_W: tuple[Vec3, ...]  # [m]
@@ -390,14 +390,14 @@ class _Locus:
     of_second: Feature
 
 
-def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | None:
+def meeting(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: Slack) -> FeatureContact | None:
     """How the boxes touch along a separating axis; None if their features along it do not face each other."""
     p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
     rise, widest = slack.rise(axis.gap), slack.widest(normal)
     if axis.of_b is None and axis.of_a is not None:
-        found = _on_face(Face.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, widest)
+        found = _on_face(BoxFace.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, widest)
     elif axis.of_a is None and axis.of_b is not None:
-        face = Face.towards(scale(-1.0, normal), b, axis.of_b)
+        face = BoxFace.towards(scale(-1.0, normal), b, axis.of_b)
         found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise, widest), p_AB)
     else:
         found = _crossing(a, b, axis, slack.sideways)
@@ -408,7 +408,7 @@ def meeting(a: BoxSolid, b: BoxSolid, axis: Axis, slack: Slack) -> Meeting | Non
     # let a brick rest on an edge that it just misses.
     touching = tuple(each for each in normals if axis.gap - slack.off <= gap_along(each, a, b) <= slack.widest(each))
     points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
-    return Meeting(points, found.heights, touching or (normal,))
+    return FeatureContact(points, found.heights, touching or (normal,))
 
 
 def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
@@ -418,7 +418,7 @@ def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
     return _Locus(points, locus.heights, locus.of_second, locus.of_first)
 
 
-def _on_face(face: Face, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a place, and what counts as on it
+def _on_face(face: BoxFace, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a place, and what counts as on it
     """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face.
 
     Of that feature, the corners of what is over the face that are no more than `widest` above it [m].
@@ -507,7 +507,7 @@ def _completed(body: BoxSolid, feature: Feature, points: Sequence[Vec3], slack: 
     return (signs[0], signs[1], signs[2])
 
 
-def _crossing(a: BoxSolid, b: BoxSolid, axis: Axis, slack: float) -> _Locus | None:
+def _crossing(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: float) -> _Locus | None:
     """The point where an edge of a and an edge of b cross; None if they pass each other."""
     if axis.of_a is None or axis.of_b is None:
         return None

@@ -6,8 +6,8 @@ from stability.contact_law import Coulomb
 from stability.contacts.bodies import BoxSolid, HullSolid, Solid, rounding, solid
 from stability.contacts.box_contacts import (
     LEVEL,
-    Closeness,
-    Meeting,
+    BoxCloseness,
+    FeatureContact,
     PointsOnPlane,
     Slack,
     closeness,
@@ -115,7 +115,7 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float, wi
     return _of_meeting(a, b, found, friction, gaps_of(found.gaps_beside(close.gap), reach)) if found else None
 
 
-def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> Meeting | None:
+def _best_meeting(a: BoxSolid, b: BoxSolid, close: BoxCloseness, slack: Slack) -> FeatureContact | None:
     """The meeting along the axis of the largest gap along which features face each other; faces win near ties."""
     sideways = slack.sideways
     axes = [(axis.gap + sideways, axis) for axis in (*close.faces_a, *close.faces_b)]
@@ -128,7 +128,7 @@ def _best_meeting(a: BoxSolid, b: BoxSolid, close: Closeness, slack: Slack) -> M
     return None
 
 
-def _of_meeting(a: BoxSolid, b: BoxSolid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
+def _of_meeting(a: BoxSolid, b: BoxSolid, found: FeatureContact, friction: float, gaps: tuple[float, ...]) -> Contact:
     upwards = sum(normal[2] for normal in found.normals_AB_W)
     if upwards >= -LEVEL:
         return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)

@@ -16,7 +16,7 @@ from stability.contacts.box_contacts import (
     NOISE_RATIO,
     NOISY_TILT,
     ROUNDING,
-    Meeting,
+    FeatureContact,
     PointsOnPlane,
     Slack,
     lies_on,
@@ -325,7 +325,7 @@ class _Locus:
     of_b: Feature
 
 
-def meeting_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack) -> Meeting | None:
+def meeting_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack) -> FeatureContact | None:
     """How the lowest feature of one hull touches a face of the other; None if it lies beside it."""
     a, b = close.a, close.b
     gap = float((close.gaps_a if of_a else close.gaps_b)[number])
@@ -341,7 +341,7 @@ def meeting_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack)
     return _meeting(close, locus, normal, gap, slack)
 
 
-def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting | None:
+def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> FeatureContact | None:
     """The point where an edge of a and an edge of b cross; None if they pass each other."""
     edges, a, b = close.edges, close.a, close.b
     i, j = int(edges.of_a[pair]), int(edges.of_b[pair])
@@ -364,7 +364,7 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> Meeting |
     return _meeting(close, locus, edges.normals_AB[pair], float(edges.gaps[pair]), slack)
 
 
-def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, slack: Slack) -> Meeting:
+def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, slack: Slack) -> FeatureContact:
     normals = common_normals(locus.of_a, locus.of_b, len(locus.points) > 1)
     # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
     # let a brick rest on an edge that it just misses.
@@ -372,7 +372,7 @@ def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, sla
     touching = tuple(each for each, apart in along if gap - slack.off <= apart <= slack.widest(each))
     centre = np.array(close.a.p_WC)
     points = tuple(vector(centre + point) for point in locus.points)
-    return Meeting(points, locus.heights, touching or (vector(normal),))
+    return FeatureContact(points, locus.heights, touching or (vector(normal),))
 
 
 def _segment(body: Hull, edge: int) -> tuple[Array, float]:
@@ -526,14 +526,14 @@ def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
     return close is not None and run_flush(close.faces(), overlap)
 
 
-def _of_meeting(a: Solid, b: Solid, found: Meeting, friction: float, gaps: tuple[float, ...]) -> Contact:
+def _of_meeting(a: Solid, b: Solid, found: FeatureContact, friction: float, gaps: tuple[float, ...]) -> Contact:
     if sum(normal[2] for normal in found.normals_AB_W) >= -LEVEL:
         return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)
     downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
     return Contact(b.id, a.id, found.points_W, downwards, Coulomb(friction), gaps)
 
 
-def _best_hull_meeting(close: HullCloseness, slack: Slack) -> Meeting | None:
+def _best_hull_meeting(close: HullCloseness, slack: Slack) -> FeatureContact | None:
     """The meeting along the direction of the largest gap along which features face each other; faces win near ties."""
     sideways = slack.sideways
     for rank, kind, number in sorted(_directions(close, sideways), key=itemgetter(0), reverse=True):

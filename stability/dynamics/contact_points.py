@@ -27,7 +27,7 @@ EDGEWISE = 1e-6  # cosine: a line along a face does not enter there
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ContactScene:
     """Where bricks are, and what they may touch."""
 
     bricks: Mapping[BodyId, Placed]  # free to move, by name
@@ -36,7 +36,7 @@ class Place:
     friction: Friction
     solids: Mapping[BodyId, Solid]  # all of them
 
-    def after(self, duration: float, velocities: Array, movers: Collection[BodyId]) -> "Place | None":
+    def after(self, duration: float, velocities: Array, movers: Collection[BodyId]) -> "ContactScene | None":
         """The same a short time [s] later, with (6 n,) velocities and spins, of which those of the movers count.
 
         None if one is so fast that it might pass through another.
@@ -57,7 +57,7 @@ class Place:
         solids = {**self.solids, **{name: solid(placed) for name, placed in moved.items()}}
         return replace(self, bricks={**self.bricks, **moved}, solids=solids)
 
-    def with_fixed(self, others: Iterable[Placed]) -> "Place":
+    def with_fixed(self, others: Iterable[Placed]) -> "ContactScene":
         """The same with what else there is, as far as it is none of the bricks."""
         fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in self.bricks}
         solids = {**self.solids, **{name: solid(placed) for name, placed in fixed.items()}}
@@ -74,7 +74,7 @@ class Touching:
     offsets: Mapping[tuple[BodyId, BodyId], float]  # gaps that count as none, of those that touched at first [m]
     before: Set[Set[BodyId]] = frozenset()  # those that have touched before, and those that rest
 
-    def then(self, place: Place) -> "Touching | None":
+    def then(self, place: ContactScene) -> "Touching | None":
         """Those of later; None if one brick has come to be inside of another."""
         moving = _contacts_of(self.falling, place)
         met = _pairs_of(self.moving, self.resting)
@@ -84,16 +84,16 @@ class Touching:
         """Whether two bodies were in touch before."""
         return frozenset((one, other)) in self.before
 
-    def gaps(self, moving: Sequence[Contact], place: Place) -> Array:
+    def gaps(self, moving: Sequence[Contact], place: ContactScene) -> Array:
         """How far the bodies are from each other at each point and normal of these contacts [m]."""
         return np.array([gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)])
 
-    def deepest(self, place: Place) -> float:
+    def deepest(self, place: ContactScene) -> float:
         """How far one body is in another, as a gap [m]; 0 if none is."""
         return float(self.gaps([alternatives(contact)[0] for contact in self.moving], place).min(initial=0.0))
 
 
-def touching(place: Place, falling: Collection[BodyId]) -> Touching | None:
+def touching(place: ContactScene, falling: Collection[BodyId]) -> Touching | None:
     """What touches as things begin to fall; that is taken to touch, whatever rounding or an engine has left between."""
     moving = _contacts_of(falling, place)
     if moving is None:
@@ -129,7 +129,7 @@ def cones_in(contact: Contact) -> int:
     return len(contact.points_W) * len(contact.normals_W)
 
 
-def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | None:
+def _contacts_of(falling: Collection[BodyId], place: ContactScene) -> list[Contact] | None:
     """All contacts of what falls; None if some of it is deeper in something than what touches may be.
 
     Nor is anything known once a gap closes that a thin body filled: what tips over a sheet comes down beside it.
@@ -153,7 +153,7 @@ def _contacts_of(falling: Collection[BodyId], place: Place) -> list[Contact] | N
     return None if closed else left
 
 
-def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: Place) -> list[Contact]:
+def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: ContactScene) -> list[Contact]:
     """Those whose gaps nothing fills; `known` are the bodies that they are all contacts of."""
     thin = thin_ones(place.solids)
     if not thin:
@@ -164,22 +164,22 @@ def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: Place) 
     return without_filled(contacts, [contact for contact in others if contact is not None], place.solids)
 
 
-def _between(one: BodyId, other: BodyId, place: Place) -> Contact | None:
+def _between(one: BodyId, other: BodyId, place: ContactScene) -> Contact | None:
     return contact_between(place.solids[one], place.solids[other], place.friction.of(one, other), Tolerances())
 
 
-def _with_plane(name: BodyId, plane: Plane, place: Place) -> Contact | None:
+def _with_plane(name: BodyId, plane: Plane, place: ContactScene) -> Contact | None:
     return contact_with_plane(place.solids[name], plane, Tolerances(), place.friction.on(name, plane))
 
 
-def _is_inside(one: Solid, other: Solid, place: Place) -> bool:
+def _is_inside(one: Solid, other: Solid, place: ContactScene) -> bool:
     if any(a > d or b < c for a, b, c, d in zip(one.low_W, one.high_W, other.low_W, other.high_W, strict=True)):
         return False
     shapes = ({**place.bricks, **place.fixed}[body.id] for body in (one, other))
     return bodies_apart(*(in_place(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
 
 
-def _gaps(contact: Contact, place: Place) -> Iterator[float]:
+def _gaps(contact: Contact, place: ContactScene) -> Iterator[float]:
     """How far apart the bodies are at each point along each normal [m]."""
     for point_W in contact.points_W:
         for normal_W in contact.normals_W:
@@ -207,7 +207,7 @@ def _begins(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
     return first
 
 
-def slip_matrix(cones: Cones, place: Place) -> Array:
+def slip_matrix(cones: Cones, place: ContactScene) -> Array:
     """From velocities of bricks, (6 n,) with spins, to relative ones of points: normal and two tangents each."""
     count, bricks = len(cones.lower), len(place.bricks)
     centres = np.array([*(placed.pose.position_W for placed in place.bricks.values()), (0.0, 0.0, 0.0)])

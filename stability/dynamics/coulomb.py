@@ -36,7 +36,7 @@ FIRM = 1e-4  # share of the largest mobility by which an impulse yields to a cha
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Meeting:
+class FrictionProblem:
     """Points of contact, all in units in which masses, velocities and impulses are near one."""
 
     slips: Array  # (3 c, columns) from velocities to relative ones: normal and two tangents of each point
@@ -47,7 +47,7 @@ class Meeting:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pressing:
+class FrictionSolution:
     """What was found."""
 
     velocities: Array  # (columns,)
@@ -55,10 +55,10 @@ class Pressing:
     miss: float  # by how much the conditions are missed, as a share of the largest velocity or impulse
 
 
-def pressed(meeting: Meeting, guess: Array | None = None) -> Pressing | None:
+def pressed(meeting: FrictionProblem, guess: Array | None = None) -> FrictionSolution | None:
     """Velocities and impulses that obey the conditions; None if none were found. `guess` is of impulses (c, 3)."""
     if not len(meeting.friction):
-        return Pressing(meeting.free, np.zeros((0, 3)), 0.0)
+        return FrictionSolution(meeting.free, np.zeros((0, 3)), 0.0)
     mobility = meeting.slips @ meeting.inverse_mass @ meeting.slips.T
     found = _by_newton(meeting, mobility, guess) if guess is not None else None
     if found is None or found.miss > HELD:
@@ -66,7 +66,7 @@ def pressed(meeting: Meeting, guess: Array | None = None) -> Pressing | None:
     return found if found is not None and found.miss <= HELD else None
 
 
-def miss(meeting: Meeting, velocities: Array, impulses: Array) -> float:
+def miss(meeting: FrictionProblem, velocities: Array, impulses: Array) -> float:
     """By how much the conditions are missed, as a share of the largest velocity or impulse."""
     slips = (meeting.slips @ velocities).reshape(-1, 3)
     normal, pressing = slips[:, 0] + meeting.gaps, impulses[:, 0]
@@ -79,16 +79,16 @@ def miss(meeting: Meeting, velocities: Array, impulses: Array) -> float:
     return float(max(part.max() for part in wrong) / size)
 
 
-def _checked(meeting: Meeting, impulses: Array) -> Pressing:
+def _checked(meeting: FrictionProblem, impulses: Array) -> FrictionSolution:
     velocities = meeting.free + meeting.inverse_mass @ (meeting.slips.T @ impulses.ravel())
-    return Pressing(velocities, impulses, miss(meeting, velocities, impulses))
+    return FrictionSolution(velocities, impulses, miss(meeting, velocities, impulses))
 
 
-def _better(one: Pressing | None, other: Pressing) -> Pressing:
+def _better(one: FrictionSolution | None, other: FrictionSolution) -> FrictionSolution:
     return other if one is None or other.miss < one.miss else one
 
 
-def _by_newton(meeting: Meeting, mobility: Array, guess: Array) -> Pressing:
+def _by_newton(meeting: FrictionProblem, mobility: Array, guess: Array) -> FrictionSolution:
     """Alart and Curnier: each point opens, stays or slides, as its impulse less its velocity says."""
     count = len(meeting.friction)
     still = (meeting.slips @ meeting.free).reshape(-1, 3)
@@ -126,9 +126,9 @@ def _by_newton(meeting: Meeting, mobility: Array, guess: Array) -> Pressing:
     return best
 
 
-def _by_programs(meeting: Meeting, mobility: Array) -> Pressing | None:
+def _by_programs(meeting: FrictionProblem, mobility: Array) -> FrictionSolution | None:
     slip: Array = np.zeros(len(meeting.friction))
-    best: Pressing | None = None
+    best: FrictionSolution | None = None
     for _ in range(MOST_PROGRAMS):
         impulses = _program(meeting, slip)
         if impulses is None:
@@ -141,7 +141,7 @@ def _by_programs(meeting: Meeting, mobility: Array) -> Pressing | None:
     return best
 
 
-def _program(meeting: Meeting, slip: Array) -> Array | None:
+def _program(meeting: FrictionProblem, slip: Array) -> Array | None:
     """Impulses of the motion nearest to the free one, if what slides may sink by the friction times its slip."""
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
@@ -222,7 +222,7 @@ def _inertia(placed: Placed) -> tuple[Array, Array]:
 # Units in which what bricks do in a step is near one, so that a solver's tolerances mean something.
 
 
-class Units(NamedTuple):
+class ProblemScale(NamedTuple):
     """What makes numbers near one."""
 
     speed: float  # [m/s]
@@ -230,7 +230,7 @@ class Units(NamedTuple):
     columns: Array  # (6 n,) [m/s], and [rad/s]
 
 
-def units_of(bricks: Collection[Placed], speed: float) -> Units:
+def scale_of_problem(bricks: Collection[Placed], speed: float) -> ProblemScale:
     mass = median(placed.brick.mass for placed in bricks)
     length = median(placed.brick.shape.bounding_radius for placed in bricks)
-    return Units(speed, mass, np.tile([speed] * 3 + [speed / length] * 3, len(bricks)))
+    return ProblemScale(speed, mass, np.tile([speed] * 3 + [speed / length] * 3, len(bricks)))

@@ -28,7 +28,7 @@ STEPS_BEFORE = 4.0
 
 
 @dataclass(eq=False)
-class Part:
+class DroppingPart:
     """Bricks that fall as one."""
 
     bricks: Sequence[Placed]  # where they were at time 0 of the drop
@@ -63,9 +63,9 @@ class Part:
 class Dropping:
     """All that moves in a world, while all of it drops."""
 
-    parts: list[Part]  # that fall
+    parts: list[DroppingPart]  # that fall
     dropped: Crowd  # all that moves, where it was at time 0
-    part_of: Mapping[BodyId, Part]
+    part_of: Mapping[BodyId, DroppingPart]
     standing: Crowd  # what stands, and what has landed
     planes: Sequence[Plane]
     friction: GivenFriction  # of brick on brick
@@ -73,7 +73,7 @@ class Dropping:
     clear: float = inf  # until then no part catches up with another one [s]
     time: float = 0.0  # [s]
     count: Callable[[int], None] = lambda _: None  # called with the number of bricks in each proof of a landing
-    _proven: Part | None = None  # that stops where it lands, if nothing lands before
+    _proven: DroppingPart | None = None  # that stops where it lands, if nothing lands before
     _at_rest: dict[BodyId, BodyState] = field(default_factory=dict)
     _landed: list[BodyId] = field(default_factory=list)  # and nobody has asked
 
@@ -106,10 +106,10 @@ class Dropping:
         landed, self._landed = self._landed, []
         return landed
 
-    def _next(self) -> Part:
+    def _next(self) -> DroppingPart:
         return min(self.parts, key=lambda part: part.lands_at(self.gravity))
 
-    def _stops(self, part: Part) -> bool:
+    def _stops(self, part: DroppingPart) -> bool:
         """Whether all of a part is proven to stop at once where it lands, and all that it lands on to bear it."""
         if self._proven is not part:
             down = part.lowered(part.room)
@@ -121,7 +121,7 @@ class Dropping:
             self._proven = part if holds else None
         return self._proven is part
 
-    def _land(self, part: Part) -> None:
+    def _land(self, part: DroppingPart) -> None:
         self.parts.remove(part)
         self._proven = None
         landed, now = part.lowered(part.room), part.lands_at(self.gravity)
@@ -153,14 +153,14 @@ def dropping_of(
         structure.put(placed)
     for name in sorted({name for placed, _ in moving.values() for name in crowd.around(placed)}):
         structure.put(crowd.bricks[name])
-    parts: list[Part] = []
-    part_of: dict[BodyId, Part] = {}
+    parts: list[DroppingPart] = []
+    part_of: dict[BodyId, DroppingPart] = {}
     for names in components(moving, lambda name: structure.touching[name]):
         bricks = [moving[name][0] for name in sorted(names)]
         speeds = [-moving[name][1].velocity_W[2] for name in names]
         if max(speeds) - min(speeds) > STRAIGHT or any(_is_borne(structure, name, names) for name in names):
             return None
-        parts.append(Part(bricks, min(speeds)))
+        parts.append(DroppingPart(bricks, min(speeds)))
         parts[-1].find_room(crowd, planes)
         part_of |= dict.fromkeys(names, parts[-1])
     dropped = Crowd(placed for placed, _ in moving.values())
@@ -182,7 +182,7 @@ def _is_borne(structure: Structure, name: BodyId, part: Collection[BodyId]) -> b
     )
 
 
-def _until_one_catches_up(parts: Sequence[Part]) -> float:
+def _until_one_catches_up(parts: Sequence[DroppingPart]) -> float:
     """When the first part meets a slower one in the air, where nothing bears it [s]."""
     if len({part.speed for part in parts}) == 1:
         return inf

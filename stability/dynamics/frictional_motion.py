@@ -19,8 +19,16 @@ import numpy as np
 
 from stability.contact_law import GivenFriction, law_of
 from stability.contacts.bodies import solid
-from stability.dynamics.contact_points import Place, Touching, alternatives, cones_in, slip_matrix, touching
-from stability.dynamics.coulomb import Meeting, accelerations, inverse_mass, kinetic, potential, pressed, units_of
+from stability.dynamics.contact_points import ContactScene, Touching, alternatives, cones_in, slip_matrix, touching
+from stability.dynamics.coulomb import (
+    FrictionProblem,
+    accelerations,
+    inverse_mass,
+    kinetic,
+    potential,
+    pressed,
+    scale_of_problem,
+)
 from stability.dynamics.surroundings import Surroundings, surroundings_of
 from stability.geometry.rows import Array
 from stability.model import BodyId, BodyState, Plane
@@ -49,7 +57,7 @@ MOST_CHOICES = 4  # of normals that are tried in a step
 class FrictionalMotion:
     """Bricks that move, and others that feel them and are to stand."""
 
-    place: Place  # where all bricks are, and what stays as it is
+    place: ContactScene  # where all bricks are, and what stays as it is
     touching: Touching
     falling: Collection[BodyId]  # those that are known to move
     gravity: float  # [m/s2]
@@ -173,7 +181,7 @@ class FrictionalMotion:
         if len(cones.lower) > MOST_POINTS:
             return None
         bricks, time = self.place.bricks.values(), 0.5 * (self._last + duration)
-        units = units_of(bricks, self.gravity * time)
+        units = scale_of_problem(bricks, self.gravity * time)
         out = self._drift()[np.stack([cones.lower, cones.upper])].max(axis=0)
         free = self._velocities[0] + time * accelerations(bricks, self._velocities[0], self.gravity)
         slips = slip_matrix(cones, self.place) * units.columns / units.speed
@@ -181,7 +189,7 @@ class FrictionalMotion:
         gaps = np.concatenate([self.touching.gaps(moving, self.place), self._opened])
         gaps = np.maximum(gaps / duration, -out) / units.speed
         gaps[(gaps > 0.0) & (before * units.speed < -self._falls_by)] += 10.0 * np.abs(before).max(initial=0.0)
-        meeting = Meeting(
+        meeting = FrictionProblem(
             slips,
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
             free / units.columns,
@@ -260,7 +268,7 @@ class FrictionalMotion:
             for contact, first, last in zip(contacts, ends, ends[1:], strict=False)
         }
 
-    def _gains(self, velocities: Array, place: Place) -> bool:
+    def _gains(self, velocities: Array, place: ContactScene) -> bool:
         """Whether there is more energy in the middle of the step than at first."""
         bricks = self.place.bricks.values()
         middle = 0.5 * (potential(bricks, self.gravity) + potential(place.bricks.values(), self.gravity))
@@ -287,7 +295,7 @@ def frictional_motion_of(  # noqa: PLR0913, PLR0917 -- a problem, and what its b
         return None
     fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in bricks}
     solids = {name: solid(placed) for name, placed in (*bricks.items(), *fixed.items())}
-    place = Place(bricks, fixed, {plane.id: plane for plane in planes}, law_of(friction), solids)
+    place = ContactScene(bricks, fixed, {plane.id: plane for plane in planes}, law_of(friction), solids)
     touches = touching(place, falling)
     return FrictionalMotion(place, touches, falling, gravity, states or {}) if touches is not None else None
 

@@ -57,7 +57,7 @@ SETTLED = 1e-4  # share of the most that friction can do at a point: what change
 
 
 @dataclass(frozen=True, slots=True)
-class Pressed:
+class AppliedForce:
     """What presses on a point of a brick, and rubs on it."""
 
     force_W: Vec3  # along the normal [N]
@@ -65,7 +65,7 @@ class Pressed:
     friction: float  # Coulomb coefficient
 
 
-def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[Pressed], duration: float) -> list[Vec3]:
+def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[AppliedForce], duration: float) -> list[Vec3]:
     """The impulse of friction at each point while forces press for a duration [s], in W [N s]."""
     free, found = FreeBody.of(brick, state.pose), [AT_REST] * len(pressed)
     velocity_W, spin_W = state.velocity_W, state.angular_velocity_W
@@ -84,7 +84,7 @@ def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[Pressed]
     return found
 
 
-def _impulse_of_sliding(free: FreeBody, velocity_W: Vec3, spin_W: Vec3, each: Pressed) -> Vec3:
+def _impulse_of_sliding(free: FreeBody, velocity_W: Vec3, spin_W: Vec3, each: AppliedForce) -> Vec3:
     """The impulse at a point that would give it the sideways velocity that it has [N s]."""
     arm = subtract(each.at_W, free.position_W)
     velocity = add(velocity_W, cross(spin_W, arm))

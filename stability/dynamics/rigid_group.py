@@ -92,7 +92,7 @@ def member_state(group: BodyState, place_G: Pose) -> BodyState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surfaces:
+class GroupSurfaces:
     """Where the bricks of a group end, in arrays: an engine names only the group that it touches, and that often."""
 
     names: tuple[BodyId, ...]
@@ -112,11 +112,11 @@ class Surfaces:
         return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
 
 
-def surfaces(group: RigidGroup) -> Surfaces:
+def surfaces(group: RigidGroup) -> GroupSurfaces:
     """The surfaces of the bricks of a group."""
     places, shapes = group.places_G.values(), [group.bricks[name].shape for name in group.places_G]
     ends = np.cumsum([len(shape.faces) for shape in shapes])
-    return Surfaces(
+    return GroupSurfaces(
         tuple(group.places_G),
         np.array([place.position_W for place in places]),
         np.array([body_axes(place.orientation) for place in places]),

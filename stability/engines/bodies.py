@@ -46,10 +46,10 @@ class OwnBodies:
         """The shape of a body, as it was asked for."""
         return HalfSpace(self.planes[body].normal_W) if body in self.planes else self.bricks[body].shape
 
-    def near(self, brick: BodyId, boxes: "BoundingBoxes", within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, boxes: "BoundingBoxes", within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m], by the boxes around all bricks as they are now."""
         planes = [name for name, plane in self.planes.items() if boxes.reaches_plane(brick, plane, within)]
-        return sorted([*boxes.near(brick, within), *planes])
+        return sorted([*boxes.neighbours(brick, within), *planes])
 
 
 # The states of bodies that no engine steps.

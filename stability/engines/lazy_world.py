@@ -7,7 +7,7 @@ from pkgutil import resolve_name
 from typing import TypeVar
 
 from stability.contact_law import GivenFriction
-from stability.dynamics.rigid_body import Pressed
+from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.bodies import PutBodies
 from stability.engines.protocol import (
     EngineSettings,
@@ -79,7 +79,7 @@ class NearEngine:
 
     # --- what becomes of bricks ---------------------------------------------------------------------------------------
 
-    def loosened(self, brick: BodyId) -> None:
+    def on_woken(self, brick: BodyId) -> None:
         """Hear that a brick may move from now on."""
         self._settings = None
         self._waiting[brick] = None
@@ -129,14 +129,14 @@ class NearEngine:
         for name in other.put.frozen:
             self._stand_outside(name)
         for name in other.put.loose:
-            self.loosened(name)
+            self.on_woken(name)
         for group in groups:
-            self.joined(group).join(group)
+            self.joined(group).weld(group)
         self._fastest = max(self._fastest, other._fastest)
         if other.frictions.worst is not None:
             self.frictions.note(other.frictions.worst)
         if moved or self.world is not None:
-            self.ready().ease_in()
+            self.ready().substep_next_contact()
 
     def give_back(self) -> None:
         """Do without an engine, until one is needed again."""
@@ -150,12 +150,12 @@ class NearEngine:
             else:
                 self._waiting[name] = None
 
-    def limit_travel(self, fastest: float) -> None:
+    def set_max_speed(self, fastest: float) -> None:
         """Say how fast bodies are at most until it is said anew [m/s]."""
         self._fastest = fastest
         if self.world is not None:
             self._look_around(self.put.loose)
-            self.world.limit_travel(fastest)
+            self.world.set_max_speed(fastest)
 
     # --- who is let in ------------------------------------------------------------------------------------------------
 
@@ -170,14 +170,14 @@ class NearEngine:
         world = self._let_in(coming)
         return self._look_around(moving) or world
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m], in order.
 
         What was set down and not stepped yet is not let in only to be asked about: it may be held before it moves.
         """
         world = self.has(brick)
         if world is not None:
-            return (self._look_around([brick], within) or world).near(brick, within)
+            return (self._look_around([brick], within) or world).neighbours(brick, within)
         centre_W = self.put.state(brick).pose.position_W
         found = {*self._about(brick, within, centre_W), *self.put.own.planes}
         loose = {other: self.put.state(other) for other in self._waiting}
@@ -251,10 +251,10 @@ class NearEngine:
         world.skip(self.clock)
         self.put.enter(world, self._inside)
         for group in dict.fromkeys(self._groups.values()):
-            world.join(group)
+            world.weld(group)
         if self._inside:
-            world.ease_in()
-        world.limit_travel(self._fastest)
+            world.substep_next_contact()
+        world.set_max_speed(self._fastest)
         self.world = world
         return world
 
@@ -311,11 +311,11 @@ class RestingWorld:
     def step(self) -> None:
         self.engine.ready().step()
 
-    def limit_travel(self, fastest: float) -> None:
-        self.engine.limit_travel(fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.engine.set_max_speed(fastest)
 
-    def ease_in(self) -> None:
-        self.engine.ready().ease_in()
+    def substep_next_contact(self) -> None:
+        self.engine.ready().substep_next_contact()
 
     def skip(self, duration: float) -> None:
         if self.engine.world is None:
@@ -330,7 +330,7 @@ class RestingWorld:
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self._put.add(brick, pose, velocity_W)
-        self.engine.loosened(brick.id)
+        self.engine.on_woken(brick.id)
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         world = self.engine.has(brick)
@@ -343,8 +343,8 @@ class RestingWorld:
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.engine.ready().push(brick, impulse_W, at_W)
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
-        self.engine.ready().press(brick, pressed)
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
+        self.engine.ready().apply_forces(brick, pressed)
 
     def remove_brick(self, brick: BodyId) -> None:
         world = self.engine.has(brick)
@@ -366,8 +366,8 @@ class RestingWorld:
     def shape(self, body: BodyId) -> Shape:
         return self._put.own.shape(body)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return self.engine.near(brick, within)
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.engine.neighbours(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         asked = [body for body in bodies if self.engine.has(body) is not None]
@@ -393,7 +393,7 @@ class RestingWorld:
 
     def wake(self, brick: BodyId) -> None:
         self._put.loosen(brick)
-        self.engine.loosened(brick)
+        self.engine.on_woken(brick)
         world = self.engine.has(brick)
         if world is not None:
             world.wake(brick)
@@ -405,16 +405,16 @@ class RestingWorld:
             world.put_at(brick, pose)
         self.engine.moved(brick)
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         world = self.engine.joined(bricks)  # with these bricks frozen
         for brick in bricks:
             self._put.loosen(brick)
-        world.join(bricks)
+        world.weld(bricks)
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         world = self.engine.ready()  # which may be another one by now, with this brick in its group
         self.engine.parted(brick)
-        return world.part(brick)
+        return world.unweld(brick)
 
 
 # A world of the engine that settings are of. The engine is imported here, when something must be stepped.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import Protocol
 
-from stability.dynamics.rigid_body import FreeBody, Pressed, friction_impulses
+from stability.dynamics.rigid_body import AppliedForce, FreeBody, friction_impulses
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, rotate, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, Quaternion, Vec3
 
@@ -26,7 +26,9 @@ class _Load:
     """What presses on one brick."""
 
     brick: Brick
-    at_B: Sequence[tuple[Pressed, Vec3]]  # each with where it acts, seen from the centre and in axes of the brick [m]
+    at_B: Sequence[
+        tuple[AppliedForce, Vec3]
+    ]  # each with where it acts, seen from the centre and in axes of the brick [m]
 
 
 @dataclass
@@ -35,7 +37,7 @@ class Presses:
 
     _loads: dict[BodyId, _Load] = field(default_factory=dict, init=False)
 
-    def press(self, brick: Brick, state: BodyState, pressed: Sequence[Pressed]) -> None:
+    def apply_forces(self, brick: Brick, state: BodyState, pressed: Sequence[AppliedForce]) -> None:
         """Let these forces, and no others, act on a brick from now on, each at its point of the brick."""
         if not pressed:
             self.leave(brick.id)

@@ -8,7 +8,7 @@ from math import ceil
 from typing import ClassVar, Final, Protocol, Self, TypeVar, runtime_checkable
 
 from stability.contact_law import GivenFriction
-from stability.dynamics.rigid_body import Pressed
+from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.scene_scale import SceneScale, power_of_two
 from stability.geometry.vectors import add_scaled, dot
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -151,7 +151,7 @@ class Engine(Protocol):
     def shape(self, body: BodyId) -> Shape:
         """The shape of a body, brick or fixed, centred on its position and along its axes."""
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m]: a superset, by bounding boxes, in a fixed order."""
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
@@ -188,24 +188,24 @@ class Joining(Protocol):
     joined to each other are no neighbours. Until it is parted, a joined brick is neither frozen nor moved by itself.
     """
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         """Let these bricks move from now on as one, with the momentum and angular momentum that they have."""
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
 
 
-class Pressing(Protocol):
+class AcceptsForces(Protocol):
     """Bricks on which something presses that the engine does not step."""
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
         """Let these forces, and their friction, act on a brick that moves by itself, until it is said anew.
 
         Each keeps its direction, and where it acts on the brick; what is frozen, joined or removed is pressed no more.
         """
 
 
-class World(Engine, Joining, Pressing, Protocol):
+class World(Engine, Joining, AcceptsForces, Protocol):
     """An engine's world of one's own: bricks and planes come in, and time goes on."""
 
     prescribed: PrescribedMotion  # what moves as somebody outside says; read before each step
@@ -217,10 +217,10 @@ class World(Engine, Joining, Pressing, Protocol):
     def step(self) -> None:
         """Let one time step of the settings pass."""
 
-    def limit_travel(self, fastest: float) -> None:
+    def set_max_speed(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s], so that none passes through another."""
 
-    def ease_in(self) -> None:
+    def substep_next_contact(self) -> None:
         """Say that bodies which did not press on each other begin to with the coming step."""
 
     def skip(self, duration: float) -> None:
@@ -269,7 +269,7 @@ class StepClock:
     time: float = 0.0  # [s]
     parts: int = 1
 
-    def limit_travel(self, fastest: float) -> None:
+    def set_max_speed(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s], so that none passes through another."""
         self.parts = self.settings.parts_for_travel(fastest)
 

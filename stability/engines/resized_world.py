@@ -7,7 +7,7 @@ factor^3, forces and impulses factor^4 times as large, and gravity is weaker by 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
-from stability.dynamics.rigid_body import Pressed
+from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.protocol import EngineSettings, FrictionRecord, PrescribedMotion, TellsFriction, World
 from stability.geometry.convex_solid import scaled
 from stability.geometry.vectors import scale
@@ -44,11 +44,11 @@ class ResizedWorld:
         }
         self.engine.step()
 
-    def limit_travel(self, fastest: float) -> None:
-        self.engine.limit_travel(self.factor * fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.engine.set_max_speed(self.factor * fastest)
 
-    def ease_in(self) -> None:
-        self.engine.ease_in()
+    def substep_next_contact(self) -> None:
+        self.engine.substep_next_contact()
 
     def skip(self, duration: float) -> None:
         self.engine.skip(duration)
@@ -67,8 +67,8 @@ class ResizedWorld:
         shape = self.engine.shape(body)
         return shape if shape is None or isinstance(shape, HalfSpace) else scaled(shape, 1.0 / self.factor)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return self.engine.near(brick, self.factor * within)
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.engine.neighbours(brick, self.factor * within)
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
         return {name: _moved(state, 1.0 / self.factor) for name, state in self.engine.states(bodies).items()}
@@ -124,8 +124,8 @@ class ResizedWorld:
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.engine.push(brick, scale(self.factor**4, impulse_W), scale(self.factor, at_W))
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
-        self.engine.press(
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
+        self.engine.apply_forces(
             brick,
             [
                 replace(each, force_W=scale(self.factor**4, each.force_W), at_W=scale(self.factor, each.at_W))
@@ -133,11 +133,11 @@ class ResizedWorld:
             ],
         )
 
-    def join(self, bricks: Collection[BodyId]) -> None:
-        self.engine.join(bricks)
+    def weld(self, bricks: Collection[BodyId]) -> None:
+        self.engine.weld(bricks)
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
-        return self.engine.part(brick)
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.engine.unweld(brick)
 
     def close(self) -> None:
         self.engine.close()

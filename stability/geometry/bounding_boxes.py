@@ -26,11 +26,11 @@ class BoundingBoxes:
         reaches = np.einsum("nij,nj->ni", np.abs(axes_W), halves)
         return cls({name: row for row, name in enumerate(names)}, centres_W, reaches)
 
-    def near(self, brick: BodyId, within: float) -> list[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> list[BodyId]:
         """The other bricks whose boxes come as close as this [m], by name."""
         if self._neighbours is None:
             self._neighbours = self._sorted_into_cells()
-        return self._neighbours.near(brick, within)
+        return self._neighbours.neighbours(brick, within)
 
     def _sorted_into_cells(self) -> Neighbours[BodyId]:
         found: Neighbours[BodyId] = Neighbours()

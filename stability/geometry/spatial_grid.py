@@ -54,7 +54,7 @@ class Neighbours(Generic[Key]):
         self._grid_of(bounds).discard(name, bounds)
         self._bounds.pop(name, None)
 
-    def near(self, name: Key, reach: float) -> list[Key]:
+    def neighbours(self, name: Key, reach: float) -> list[Key]:
         """The others whose upright boxes come as close as this to that of one of them [m], in order."""
         found = self.around(*self._bounds[name], reach)
         found.remove(name)

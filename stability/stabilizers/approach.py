@@ -122,7 +122,7 @@ class Approaches(BrickObserver):
         """The bricks `still` that are near."""
         if not still:
             return []
-        others = [other for other in self.engine.near(flying.id, within) if other in still]
+        others = [other for other in self.engine.neighbours(flying.id, within) if other in still]
         states, found = self.engine.states(others), []
         for other in others:
             shape = convex(self.engine.shape(other))

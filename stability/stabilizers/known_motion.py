@@ -107,7 +107,7 @@ class FallingParts:
         self._awake, self._coming, self.landed = (), None, ()
         passed = self._followed(steps)
         if not passed and self._gently:
-            self.world.ease_in()
+            self.world.substep_next_contact()
             self._gently = False
         return passed
 
@@ -198,7 +198,13 @@ class FallingParts:
         from stability.dynamics.frictional_motion import frictional_motion_of  # noqa: PLC0415 -- most that is built stands
 
         found = frictional_motion_of(
-            around.problem(MOST_PRESSED), around.moving, self.gravity, around.near, self.planes, self.friction, states
+            around.problem(MOST_PRESSED),
+            around.moving,
+            self.gravity,
+            around.near,
+            self.planes,
+            self.friction,
+            states,
         )
         if found is not None:
             found.look_around = lambda part: self._beside(part)[0]

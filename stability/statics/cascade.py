@@ -8,7 +8,7 @@ from stability.graph import from_the_top
 from stability.model import BodyId
 from stability.problem import Contact, Motion, Problem, Stability, Stage, Verdict
 from stability.statics.fall_description import described
-from stability.statics.ledger import Group
+from stability.statics.ledger import ProofGroup
 from stability.statics.load_core import carries_upright
 from stability.statics.propagation import Failure, propagate
 from stability.statics.structure import Structure, overlap_in_words
@@ -95,10 +95,10 @@ MUCH_LESS = 0.5  # share of a group, or of all that is connected: so much less i
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class StageAnswer:
     """What the cascade says of one brick: the group that proves it, or a verdict that is not STABLE."""
 
-    group: Group | None = None
+    group: ProofGroup | None = None
     verdict: Verdict | None = None
 
 
@@ -112,7 +112,7 @@ class _Falling:
 
 def judge(
     structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool, doubted: Collection[BodyId]
-) -> Answer:
+) -> StageAnswer:
     """Prove that a brick stands, or that something falls, or say why neither can be proven.
 
     With `names_smallest` as few bricks are named as are found to fall without the rest; first those are looked for that
@@ -124,7 +124,7 @@ def judge(
     group, levels = partners.of({brick}), 1
     while True:
         passed = _passed_down(structure, group)
-        if isinstance(passed, Answer):
+        if isinstance(passed, StageAnswer):
             return passed
         if passed is None or not passed.hinders:
             break
@@ -134,10 +134,10 @@ def judge(
         if little is not None:
             return _falls(structure, _Falling(*little), names_smallest)
     answer = _programs(structure, brick, group, partners)
-    return answer if isinstance(answer, Answer) else _falls(structure, answer, names_smallest)
+    return answer if isinstance(answer, StageAnswer) else _falls(structure, answer, names_smallest)
 
 
-def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> Group | None:
+def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> ProofGroup | None:
     """Prove in one program that several bricks stand which would be asked one by one, each with most of the others."""
     group = partners.of(set(bricks) | structure.below(bricks))
     return _with_next_above(structure, bricks, partners, len(group)) or _proven(structure, sorted(group))
@@ -145,7 +145,7 @@ def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "
 
 def _with_next_above(
     structure: Structure, bricks: Collection[BodyId], partners: "Partners", whole: int
-) -> Group | None:
+) -> ProofGroup | None:
     """Prove the same with no more counterweights than what lies on the bricks directly, if that is much less to ask.
 
     What lies above these is proven by cores that stay as they are, so it needs no place in the group.
@@ -155,7 +155,7 @@ def _with_next_above(
     return upright_group(structure, sorted(group)) if len(group) <= MUCH_LESS * whole else None
 
 
-def _proven(structure: Structure, group: Sequence[BodyId]) -> Group | None:
+def _proven(structure: Structure, group: Sequence[BodyId]) -> ProofGroup | None:
     return upright_group(structure, group) or _proven_in_cones(structure, group).group
 
 
@@ -169,7 +169,7 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
     return larger
 
 
-def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> Answer | _Falling:
+def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> StageAnswer | _Falling:
     """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
     whole = partners.of(structure.component(brick))
     asked = partners.of({brick} | structure.below([brick]))
@@ -177,7 +177,7 @@ def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners:
         last = len(asked) >= len(whole)
         group_asked = sorted(asked)
         standing = upright_group(structure, group_asked)
-        answer = Answer(standing) if standing is not None else _cones(structure, group_asked, last)
+        answer = StageAnswer(standing) if standing is not None else _cones(structure, group_asked, last)
         if answer is not None:
             return answer
         if len(asked) < len(group) <= SMALL:
@@ -207,7 +207,7 @@ class Partners:
 # --- tipping ----------------------------------------------------------------------------------------------------------
 
 
-def _tips(structure: Structure, brick: BodyId) -> Answer | None:
+def _tips(structure: Structure, brick: BodyId) -> StageAnswer | None:
     """Whether a brick, or a smaller part of what it carries, tips as one body with all above it."""
     fall = fall_of(structure, brick)
     if fall is None:
@@ -215,7 +215,7 @@ def _tips(structure: Structure, brick: BodyId) -> Answer | None:
     if 1 < len(fall.bricks) <= SEARCHED:
         fall = next((f for f in _smaller_falls(structure, fall) if f is not None), fall)
     reason = _reason(structure, structure.problem(fall.bricks, structure.contacts_of(fall.bricks)), fall.motion)
-    return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.TIPPING, reason, fall.bricks, fall.motion))
+    return StageAnswer(verdict=Verdict(Stability.UNSTABLE, Stage.TIPPING, reason, fall.bricks, fall.motion))
 
 
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
@@ -234,21 +234,21 @@ def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
 # --- weight propagation -----------------------------------------------------------------------------------------------
 
 
-def _passed_down(structure: Structure, group: set[BodyId]) -> Answer | Failure | None:
+def _passed_down(structure: Structure, group: set[BodyId]) -> StageAnswer | Failure | None:
     order = from_the_top(structure.rests_on(group))
     if len(order) < len(group):
         return None  # bricks that rest on one another in a ring
     weights = {name: structure.weights[name] for name in order}
     passed = propagate(order, weights, structure.supports, structure.cores)
     if not isinstance(passed, Failure):
-        return Answer(Group(tuple(order), Stage.PROPAGATION, vertical=passed))
+        return StageAnswer(ProofGroup(tuple(order), Stage.PROPAGATION, vertical=passed))
     return _tips(structure, passed.brick) or passed
 
 
 # --- programs -------------------------------------------------------------------------------------------------------
 
 
-def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer | _Falling | None:
+def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAnswer | _Falling | None:
     """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
     from stability.statics.equilibrium import balance, falling_motion  # noqa: PLC0415 -- it brings numpy
 
@@ -262,7 +262,7 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> Answer 
         return _Falling(fixed, motion)
     careful = _proven_in_cones(structure, group, optimistic)
     if careful.group is not None:
-        return Answer(careful.group)
+        return StageAnswer(careful.group)
     return _in_doubt(structure, careful) if last else None
 
 
@@ -272,13 +272,13 @@ class _Careful:
 
     problem: Problem
     balance: "Balance"
-    group: Group | None = None  # None unless it is proven to stand
+    group: ProofGroup | None = None  # None unless it is proven to stand
 
 
 def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "Balance | None" = None) -> _Careful:
     """Prove that a group stands on load cores; `if_fixed` is how it balances with all the rest held fixed, if known."""
     from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
-    from stability.statics.self_stress import honest_forces  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.self_stress import forces_without_self_stress  # noqa: PLC0415 -- it brings numpy
 
     members, contacts = frozenset(group), structure.contacts_of(group)
     inner = [c for c in contacts if _is_within(c, members, structure)]
@@ -287,12 +287,14 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     alone = not landings and len(inner) == len(contacts)  # then it is the same problem as with the rest held fixed
     problem = structure.problem(group, contacts if alone else [*inner, *(landing for landing, _ in landings)])
     answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
-    honest = honest_forces(problem, answer.forces, structure.tolerances) if answer.forces is not None else None
+    honest = (
+        forces_without_self_stress(problem, answer.forces, structure.tolerances) if answer.forces is not None else None
+    )
     if honest is None:
         return _Careful(problem, answer)
     of_inner, of_outer = honest.of_contacts[: len(inner)], honest.of_contacts[len(inner) :]
     forces, vertical = tuple(zip(inner, of_inner, strict=True)), vertical_forces(of_outer, landings)
-    return _Careful(problem, answer, Group(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
+    return _Careful(problem, answer, ProofGroup(tuple(group), Stage.CONES, vertical=vertical, forces=forces))
 
 
 def _is_within(contact: Contact, members: Collection[BodyId], structure: Structure) -> bool:
@@ -300,7 +302,7 @@ def _is_within(contact: Contact, members: Collection[BodyId], structure: Structu
     return all(body in members or body not in structure.bricks for body in (contact.lower, contact.upper))
 
 
-def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Answer:
+def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> StageAnswer:
     from stability.statics.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
 
     problem, least = falling.problem, falling.motion
@@ -308,10 +310,10 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Ans
         whole = fall_on_top(structure, least.velocity.keys())
         least = whole.motion if whole is not None else smallest_mechanism(problem, least, structure.tolerances)
     reason = _reason(structure, problem, least)
-    return Answer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
+    return StageAnswer(verdict=Verdict(Stability.UNSTABLE, Stage.CONES, reason, tuple(sorted(least.velocity)), least))
 
 
-def _in_doubt(structure: Structure, careful: _Careful) -> Answer:
+def _in_doubt(structure: Structure, careful: _Careful) -> StageAnswer:
     from stability.statics.initial_motion import lets_go  # noqa: PLC0415 -- it brings numpy
 
     problem, found = careful.problem, careful.balance
@@ -322,4 +324,4 @@ def _in_doubt(structure: Structure, careful: _Careful) -> Answer:
             reason += f"; if they are not, {described(problem, start.acceleration)}"
     else:
         reason = f"too close to its limit to prove either way ({found.note})"
-    return Answer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(problem.bricks)))
+    return StageAnswer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(problem.bricks)))

@@ -36,7 +36,7 @@ class ConicProgram:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Point:
+class SolverPoint:
     """The point where a solver ended, and the status that it reports."""
 
     x: Array  # (columns,)
@@ -44,10 +44,10 @@ class Point:
     status: str
 
 
-Solver: TypeAlias = Callable[[ConicProgram, float], Point]  # takes the accuracy to ask for
+Solver: TypeAlias = Callable[[ConicProgram, float], SolverPoint]  # takes the accuracy to ask for
 
 
-def clarabel_solve(program: ConicProgram, accuracy: float) -> Point:
+def clarabel_solve(program: ConicProgram, accuracy: float) -> SolverPoint:
     """Clarabel's point, by an interior point method."""
     if len(program.offset) > LARGE:
         quick = quick_solve(program, accuracy)
@@ -57,12 +57,12 @@ def clarabel_solve(program: ConicProgram, accuracy: float) -> Point:
     return _solved(program, accuracy, refined=True)
 
 
-def quick_solve(program: ConicProgram, accuracy: float) -> Point:
+def quick_solve(program: ConicProgram, accuracy: float) -> SolverPoint:
     """The same without refined steps, which are a third of the work: enough where little is asked for."""
     return _solved(program, accuracy, refined=False)
 
 
-def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> Point:
+def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> SolverPoint:
     return _point(_made_ready(program, accuracy, refined=refined).solve())
 
 
@@ -77,7 +77,7 @@ class QuickSeries:
         self._accuracy = accuracy
         self._solver: Any = None
 
-    def solve(self, program: ConicProgram) -> Point:
+    def solve(self, program: ConicProgram) -> SolverPoint:
         """The point of one more program."""
         if self._solver is None:
             self._solver = _made_ready(program, self._accuracy, refined=False)
@@ -86,8 +86,8 @@ class QuickSeries:
         return _point(self._solver.solve())
 
 
-def _point(solution: Any) -> Point:  # noqa: ANN401 -- Clarabel's has no type
-    return Point(np.array(solution.x), np.array(solution.z), str(solution.status))
+def _point(solution: Any) -> SolverPoint:  # noqa: ANN401 -- Clarabel's has no type
+    return SolverPoint(np.array(solution.x), np.array(solution.z), str(solution.status))
 
 
 def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any:  # noqa: ANN401 -- likewise
@@ -121,7 +121,7 @@ def _flat(columns: int) -> Any:  # noqa: ANN401 -- scipy's matrices have no type
     return csc_matrix((columns, columns))
 
 
-def solve(program: ConicProgram, accuracy: float, solver: Solver) -> Point | str:
+def solve(program: ConicProgram, accuracy: float, solver: Solver) -> SolverPoint | str:
     """The solver's point, or the reason why it gave none."""
     try:
         point = solver(program, accuracy)

@@ -73,7 +73,7 @@ def elastic_rest(
     return proven_forces(problem, system, moved.pressed.rows, tolerances)
 
 
-def brought_forth(problem: Problem) -> Array:
+def load_induced_forces(problem: Problem) -> Array:
     """(cones, 3) the forces that loads bring forth [N]; where nothing comes to rest, those of what was tried last."""
     system = wrench_matrix(problem)
     return system.forces_W(_given_way(problem, system).pressed.rows)

@@ -320,13 +320,13 @@ def proven_motion(
     if not (np.isfinite(columns).all() and columns @ system.loads > 0.0):
         return None
     for share in quiet:
-        for motion in mended(problem, system.motion(columns, share)):
+        for motion in nudged_motions(problem, system.motion(columns, share)):
             if check_motion(problem, motion, tolerances).holds:
                 return motion
     return None
 
 
-def mended(problem: Problem, motion: Motion) -> Iterator[Motion]:
+def nudged_motions(problem: Problem, motion: Motion) -> Iterator[Motion]:
     """The motion, then with more of a separating motion mixed in each time, to open what rounding may have closed."""
     yield motion
     separating = separating_velocities(problem, motion.velocity) if motion.velocity else None

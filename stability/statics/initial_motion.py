@@ -12,7 +12,7 @@ from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import add, cross, dot, scale, subtract
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Contact, Forces, Motion, Placed, Problem, Tolerances, Wrench, rounded
-from stability.statics.elastic_rest import brought_forth
+from stability.statics.elastic_rest import load_induced_forces
 from stability.statics.proof import check_forces
 
 # The equations by which bricks at rest would start to move: M a = g + J' f, and what is known of a and f.
@@ -143,7 +143,7 @@ SLOWEST = 1e-6  # of the largest load over the largest mass: starts slower than 
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class InitialMotion:
     """How bricks at rest could start to move, with the forces of the contacts meanwhile."""
 
     acceleration: Motion  # accelerations in place of velocities [m/s2] and [rad/s2]
@@ -178,7 +178,7 @@ class _Root:
         return (forces - inside).ravel(), derivative
 
 
-def other_start(problem: Problem, equations: StartEquations, forces: Array) -> Start | None:
+def other_start(problem: Problem, equations: StartEquations, forces: Array) -> InitialMotion | None:
     """A start near forces (points, 3), not proven; None if only rest is near it, or a point has several normals."""
     if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
@@ -190,7 +190,7 @@ def other_start(problem: Problem, equations: StartEquations, forces: Array) -> S
     acceleration = caused @ (equations.loads + np.einsum("pij,pi->j", equations.slips, pressed))
     if np.abs(acceleration).max() < SLOWEST:
         return None
-    return Start(equations.motion(acceleration), _forces(problem, pressed * equations.units[0]))
+    return InitialMotion(equations.motion(acceleration), _forces(problem, pressed * equations.units[0]))
 
 
 def _root(equations: StartEquations) -> tuple[_Root, Array]:
@@ -245,7 +245,7 @@ class StartCheck:
     violation: float  # relative to the largest acceleration of a point, and force
 
 
-def check_start(problem: Problem, start: Start, tolerances: Tolerances) -> StartCheck:
+def check_start(problem: Problem, start: InitialMotion, tolerances: Tolerances) -> StartCheck:
     """Whether a start obeys the laws of motion and of contact, and is none of rest."""
     moving = replace(problem, loads=dict(_with_inertia(problem, start.acceleration)))
     balanced = check_forces(moving, start.forces, rounded(problem, tolerances)).holds
@@ -270,7 +270,7 @@ def _with_inertia(problem: Problem, acceleration: Motion) -> Iterator[tuple[Body
         yield name, Wrench(force, subtract(load.torque_W, turned))
 
 
-def _points(problem: Problem, start: Start) -> Iterator[tuple[Vec3, ContactLaw, Vec3, Vec3]]:
+def _points(problem: Problem, start: InitialMotion) -> Iterator[tuple[Vec3, ContactLaw, Vec3, Vec3]]:
     """Of each point the normal, the law, the force on the upper body, and the slip of that against the lower."""
     for contact, forces in zip(problem.contacts, start.forces.of_contacts, strict=True):
         for point, (force,) in zip(contact.points_W, forces, strict=True):
@@ -305,14 +305,14 @@ def _violation(point: tuple[Vec3, ContactLaw, Vec3, Vec3], fastest: float, stron
 MOST_EXACT_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds
 
 
-def lets_go(problem: Problem, tolerances: Tolerances) -> Start | None:
+def lets_go(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
     """A proven start of bricks that can rest, however many they are; None if none is found with little work."""
     if sum(len(contact.points_W) for contact in problem.contacts) > MOST_EXACT_POINTS:
         return _without_forces(problem, tolerances)
     return _found(problem, start_equations(problem), tolerances)
 
 
-def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
+def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
     """A proven start of a small group, which is looked for near no forces as well."""
     start = _found(problem, equations, tolerances)
     if start is not None:
@@ -320,23 +320,25 @@ def first_start(problem: Problem, equations: StartEquations, tolerances: Toleran
     return start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
 
 
-def start_near(problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances) -> Start | None:
+def start_near(
+    problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances
+) -> InitialMotion | None:
     """A proven start near forces (points, 3), in the units of the equations."""
     start = other_start(problem, equations, forces)
     return start if start is not None and check_start(problem, start, tolerances).holds else None
 
 
-def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> Start | None:
+def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
     """A proven start without forces, or else near those that loads bring forth."""
     if any(len(normals) > 1 for normals in equations.normals):
         return None
     start = _without_forces(problem, tolerances)
     if start is not None:
         return start
-    return start_near(problem, equations, brought_forth(problem) / equations.units[0], tolerances)
+    return start_near(problem, equations, load_induced_forces(problem) / equations.units[0], tolerances)
 
 
-def _without_forces(problem: Problem, tolerances: Tolerances) -> Start | None:
+def _without_forces(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
     """The start in which nothing presses; None if it is not lawful, or loads turn a brick."""
     if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
         return None
@@ -344,5 +346,5 @@ def _without_forces(problem: Problem, tolerances: Tolerances) -> Start | None:
         name: (scale(1.0 / problem.bricks[name].brick.mass, load.force_W), ZERO) for name, load in problem.loads.items()
     }
     none = Forces(tuple(((ZERO,) * len(c.normals_W),) * len(c.points_W) for c in problem.contacts))
-    start = Start(Motion(falling), none)
+    start = InitialMotion(Motion(falling), none)
     return start if check_start(problem, start, tolerances).holds else None

@@ -16,7 +16,7 @@ from stability.statics.propagation import VerticalForce
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class ProofGroup:
     """Bricks that were proven together, and the forces that do it."""
 
     members: tuple[BodyId, ...]
@@ -35,7 +35,7 @@ class LedgerState:
     """All entries of a ledger, as they were."""
 
     by_core: frozenset[BodyId]
-    groups: Mapping[int, Group]
+    groups: Mapping[int, ProofGroup]
     group_of: Mapping[BodyId, int]
     touching: Mapping[BodyId, frozenset[int]]
 
@@ -46,7 +46,7 @@ class Ledger:
 
     journal: Journal = field(default_factory=Journal)
     _by_core: Kept[BodyId, None] = field(init=False)
-    _groups: Kept[int, Group] = field(init=False)
+    _groups: Kept[int, ProofGroup] = field(init=False)
     _group_of: Kept[BodyId, int] = field(init=False)
     _touching: Kept[BodyId, frozenset[int]] = field(init=False)
     _numbers: "count[int]" = field(default_factory=count)
@@ -59,7 +59,7 @@ class Ledger:
         """Enter a brick whose weight lies in its load core."""
         self._by_core[brick] = None
 
-    def enter(self, group: Group) -> None:
+    def enter(self, group: ProofGroup) -> None:
         """Enter a group; whatever covered its members before is struck.
 
         A group that only rests a load on one of them is left alone: that load is carried by cores, whatever else is.
@@ -114,7 +114,7 @@ class Ledger:
             return Stage.LOAD_CORE
         return self._groups[self._group_of[brick]].stage if brick in self._group_of else None
 
-    def group(self, brick: BodyId) -> Group | None:
+    def group(self, brick: BodyId) -> ProofGroup | None:
         """The group that covers a brick; None if its own load core does, or nothing."""
         return self._groups[self._group_of[brick]] if brick in self._group_of else None
 
@@ -123,7 +123,7 @@ class Ledger:
         numbers = {self._group_of[brick] for brick in bricks if brick in self._group_of}
         return {*bricks, *(member for number in numbers for member in self._groups[number].members)}
 
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[ProofGroup]:
         """The groups of more than a load core, in order of entry."""
         return [self._groups[number] for number in sorted(self._groups)]
 

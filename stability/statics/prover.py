@@ -11,7 +11,7 @@ from stability.model import BodyId
 from stability.problem import Placed, Stability, Stage, Verdict
 from stability.statics.cascade import Partners, judge, prove_together
 from stability.statics.journal import Kept
-from stability.statics.ledger import Group, Ledger, LedgerState
+from stability.statics.ledger import Ledger, LedgerState, ProofGroup
 from stability.statics.structure import Structure, StructureState
 
 DEAREST_FIRST = tuple(reversed(Stage))
@@ -140,7 +140,7 @@ class Prover:
             self._enter(group)
         return group is not None
 
-    def _enter(self, group: Group) -> None:
+    def _enter(self, group: ProofGroup) -> None:
         self.ledger.enter(group)
         self._prove_no_more(group.members)
 

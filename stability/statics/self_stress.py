@@ -22,10 +22,10 @@ IDLE = 1e-5  # of what a brick carries: a contact that presses less is not neede
 STEEP = 0.2  # vertical part of a normal up to which a contact is a wall
 MOST_TRIALS = 8  # of contacts left out one by one
 
-__all__ = ["Motion", "honest_forces", "separating_motion"]
+__all__ = ["Motion", "forces_without_self_stress", "separating_motion"]
 
 
-def honest_forces(
+def forces_without_self_stress(
     problem: Problem,
     forces: Forces,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen

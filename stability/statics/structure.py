@@ -169,12 +169,12 @@ class Structure:
         below = [c for c in self.supports[brick] if c.lower not in self.bricks or c.lower in self.cores]
         self.cores[brick] = core_of(below, self.cores)
 
-    def near(self, brick: BodyId) -> list[Placed]:
+    def neighbours(self, brick: BodyId) -> list[Placed]:
         """The other boxes, fixed ones included, that a brick may touch or overlap."""
         fixed = {placed.brick.id: placed for placed in self.tables}
         return [
             self.bricks.get(name) or fixed[name]
-            for name in self._neighbours.near(
+            for name in self._neighbours.neighbours(
                 brick, reach_between(self._solids[brick].shortest, share=self.tolerances.gap)
             )
         ]
@@ -186,7 +186,7 @@ class Structure:
 
     def around(self, brick: BodyId, within: float) -> list[BodyId]:
         """The other bricks whose upright boxes come as close as this [m], by name."""
-        return [name for name in self._neighbours.near(brick, within) if name in self.bricks]
+        return [name for name in self._neighbours.neighbours(brick, within) if name in self.bricks]
 
     def take(self, brick: BodyId) -> None:
         """Take a brick away. The cores of what it carried still count on it: find them anew."""
@@ -303,7 +303,7 @@ def overlap_in_words(structure: Structure, brick: BodyId) -> str:
         (-apart_from_plane(shape, pose, plane).gap, plane.id, reach_between(thickness, share=share))
         for plane in structure.planes
     ]
-    for other in structure.near(brick):
+    for other in structure.neighbours(brick):
         reach = reach_between(thickness, other.brick.shape.least_thickness, share)
         found.append((-apart(shape, pose, other.brick.shape, other.pose).gap, other.brick.id, reach))
     depth, deepest = max(((depth, other) for depth, other, reach in found if depth > reach), default=(0.0, ""))

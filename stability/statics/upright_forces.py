@@ -11,7 +11,7 @@ from stability.geometry.polygons import depth, extent, hull
 from stability.graph import from_the_top
 from stability.model import BodyId, Vec3
 from stability.problem import UP, ConeForces, Contact, Stage
-from stability.statics.ledger import Group
+from stability.statics.ledger import ProofGroup
 from stability.statics.load_core import carries_upright, piece, plan
 from stability.statics.propagation import VerticalForce, VerticalLoad
 from stability.statics.structure import Structure
@@ -19,7 +19,7 @@ from stability.statics.structure import Structure
 CLEARLY = 1e-6  # share of an extent: so far outside, no rounding makes it inside
 
 
-def upright_group(structure: Structure, group: Sequence[BodyId]) -> Group | None:
+def upright_group(structure: Structure, group: Sequence[BodyId]) -> ProofGroup | None:
     """The proof that upright forces alone balance these bricks; None if none is found."""
     from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
 
@@ -34,7 +34,7 @@ def upright_group(structure: Structure, group: Sequence[BodyId]) -> Group | None
     if answer.forces is None:
         return None
     vertical = vertical_forces(answer.forces.of_contacts, landings)
-    return Group(tuple(group), Stage.VERTICAL, vertical=vertical)
+    return ProofGroup(tuple(group), Stage.VERTICAL, vertical=vertical)
 
 
 def _hangs_free(structure: Structure, brick: BodyId) -> bool:

@@ -1,10 +1,10 @@
 """The largest or the least number with which a case stands, and what its margin depends on, for programs."""
 
 from stackdsl.checking.cases import Case
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SoughtError, Want, Wish, find_in
-from stackdsl.studies.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SearchError, Want, Wish, find_in
+from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 
-__all__ = ["FoundLimit", "Sensitivities", "SoughtError", "find", "sensitivities"]
+__all__ = ["FoundLimit", "SearchError", "Sensitivities", "find", "sensitivities"]
 
 
 def find(
@@ -33,10 +33,10 @@ def find(
     return find_in(case, case.name, Wish(want, name, from_, to, within, bearing))
 
 
-def sensitivities(case: Case, of: str = Of.ACCELERATION, check: int = CHECKED) -> Sensitivities:
+def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
     """What `stackdsl sensitivities` tells of one case: on what its margin depends, the most first.
 
     `of` is "acceleration" or "friction"; `check` says how many are held against differences. Raises SoughtError, a
     ValueError, for what has no such margin.
     """
-    return sensitivities_of(case, case.name, Of(of), check)
+    return sensitivities_of(case, case.name, MarginKind(of), check)

@@ -15,7 +15,7 @@ from stackdsl.api.written import Written, copied, spans_of
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
-from stackdsl.compiler.checks import asked_of
+from stackdsl.compiler.checks import requirements_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.golden import check_golden, keeper_of
 from stackdsl.judging.judge import compare_with_truth, judge, known_of
@@ -23,7 +23,7 @@ from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.report.diagnostics import diagnostic_text
-from stackdsl.results import GoldenResult, Outcome
+from stackdsl.results import ClaimOutcome, GoldenResult
 from stackdsl.trace import BrickTrack, Event, Trace
 
 if TYPE_CHECKING:
@@ -59,13 +59,13 @@ class Run:
         return self.trace.reported_verdict
 
     @cached_property
-    def outcomes(self) -> tuple[Outcome, ...]:
+    def outcomes(self) -> tuple[ClaimOutcome, ...]:
         """Each expectation, with what was measured and the margin to its threshold."""
         case = self.case
         return judge(self.trace, case.scenario, case.variant, case.source, case.system)
 
     @cached_property
-    def truths(self) -> tuple[Outcome, ...]:
+    def truths(self) -> tuple[ClaimOutcome, ...]:
         """The same for what is known from outside."""
         return compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source)
 
@@ -74,7 +74,7 @@ class Run:
         """Whether every expectation holds."""
         return all(outcome.passed for outcome in self.outcomes)
 
-    def judge(self, claim: Written) -> Outcome:
+    def judge(self, claim: Written) -> ClaimOutcome:
         """One more claim held against this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
 
         Raises ScenarioError if the claim is mistaken, and NotMeasuredError if only another run could show what it asks.
@@ -96,7 +96,7 @@ class Run:
 
     def _refuse_unmeasured(self, other: Case) -> None:
         """Raise if a run of the other case would have measured more, or for longer."""
-        had, due = asked_of(self.case.scenario), asked_of(other.scenario)
+        had, due = requirements_of(self.case.scenario), requirements_of(other.scenario)
         lacking = [
             *sorted(set(due.measures) - set(had.measures)),
             *(f"the margin of {margin}" for margin in sorted(set(due.margins) - set(had.margins))),

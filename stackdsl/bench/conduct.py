@@ -20,10 +20,10 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.results import STATUSES, held_up
 from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.repeats import compact
-from stackdsl.results import Outcome, RunStatus, observations
+from stackdsl.results import ClaimOutcome, RunStatus, observations
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.supervising.processes import OnWait, run_supervised
-from stackdsl.supervising.worker import Start, Task, TaskResult
+from stackdsl.supervising.worker import Task, TaskResult, WorkerStart
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
 
@@ -113,7 +113,7 @@ def _until_answered(case: Case) -> Timeline:
     """
     timeline = case.timeline
     hit = any(not isinstance(action, Placement) or not action.at_rest for action in timeline.actions)
-    aftermath = hit or any(truth.stated.needs_aftermath for truth in case.scenario.truth)
+    aftermath = hit or any(truth.stated.needs_post_collapse_run for truth in case.scenario.truth)
     return replace(timeline, watched=True, margins=(), aftermath=aftermath)
 
 
@@ -213,7 +213,7 @@ def _play(jobs: Sequence[Job], plan: Plan, made_with: Mapping[str, str], add: On
     def one_more(index: int, result: TaskResult) -> None:
         add(recorded(jobs[index], result, made_with))
 
-    return run_supervised(tasks, plan.workers, one_more, on_wait, Start.PREPARED).interrupted
+    return run_supervised(tasks, plan.workers, one_more, on_wait, WorkerStart.PREPARED).interrupted
 
 
 def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
@@ -268,6 +268,6 @@ def _truths(case: Case, trace: Trace) -> tuple[TruthHeld, ...]:
     return tuple(_held(outcome) for outcome in compare_with_truth(seen, case.scenario, case.variant, case.source))
 
 
-def _held(outcome: Outcome) -> TruthHeld:
+def _held(outcome: ClaimOutcome) -> TruthHeld:
     off = None if outcome.margin == 0.0 and not outcome.passed else finite(max(0.0, -outcome.margin))
     return TruthHeld(outcome.name, outcome.unit, off, outcome.passed)

@@ -13,7 +13,7 @@ from stackdsl.bench.entrants import REFERENCES
 from stackdsl.bench.run_record import Record, step_text
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.results import KINDS, Change, Seen, changes, turned_back
-from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, Verdict
+from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, RunVerdict
 
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
@@ -33,7 +33,7 @@ class Reference:
     def answer(self) -> Answer:
         """Its verdict, as an answer."""
         level = self.observations.get("collapse level")
-        if self.observations["verdict"] != Verdict.COLLAPSES:
+        if self.observations["verdict"] != RunVerdict.COLLAPSES:
             return Answer(True, Source.CONVERGED)
         return Answer(False, Source.CONVERGED, *((level, level) if isinstance(level, float) else ()))
 
@@ -138,7 +138,7 @@ def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) ->
     own = str(record.observations["verdict"])
     finer = [f for f in fellows if f.system == record.system and f.factor < record.factor and f.done]
     next_finer = max(finer, key=lambda fellow: fellow.factor, default=None)
-    if own != Verdict.COLLAPSES or next_finer is None or (known is not None and not known.stands):
+    if own != RunVerdict.COLLAPSES or next_finer is None or (known is not None and not known.stands):
         return own
     return NUMERICAL_COLLAPSE if next_finer.seen("collapse level") is None else own
 
@@ -162,7 +162,7 @@ def _is_scored_apart(kind: str, undisturbed: bool) -> bool:
     How far something goes that is hit is no creep, but a length as any other.
     """
     model = CLAIMS[kind].model if kind in CLAIMS else None
-    return model is not None and model.scored_apart and (undisturbed or not model.of_creep)
+    return model is not None and model.scored_separately and (undisturbed or not model.measures_drift)
 
 
 def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:

@@ -117,7 +117,7 @@ IGNORED: Final = "# Nothing is lost with this directory, and nothing here is for
 
 
 @dataclass
-class Memory:
+class ResultCache:
     """What is remembered in a directory; one that cannot be written, or that is not meant to be used, stays empty.
 
     Whoever sent the project may have made this directory. Where it, or a part of it, is a link, nothing is read from

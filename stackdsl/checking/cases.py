@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 
 from stability.process_settings import uncollected
 from stackdsl.asked_files import read_asked
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
 from stackdsl.disk import LeadsOutsideError, leads_outside, read_file
@@ -381,7 +381,7 @@ class _File:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class CaseEntry:
     """A case that is known by name, and compiled where it must be."""
 
     origin: _File = field(repr=False)
@@ -403,7 +403,7 @@ class Entry:
         """What people call it: the scenario, then the variant in brackets."""
         return f"{self.scenario_name}[{self.identity.variant}]"
 
-    def on(self, system: str) -> "Entry":
+    def on(self, system: str) -> "CaseEntry":
         """The same on another system."""
         return replace(self, system=system, peer=self.peer or self.system)
 
@@ -416,7 +416,7 @@ class Entry:
             raise ChangedMeanwhileError(f"{self.file} has changed while it was read: call again") from error
 
 
-Listed: TypeAlias = Case | Entry
+Listed: TypeAlias = Case | CaseEntry
 
 
 @dataclass(frozen=True, slots=True)
@@ -428,7 +428,7 @@ class Surveyed:
     digests: Mapping[str, str]  # of the text of each file that could be read, by what it is called
 
 
-def survey(paths: Sequence[Path], memory: Memory) -> Surveyed:
+def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
     """All cases under these paths, as `gather` finds them; of files that are as they were, only their names."""
     meant, diagnostics = files_under(paths)
     cases: list[Listed] = []
@@ -475,7 +475,7 @@ def _record(case: Case) -> list[object]:
     return [getattr(case, name) for name in FIELDS]
 
 
-def _recalled(value: object, path: Path, own: str) -> list[Entry]:
+def _recalled(value: object, path: Path, own: str) -> list[CaseEntry]:
     """The cases that a record tells of, if what they took from other files is as it was; none if it tells of none."""
     if not isinstance(value, dict):
         return []
@@ -486,11 +486,11 @@ def _recalled(value: object, path: Path, own: str) -> list[Entry]:
         return []
 
 
-def _entries(records: Iterable[list[object]], file: _File) -> Iterator[Entry]:
+def _entries(records: Iterable[list[object]], file: _File) -> Iterator[CaseEntry]:
     shown = visible(file.path.as_posix())
     for scenario, parameters, system, tags, lines in records:
         assert isinstance(parameters, list)
         assert isinstance(tags, list)
         assert isinstance(lines, list)
         chosen = tuple((str(name), str(text)) for name, text in parameters)
-        yield Entry(file, shown, str(scenario), chosen, str(system), tuple(map(str, tags)), (lines[0], lines[1]))
+        yield CaseEntry(file, shown, str(scenario), chosen, str(system), tuple(map(str, tags)), (lines[0], lines[1]))

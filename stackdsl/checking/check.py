@@ -7,16 +7,16 @@ from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
-from stackdsl.checking.cache import Memory, as_record, from_record, may_be_remembered
+from stackdsl.checking.cache import ResultCache, as_record, from_record, may_be_remembered
 from stackdsl.checking.cases import Case, Listed
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
-from stackdsl.checking.results import Goldens, checked, set_aside, skipped
+from stackdsl.checking.results import Goldens, checked, marked_skipped, skipped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
-from stackdsl.goldens.golden import Waiting, content, obsolete, remove_obsolete, text_digest
+from stackdsl.goldens.golden import PendingStore, content, obsolete, remove_obsolete, text_digest
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.judging.judge import known_of
-from stackdsl.results import GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.results import ClaimOutcome, GoldenStatus, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
@@ -25,7 +25,7 @@ from stackdsl.trace import OnDrawn, untold
 # Finds golden files that belong to no case.
 
 
-class Named(Protocol):
+class GoldenOwner(Protocol):
     """A case, as far as its golden file goes."""
 
     @property
@@ -41,7 +41,7 @@ class AllFound(Protocol):
     """What was found of a whole set of scenarios."""
 
     @property
-    def cases(self) -> Sequence[Named]:
+    def cases(self) -> Sequence[GoldenOwner]:
         """All cases without a mistake."""
 
     @property
@@ -69,24 +69,24 @@ REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
+class CheckConfig:
     """How a check is carried out."""
 
     golden: Path | None  # None where golden files are not looked at
     update: bool = False
     workers: int = 1
     time_limit: float = TIME_LIMIT  # [s] of wall time a case
-    though_it_fails: bool = False  # with `update`, accept also what fails its expectations
+    accept_failing: bool = False  # with `update`, accept also what fails its expectations
     scenarios: Path | None = None  # directory of the scenarios that are checked together; None for that beside `golden`
     update_command: str = ""  # the same call, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called many times a second while cases are played
     on_drawn: OnDrawn = untold  # of the samples of a case, as they come
-    lock_new: bool = False  # write the golden file of what is as expected and has none
+    write_new_goldens: bool = False  # write the golden file of what is as expected and has none
     first_failure: bool = False  # play nothing more once something has failed
     must_claim: bool = False  # let a case fail of which nothing is expected
-    memory: Memory = field(default_factory=lambda: Memory(Path(), used=False))
-    waiting: Waiting | None = None  # where to keep what differs until somebody decides; None where nobody does
+    memory: ResultCache = field(default_factory=lambda: ResultCache(Path(), used=False))
+    waiting: PendingStore | None = None  # where to keep what differs until somebody decides; None where nobody does
     digests: Mapping[str, str] = field(default_factory=dict)  # of the text of each file, by what it is called
 
     @property
@@ -95,8 +95,8 @@ class Terms:
         return Goldens(
             self.golden,
             self.update,
-            self.lock_new and not self.update,
-            though_it_fails=self.though_it_fails,
+            self.write_new_goldens and not self.update,
+            accept_failing=self.accept_failing,
             scenarios=self.scenarios,
         )
 
@@ -104,7 +104,7 @@ class Terms:
 OnResult = Callable[[VariantResult], None]
 
 
-class Found(Protocol):
+class FoundCases(Protocol):
     """What was found under some paths."""
 
     @property
@@ -121,7 +121,7 @@ class _Played:
     """The results of a check by the number of the case, each told as it comes."""
 
     selected: Sequence[Listed]
-    terms: Terms
+    terms: CheckConfig
     on_result: OnResult
     goldens: Goldens
     results: dict[int, VariantResult] = field(default_factory=dict)
@@ -140,7 +140,7 @@ class _Played:
         self.cases = {index: self.selected[index].compiled() for index in rest}
         for index, case in self.cases.items():
             if case.skip is not None:
-                self._ended(index, set_aside(case))
+                self._ended(index, marked_skipped(case))
             elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
         sampled = [index for index in rest if index not in self.results and self.cases[index].is_sampled]
@@ -214,7 +214,7 @@ class _Played:
         self.on_result(result)
 
 
-def _missed(outcome: Outcome) -> str:
+def _missed(outcome: ClaimOutcome) -> str:
     return f"{outcome.span}: {outcome.name}: expected {outcome.expected}, measured {outcome.measured}"
 
 
@@ -223,7 +223,7 @@ def failed(result: VariantResult) -> bool:
     return result.status is not RunStatus.SKIPPED and (not result.passed or result.golden_failed)
 
 
-def recalled(case: Listed, terms: Terms) -> VariantResult | None:
+def recalled(case: Listed, terms: CheckConfig) -> VariantResult | None:
     """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
     if terms.golden is None or terms.update or not _may_be_known(case, terms):
         return None
@@ -232,32 +232,32 @@ def recalled(case: Listed, terms: Terms) -> VariantResult | None:
     return None if found is not None and found.unchecked and terms.must_claim else found
 
 
-def _remember(case: Listed, result: VariantResult, terms: Terms) -> None:
+def _remember(case: Listed, result: VariantResult, terms: CheckConfig) -> None:
     if may_be_remembered(result) and _may_be_known(case, terms) and result.golden is not None and result.golden.digest:
         terms.memory.remember(_key(case, result.golden.digest, terms), as_record(result))
 
 
-def _files(found: Found, terms: Terms) -> set[str]:
+def _files(found: FoundCases, terms: CheckConfig) -> set[str]:
     """The files of YAML that were found."""
     return {*terms.digests, *(case.file for case in found.cases)}
 
 
-def _may_be_known(case: Listed, terms: Terms) -> bool:
+def _may_be_known(case: Listed, terms: CheckConfig) -> bool:
     """Whether anything may be remembered of it: a file that was not read whole is none that can be as it was."""
     return terms.memory.used and not terms.refine and bool(terms.digests.get(case.file))
 
 
-def _key(case: Listed, golden_digest: str, terms: Terms) -> str:
+def _key(case: Listed, golden_digest: str, terms: CheckConfig) -> str:
     golden = (terms.golden or Path()) / golden_name(case.identity)
     asked = terms.digests[case.file], case.name, case.system, terms.time_limit
     return terms.memory.key("case", case.file, *asked, golden.as_posix(), golden_digest)
 
 
 def check(
-    found: Found,
+    found: FoundCases,
     selected: Sequence[Listed],
     whole_set: bool,
-    terms: Terms,
+    terms: CheckConfig,
     on_result: OnResult = lambda _: None,
 ) -> Report:
     """Play the selected cases and judge them; `on_result` hears of each as it is done.

@@ -9,19 +9,27 @@ from pathlib import Path
 from time import process_time
 
 from stability.problem import Placed
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.checking.play_case import play_case
-from stackdsl.checking.results import Goldens, checked, held_against
+from stackdsl.checking.results import Goldens, checked, compare_with_golden
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.snapshot import current_stamp, snapshot_of_samples
 from stackdsl.judging.judge import judge_shares
 from stackdsl.judging.statistics import Decision, looks
 from stackdsl.language.variants import Variant
 from stackdsl.results import RunStatus, VariantResult
-from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import AS_WRITTEN, Design, Draws, SampleMistakeError, Setting, design_of, timelines
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
+from stackdsl.sampling.samples import (
+    AS_WRITTEN,
+    BuildPlan,
+    Draws,
+    SampleMistakeError,
+    Setting,
+    build_plan_of,
+    timelines,
+)
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
@@ -39,7 +47,7 @@ PLAYED = "played"  # the way of systems that prove nothing
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """What became of some samples, in order of their numbers: see `Fate`; and how many each way decided."""
+    """What became of some samples, in order of their numbers: see `SampleOutcome`; and how many each way decided."""
 
     fates: tuple[int, ...]
     ways: dict[str, int]
@@ -65,19 +73,21 @@ def varied_chunk(variant: Variant, system: str, draws: Draws, setting: Setting =
 def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
     """What a worker does: judge some samples, by statics alone where the system proves."""
     started = process_time()
-    each = judged_each(design_of(timeline), timeline, system, draws)
+    each = judged_each(build_plan_of(timeline), timeline, system, draws)
     ways = Counter(way for _, way in each if way)
     return Chunk(tuple(fate for fate, _ in each), dict(ways), process_time() - started)
 
 
-def judged_each(design: Design, timeline: Timeline, system: str, draws: Draws) -> list[tuple[int, str]]:
+def judged_each(design: BuildPlan, timeline: Timeline, system: str, draws: Draws) -> list[tuple[int, str]]:
     """The fate of each of some samples, and the way that decided it; no way where there was nothing to judge."""
     if system_named(system).method is Method.PROVEN:
-        found = fates_of(design, draws)
+        found = sample_outcomes_of(design, draws)
         return [(fate, str(way or "")) for fate, way in zip(found.fates.tolist(), found.ways, strict=True)]
-    hands = Hands(design, draws).build()
+    hands = PlacementSampler(design, draws).build()
     return [
-        (_played(timeline, hands.placed(sample), system), PLAYED) if hands.fits[sample] else (int(Fate.UNFIT), "")
+        (_played(timeline, hands.placed(sample), system), PLAYED)
+        if hands.fits[sample]
+        else (int(SampleOutcome.UNFIT), "")
         for sample in range(draws.count)
     ]
 
@@ -93,8 +103,8 @@ def _played(timeline: Timeline, placed: Sequence[Placed], system: str) -> int:
     try:
         trace = play_case(sample, system, has_fallen)
     except BlockedPlacementError:  # something had moved, and not as far as counts as fallen
-        return int(Fate.UNDECIDED)
-    return trace.collapse.level if trace.collapse is not None else int(Fate.STANDS)
+        return int(SampleOutcome.UNDECIDED)
+    return trace.collapse.level if trace.collapse is not None else int(SampleOutcome.STANDS)
 
 
 def has_fallen(trace: Trace) -> bool:
@@ -162,10 +172,10 @@ class Drawing:
             drawn=sum(fates.values()),
             planned=self.planned,
             seed=self.case.scenario.seed,
-            stood=fates[Fate.STANDS],
+            stood=fates[SampleOutcome.STANDS],
             fell={level: fates[level] for level in sorted(fates) if level > 0},
-            undecided=fates[Fate.UNDECIDED],
-            unfit=fates[Fate.UNFIT],
+            undecided=fates[SampleOutcome.UNDECIDED],
+            unfit=fates[SampleOutcome.UNFIT],
             ways=dict(sorted(ways.items())),
             cpu_time=sum(chunk.cpu_time for chunk in chunks),
         )
@@ -179,7 +189,7 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     drawings: Mapping[int, Drawing],
     workers: int,
     time_limit: float,
-    memory: Memory,
+    memory: ResultCache,
     on_ended: OnEnded,
     on_wait: OnWait = lambda: None,
     run: Run = run_supervised,
@@ -214,7 +224,7 @@ def drawn_alone(
 ) -> Drawing | None:
     """The samples of one case, of which nothing is remembered; None if it was interrupted."""
     ended: list[Drawing] = []
-    memory = Memory(Path(), used=False)
+    memory = ResultCache(Path(), used=False)
     one = {0: Drawing(case, "")}
     interrupted = draw(
         one, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run, on_drawn=on_drawn
@@ -225,7 +235,7 @@ def drawn_alone(
 def _drawn(
     open_ones: Mapping[int, Drawing],
     time_limit: float,
-    memory: Memory,
+    memory: ResultCache,
     run: Callable[[Sequence[Task], OnDone], PoolResult],
     on_drawn: OnDrawn,
 ) -> bool:
@@ -254,17 +264,17 @@ def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chun
     return judged_chunk, (case.timeline, case.system, draws)
 
 
-def _key(drawing: Drawing, first: int, count: int, memory: Memory) -> str:
+def _key(drawing: Drawing, first: int, count: int, memory: ResultCache) -> str:
     return memory.key("samples", drawing.case.file, drawing.digest, drawing.case.name, first, count)
 
 
-def _remember(drawing: Drawing, first: int, count: int, chunk: Chunk, memory: Memory) -> None:
+def _remember(drawing: Drawing, first: int, count: int, chunk: Chunk, memory: ResultCache) -> None:
     if drawing.digest:
         memory.remember(_key(drawing, first, count, memory), [list(chunk.fates), chunk.ways, chunk.cpu_time])
         memory.settle()
 
 
-def _recall(drawing: Drawing, memory: Memory) -> None:
+def _recall(drawing: Drawing, memory: ResultCache) -> None:
     """Take over the chunks that are remembered."""
     if not drawing.digest:
         return
@@ -314,7 +324,7 @@ def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens, must_claim
     if goldens.folder is None or not proven or case.file == STDIN_SHOWN:
         return result
     snapshot = snapshot_of_samples(ensemble, case.timeline.world, case.identity, current_stamp("", 0))
-    return replace(result, golden=held_against(snapshot, goldens, case.source.file, result))
+    return replace(result, golden=compare_with_golden(snapshot, goldens, case.source.file, result))
 
 
 def judged_samples(case: Case, ensemble: Ensemble) -> VariantResult:

@@ -15,13 +15,13 @@ from stackdsl.simulation.systems import Method
 from stackdsl.timeline import (
     Action,
     Arrival,
-    Hold,
+    HoldAction,
     LetGo,
-    Move,
+    MoveAction,
     Placement,
-    Push,
+    PushAction,
     Removal,
-    Shake,
+    ShakeAction,
     Timeline,
     time_of_arrival,
 )
@@ -97,7 +97,7 @@ def _before(case: Case, trace: Trace, woken: Event | None) -> str:
 
 def _met(action: Action) -> float:
     """When it does something to the structure [s]; what flies may meet it a little before its aim."""
-    if isinstance(action, Shake):
+    if isinstance(action, ShakeAction):
         return action.time
     flies = isinstance(action, Placement) and action.hits
     return max(action.time, time_of_arrival(action) - EARLY) if flies else time_of_arrival(action)
@@ -114,13 +114,13 @@ def _done(together: Sequence[Action]) -> str:
     match together[0]:
         case Removal() as removal:
             return f"{names_text(in_order(removal.bricks))} pulled out at {removal.time:g} s"
-        case Push() as push:
+        case PushAction() as push:
             return f"{push.brick} pushed at {push.time:g} s"
-        case Shake() as shake:
+        case ShakeAction() as shake:
             return f"the ground shaken {shaking_text(shake.motion)} from {shake.time:g} s on"
-        case Move() as move:
+        case MoveAction() as move:
             return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
-        case Hold() as hold:
+        case HoldAction() as hold:
             return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
         case LetGo() as let_go:
             return f"{names_text(let_go.bricks)} let go at {let_go.time:g} s"

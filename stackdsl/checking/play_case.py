@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 from stackdsl.judging.judge import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
-from stackdsl.simulation.runner import Known, nothing_is_known, play
+from stackdsl.simulation.runner import Known, never_stop_early, play
 from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
@@ -23,7 +23,7 @@ Played = TypeVar("Played")
 def play_case(
     timeline: Timeline,
     system: str,
-    is_known: Known = nothing_is_known,
+    is_known: Known = never_stop_early,
     on_event: Callable[[Event], None] = lambda event: None,
     recorder: "Recorder | None" = None,
 ) -> Trace:
@@ -46,7 +46,7 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
         return error.blocked
 
 
-def play_refined(timeline: Timeline, name: str, is_known: Known = nothing_is_known) -> Refinement:
+def play_refined(timeline: Timeline, name: str, is_known: Known = never_stop_early) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
     trace = play_case(timeline, name, is_known)
     if trace.cost.steps == 0:

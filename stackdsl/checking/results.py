@@ -18,7 +18,7 @@ from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import SYSTEMS, as_played
 from stackdsl.supervising.worker import TaskResult, TaskStatus
-from stackdsl.timeline import Move
+from stackdsl.timeline import MoveAction
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
 from stackdsl.work import HINT
@@ -43,9 +43,9 @@ class Goldens:
 
     folder: Path | None  # None where they are not looked at
     update: bool = False  # whether what comes out is accepted
-    lock_new: bool = False  # whether one is written where there was none, and all is as expected
+    write_new_goldens: bool = False  # whether one is written where there was none, and all is as expected
     unused: tuple[str, ...] = ()  # those that belong to no case, so that one may have been renamed
-    though_it_fails: bool = False  # whether an update also accepts what fails its expectations
+    accept_failing: bool = False  # whether an update also accepts what fails its expectations
     scenarios: Path | None = None  # whose golden files name nobody who keeps them; None for that beside `folder`
 
 
@@ -78,9 +78,9 @@ def skipped(case: Case, why: str) -> VariantResult:
     return _unfinished(case, RunStatus.SKIPPED, why)
 
 
-def set_aside(case: Case) -> VariantResult:
+def marked_skipped(case: Case) -> VariantResult:
     """The result of a case that its author does not want played."""
-    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), set_aside=True)
+    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), marked_skipped=True)
 
 
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
@@ -107,7 +107,7 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
 
 def _pressed(case: Case, blocked: Blocked) -> Diagnostic:
     """Of a hand whose way leads through what cannot give way."""
-    moves = (a for a in case.timeline.actions if isinstance(a, Move) and a.brick == blocked.brick)
+    moves = (a for a in case.timeline.actions if isinstance(a, MoveAction) and a.brick == blocked.brick)
     begun = [move for move in moves if move.time <= blocked.time]
     origin = origin_of(begun[-1], case.scenario, case.source) if begun else None
     span = origin.span if origin is not None else where_placed(blocked.brick, case.scenario, case.source)
@@ -119,22 +119,22 @@ def _compared(case: Case, trace: Trace, goldens: Goldens, must_claim: bool) -> V
     # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
-    return replace(result, golden=held_against(snapshot_of(case, trace), goldens, case.source.file, result))
+    return replace(result, golden=compare_with_golden(snapshot_of(case, trace), goldens, case.source.file, result))
 
 
-def held_against(snapshot: Snapshot, goldens: Goldens, file: str, result: VariantResult) -> GoldenResult:
+def compare_with_golden(snapshot: Snapshot, goldens: Goldens, file: str, result: VariantResult) -> GoldenResult:
     """The comparison with the golden file. What fails its expectations is locked only if that is asked for."""
     assert goldens.folder is not None
-    update = goldens.update and (result.may_be_locked or goldens.though_it_fails)
-    lock_new = goldens.lock_new and result.may_be_locked
+    update = goldens.update and (result.may_be_locked or goldens.accept_failing)
+    write_new_goldens = goldens.write_new_goldens and result.may_be_locked
     keeper = keeper_of(file, goldens.folder, goldens.scenarios or goldens.folder.parent / SCENARIOS)
     held = partial(check_golden, snapshot, goldens.folder, kept_by=keeper)
-    golden = held(update, lock_new and not goldens.unused)
+    golden = held(update, write_new_goldens and not goldens.unused)
     if golden.status is GoldenStatus.MISSING and goldens.unused:
         if was := renamed_from(snapshot, goldens.unused):
             return replace(golden, status=GoldenStatus.RENAMED, note=f"it was {was}", renamed_from=was)
-        if lock_new:
-            return held(update=False, lock_new=True)
+        if write_new_goldens:
+            return held(update=False, write_new_goldens=True)
     return golden
 
 

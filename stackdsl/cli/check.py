@@ -14,9 +14,9 @@ from typing import Final, TypedDict, TypeVar, Unpack
 import click
 
 from stackdsl.asked_files import read_asked
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, Surveyed, survey
-from stackdsl.checking.check import TIME_LIMIT, Terms, check, failed, is_whole_set, recalled
+from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recalled
 from stackdsl.checking.selection import Selection, Shard
 from stackdsl.cli.options import (
     LONGEST_LIMIT,
@@ -36,7 +36,7 @@ from stackdsl.cli.options import (
 from stackdsl.cli.terminal import progress, tell
 from stackdsl.disk import leads_outside, true_folder
 from stackdsl.exits import ExitCode
-from stackdsl.goldens.golden import GoldenWriteRefusedError, Waiting, is_ci, refuse_in_ci
+from stackdsl.goldens.golden import GoldenWriteRefusedError, PendingStore, is_ci, refuse_in_ci
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import MAX_BYTES
 from stackdsl.project_file import Project, ProjectError, confined, project_of
@@ -51,7 +51,7 @@ Command = TypeVar("Command", bound=Callable[..., object])
 _SHARD: Final = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
 
-class Asked(TypedDict):
+class CheckOptions(TypedDict):
     """What was asked for."""
 
     paths: tuple[Path, ...]
@@ -70,7 +70,7 @@ class Asked(TypedDict):
     verbosity: int
     durations: int
     update: bool
-    though_it_fails: bool
+    accept_failing: bool
     refine: bool
     golden: Path | None
     no_golden: bool
@@ -123,7 +123,7 @@ OPTIONS: Final = (
     click.option("-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="All there is to tell."),
     click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also the N slowest cases."),
     click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI."),
-    click.option("--though-it-fails", is_flag=True, help="With --update, accept also what fails its expectations."),
+    click.option("--accept-failing", is_flag=True, help="With --update, accept also what fails its expectations."),
     click.option("--refine", is_flag=True, help="Play again, half the step and twice the iterations; tell what moves."),
     click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project."),
     click.option("--no-golden", is_flag=True, help="Neither compare with golden files nor write any."),
@@ -232,7 +232,7 @@ PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as reports tell 
 @click.command("check")
 @with_options
 @click.pass_context
-def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
+def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None:
     """Play and judge everything under PATHS (default: scenarios), and compare it with its golden files."""
     _refuse_what_does_not_go_together(asked)
     outputs = outputs_of(asked["outputs"])
@@ -244,7 +244,7 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     project = project_around(paths)
     paths = paths or (project.scenarios,)
     golden, state = goldens_and_state(project, asked["golden"])
-    memory = Memory(state, asked["cache"])
+    memory = ResultCache(state, asked["cache"])
     found = survey(paths, memory)
     scenarios = project.scenarios if project.root is not None else None
     terms = _terms(asked, golden, scenarios, memory, found)
@@ -271,7 +271,7 @@ def check_command(context: click.Context, **asked: Unpack[Asked]) -> None:
     context.exit(exit_code(report))
 
 
-def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Terms) -> Report:
+def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: CheckConfig) -> Report:
     left = sum(recalled(case, terms) is None for case in selected)
     try:
         with progress(left) as bar:
@@ -285,26 +285,28 @@ def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Te
     return report
 
 
-def _terms(asked: Asked, golden: Path, scenarios: Path | None, memory: Memory, found: Surveyed) -> Terms:
-    return Terms(
+def _terms(
+    asked: CheckOptions, golden: Path, scenarios: Path | None, memory: ResultCache, found: Surveyed
+) -> CheckConfig:
+    return CheckConfig(
         golden=None if asked["no_golden"] else golden,
         update=asked["update"],
-        though_it_fails=asked["though_it_fails"],
+        accept_failing=asked["accept_failing"],
         scenarios=scenarios,
         workers=asked["jobs"],
         time_limit=asked["time_limit"],
         update_command=_update_command(asked),
         refine=asked["refine"],
-        lock_new=not is_ci(os.environ) and not asked["refine"],
+        write_new_goldens=not is_ci(os.environ) and not asked["refine"],
         first_failure=asked["first_failure"],
         must_claim=asked["strict"],
         memory=memory,
-        waiting=Waiting(memory.folder, golden) if not is_ci(os.environ) and not asked["refine"] else None,
+        waiting=PendingStore(memory.folder, golden) if not is_ci(os.environ) and not asked["refine"] else None,
         digests=found.digests,
     )
 
 
-def _selection(asked: Asked, places: Sequence[tuple[str, int]], memory: Memory) -> Selection:
+def _selection(asked: CheckOptions, places: Sequence[tuple[str, int]], memory: ResultCache) -> Selection:
     names = memory.failed() if asked["only_failed"] else None
     if asked["only_failed"] and not names:
         tell("nothing failed when it was last played, as far as is known: all are played")
@@ -312,19 +314,19 @@ def _selection(asked: Asked, places: Sequence[tuple[str, int]], memory: Memory) 
     return Selection(*parts, names=names or None, shard=asked["shard"])
 
 
-def _may_be_none(asked: Asked, found: Surveyed) -> bool:
+def _may_be_none(asked: CheckOptions, found: Surveyed) -> bool:
     """Whether it is in order that nothing is selected, which is told then."""
     if asked["only_changed"]:
         tell("nothing has changed since it passed")
     return asked["only_changed"] or (asked["shard"] is not None and bool(found.cases))
 
 
-def _refuse_what_does_not_go_together(asked: Asked) -> None:
+def _refuse_what_does_not_go_together(asked: CheckOptions) -> None:
     """Raise a usage error if what was asked for cannot be had together, or golden files must not be written."""
     if asked["update"] and asked["no_golden"]:
         raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
-    if asked["though_it_fails"] and not asked["update"]:
-        raise click.UsageError("--though-it-fails says what --update may accept; give both, or leave it out")
+    if asked["accept_failing"] and not asked["update"]:
+        raise click.UsageError("--accept-failing says what --update may accept; give both, or leave it out")
     if asked["only_changed"] and not asked["cache"]:
         raise click.UsageError("--changed asks what is remembered; leave one of --changed and --no-cache out")
     if asked["watch"] and asked["update"]:
@@ -387,12 +389,12 @@ def _split(path: Path) -> tuple[Path, int | None]:
     return Path(place[1]), int(place[2])
 
 
-def _update_command(asked: Asked) -> str:
+def _update_command(asked: CheckOptions) -> str:
     """The same check with --update, for a shell; it accepts what the check shows, and nothing else."""
     return shlex.join(["stackdsl", "check", *_words(asked), "--update"])
 
 
-def _words(asked: Asked) -> Iterator[str]:
+def _words(asked: CheckOptions) -> Iterator[str]:
     # A path that begins with a dash would be taken for an option.
     yield from (f"./{path}" if str(path).startswith("-") else str(path) for path in asked["paths"])
     for system in asked["systems"]:
@@ -412,7 +414,7 @@ def _words(asked: Asked) -> Iterator[str]:
         yield from ("--time-limit", str(asked["time_limit"]))
 
 
-def _tell_only(asked: Asked, outputs: Sequence[Output], found: Surveyed, selected: Sequence[Listed]) -> None:
+def _tell_only(asked: CheckOptions, outputs: Sequence[Output], found: Surveyed, selected: Sequence[Listed]) -> None:
     from stackdsl.cli.listing import tell_cases, tell_statics  # noqa: PLC0415 -- only where it is asked for
 
     telling = tell_statics if asked["statics"] else tell_cases

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from stackdsl.asked_files import write_asked
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.check import goldens_and_state, project_around
@@ -33,9 +33,9 @@ from stackdsl.report.plots import drawn_fragility as drawn_plot
 from stackdsl.report.studies import fragility_csv, fragility_json, fragility_lines
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
-from stackdsl.studies.fragility import Found, Plan, draw
+from stackdsl.studies.fragility import CurveResult, FragilityPlan, draw
 from stackdsl.studies.fragility_curve import Fragility, spaced
-from stackdsl.studies.fragility_intensity import SHAKING, Intensity, Kind, NoIntensityError, intensity_of
+from stackdsl.studies.fragility_intensity import SHAKING, Intensity, IntensityKind, NoIntensityError, intensity_of
 
 PLOTS = (".svg", ".png")
 MOST_POINTS = 1000
@@ -128,7 +128,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 # --- what is asked for ------------------------------------------------------------------------------------------------
 
 
-def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Plan]]:
+def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, FragilityPlan]]:
     """What is to be drawn: each variant once, if it is told from others by what is varied alone, or by its system."""
     seen: set[str] = set()
     sampled = [case for case in cases if case.is_sampled]
@@ -153,11 +153,11 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Plan]]:
             yield name, _plan(case, intensity, asked)
 
 
-def _plan(case: Case, intensity: Intensity, asked: _Asked) -> Plan:
+def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
     written = case.scenario
     if asked.bearing is not None and intensity.kind not in SHAKING:
         raise click.UsageError("--bearing is of acceleration and tilt; leave it out")
-    return Plan(
+    return FragilityPlan(
         case,
         intensity,
         _values(intensity, asked),
@@ -186,7 +186,7 @@ def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
     )
     if first >= last:
         raise click.UsageError(f"--from and --to: {asked.first or first} is not less than {asked.last or last}")
-    if intensity.kind is Kind.JITTER and first <= 0.0:
+    if intensity.kind is IntensityKind.JITTER and first <= 0.0:
         raise click.UsageError("--from: errors of hands are more than zero; without any, all samples are the same")
     return tuple(float(f"{value:.15g}") for value in spaced(first, last, asked.points))
 
@@ -201,21 +201,21 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
     value = float(amount.magnitude)
     if unit_text(amount) != intensity.unit and value != 0.0:
         wanted = f"a quantity in {intensity.unit}" if intensity.unit else "a number"
-        wanted += ", in units of g" if intensity.kind is Kind.ACCELERATION else ""
+        wanted += ", in units of g" if intensity.kind is IntensityKind.ACCELERATION else ""
         raise click.UsageError(f"{key}: {text} is of another kind: {intensity.name} is {wanted}")
-    if value < 0.0 and intensity.kind is not Kind.VARIABLE:
+    if value < 0.0 and intensity.kind is not IntensityKind.VARIABLE:
         raise click.UsageError(f"{key}: {intensity.name} is not less than zero")
     return value
 
 
-def _memory(file: Path, used: bool) -> Memory:
-    return Memory(goldens_and_state(project_around((file,)))[1], used)
+def _memory(file: Path, used: bool) -> ResultCache:
+    return ResultCache(goldens_and_state(project_around((file,)))[1], used)
 
 
 # --- carried out ------------------------------------------------------------------------------------------------------
 
 
-def _drawn(name: str, plan: Plan, jobs: int, memory: Memory) -> Found:
+def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> CurveResult:
     tell(f"{name}: {_told(plan)}")
     with counted(plan.work, f"{name}: samples") as known:
         done = 0
@@ -228,7 +228,7 @@ def _drawn(name: str, plan: Plan, jobs: int, memory: Memory) -> Found:
         return draw(plan, jobs, memory, on_done, lambda: known(done))
 
 
-def _told(plan: Plan) -> str:
+def _told(plan: FragilityPlan) -> str:
     """What is done, with what was not asked for."""
     samples = f"{plan.samples} samples, seed {plan.seed}"
     if plan.shakes:
@@ -238,7 +238,7 @@ def _told(plan: Plan) -> str:
     return f"{len(plan.values)} points, {how}, over {plan.intensity.name}; the same {samples}, at each"
 
 
-def _code(name: str, found: Found) -> ExitCode | None:
+def _code(name: str, found: CurveResult) -> ExitCode | None:
     """How it ended, where that was not well; which is told."""
     if found.mistake is not None:
         complain([found.mistake])

@@ -11,7 +11,7 @@ from typing import Final
 
 import click
 
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import STDIN, gather, survey
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.selection import KeywordError, expression_of
@@ -20,14 +20,21 @@ from stackdsl.cli.options import FilePath
 from stackdsl.cli.terminal import paper, tell, write
 from stackdsl.disk import is_stream, leads_outside
 from stackdsl.exits import ExitCode
-from stackdsl.goldens.golden import GoldenWriteRefusedError, Pending, StaleError, Waiting, refuse_in_ci, remove_obsolete
+from stackdsl.goldens.golden import (
+    GoldenWriteRefusedError,
+    Pending,
+    PendingStore,
+    StaleError,
+    refuse_in_ci,
+    remove_obsolete,
+)
 from stackdsl.report.blocks import blocks_text, line, table
 from stackdsl.shown_text import visible
 
 # Which of what waits is still a case: its scenario may have been renamed, or taken out, since it was checked.
 
 
-def no_longer_cases(pending: Sequence[Pending], waiting: Waiting) -> frozenset[str]:
+def no_longer_cases(pending: Sequence[Pending], waiting: PendingStore) -> frozenset[str]:
     """The golden files of what waits, as that names them, of which the file of YAML has no such case any more.
 
     Files are read anew where they have changed; of one with mistakes no case is known. What waits may have been made by
@@ -35,7 +42,7 @@ def no_longer_cases(pending: Sequence[Pending], waiting: Waiting) -> frozenset[s
     """
     named = {each.file for each in pending if each.file}
     files = sorted(file for file in named if _is_own(file, waiting.home))
-    memory = Memory(waiting.state, used=True)
+    memory = ResultCache(waiting.state, used=True)
     found = {file: {case.name for case in survey([waiting.home / file], memory).cases} for file in files}
     return frozenset(each.golden for each in pending if each.file in found and each.case not in found[each.file])
 
@@ -46,7 +53,7 @@ def _is_own(file: str, home: Path) -> bool:
     return path != STDIN and not is_stream(path) and not leads_outside(path, home)
 
 
-def why_not(pending: Pending, waiting: Waiting) -> str:
+def why_not(pending: Pending, waiting: PendingStore) -> str:
     """What is told of one that cannot be accepted, as it is no case any more."""
     there = os.path.isfile(waiting.home / Path(pending.file))
     lacks = f"{pending.file} has no case {pending.case} any more" if there else f"{pending.file} is gone"
@@ -61,12 +68,12 @@ MOST_SHOWN: Final = 20  # differences of one file
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class GoldenFiles:
     """The golden files at hand, and what waits for a decision on them."""
 
     golden: Path
     scenarios: Path
-    waiting: Waiting
+    waiting: PendingStore
 
     def pending(self, keyword: str) -> list[Pending]:
         """What waits, of the cases that a keyword asks for."""
@@ -103,7 +110,7 @@ def golden_command(context: click.Context, golden: Path | None) -> None:
     """Say what differs from its golden file, and accept it or not."""
     project = project_around(())
     folder, state = goldens_and_state(project, golden)
-    context.obj = Place(folder, project.scenarios, Waiting(state, folder))
+    context.obj = GoldenFiles(folder, project.scenarios, PendingStore(state, folder))
 
 
 @golden_command.command("status", cls=OfCases)
@@ -111,7 +118,7 @@ def golden_command(context: click.Context, golden: Path | None) -> None:
 @click.pass_context
 def status(context: click.Context, keyword: str) -> None:
     """Name what waits for a decision; ends with 3 if anything does."""
-    place: Place = context.obj
+    place: GoldenFiles = context.obj
     pending = place.pending(keyword)
     gone = no_longer_cases(pending, place.waiting)
     for each in pending:
@@ -125,7 +132,7 @@ def _named(pending: Pending) -> str:
     return visible(f"{pending.case}: {pending.golden}")
 
 
-def _summary(pending: Pending, place: Place) -> str:
+def _summary(pending: Pending, place: GoldenFiles) -> str:
     count = len(pending.differences(place.waiting))
     told = [f"{count} difference{'s' * (count != 1)}"] if count else []
     told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
@@ -140,7 +147,7 @@ def _summary(pending: Pending, place: Place) -> str:
 def review(context: click.Context, keyword: str) -> None:
     """Show what waits, one after the other, and take a key for each; keys may come by a pipe."""
     _refuse_in_ci()
-    place: Place = context.obj
+    place: GoldenFiles = context.obj
     left = place.pending(keyword)
     gone = no_longer_cases(left, place.waiting)
     while left:
@@ -164,7 +171,7 @@ def review(context: click.Context, keyword: str) -> None:
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
 
 
-def _shown(pending: Pending, place: Place) -> str:
+def _shown(pending: Pending, place: GoldenFiles) -> str:
     found = pending.differences(place.waiting)
     rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
         :MOST_SHOWN
@@ -193,10 +200,10 @@ def _decision(pending: Pending) -> str:
 @ON_CASES
 @click.option("--though-it-fails", is_flag=True, help="Also what fails its expectations.")
 @click.pass_context
-def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
+def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
     """Let what waits become the golden files; what fails its expectations only if that is asked for."""
     _refuse_in_ci()
-    place: Place = context.obj
+    place: GoldenFiles = context.obj
     refused = 0
     found = place.pending(keyword)
     gone = no_longer_cases(found, place.waiting)
@@ -205,7 +212,7 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
             tell(f"not accepted: {_named(pending)}: {visible(why_not(pending, place.waiting))}")
             refused += 1
             continue
-        if pending.failed and not though_it_fails:
+        if pending.failed and not accept_failing:
             why = f"fails: {visible(pending.failed[0])}; --though-it-fails accepts it all the same"
             tell(f"not accepted: {_named(pending)}: {why}")
             refused += 1
@@ -223,7 +230,7 @@ def accept(context: click.Context, keyword: str, though_it_fails: bool) -> None:
 @click.pass_context
 def reject(context: click.Context, keyword: str) -> None:
     """Forget what waits; golden files stay as they are."""
-    place: Place = context.obj
+    place: GoldenFiles = context.obj
     for pending in place.pending(keyword):
         with _told():
             place.waiting.reject(pending)
@@ -235,7 +242,7 @@ def reject(context: click.Context, keyword: str) -> None:
 @click.pass_context
 def prune(context: click.Context, dry_run: bool) -> None:
     """Remove golden files that belong to no variant of the project's scenarios, if none of these has a mistake."""
-    place: Place = context.obj
+    place: GoldenFiles = context.obj
     gathered = gather([place.scenarios])
     if gathered.diagnostics or not gathered.cases:
         tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from stackdsl.checking.cases import ChangedMeanwhileError, Listed
-from stackdsl.checking.check import Terms
+from stackdsl.checking.check import CheckConfig
 from stackdsl.cli.terminal import progress, tell
 from stackdsl.results import Report
 from stackdsl.viewing.check_report.page import write_folder
@@ -21,7 +21,7 @@ class _Recorded:
     conclusion: str = "recorded"
 
 
-def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: Terms) -> None:
+def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: CheckConfig) -> None:
     """Write the pages of a report. Raises a message for people where they cannot be written."""
     try:
         cases = [case.compiled() for case in selected]

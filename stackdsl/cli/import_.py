@@ -19,11 +19,11 @@ from stackdsl.exits import ExitCode
 from stackdsl.importers.expansion import file_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
 from stackdsl.importers.imported_friction import left_open
-from stackdsl.importers.load import ImportedBox, ImportedLoad, Surfaces, UnreadableLoadError, digits
+from stackdsl.importers.load import ImportedBox, ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
 from stackdsl.importers.overhang import warned
 from stackdsl.importers.settling import Settled, cannot_settle, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
-from stackdsl.language.imports import DECKS, FORMATS, Import, Units
+from stackdsl.language.imports import DECKS, FORMATS, DefaultUnits, Import
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import KeyPath, Source, parse
@@ -54,7 +54,9 @@ def _placed(source: Source, boxes: Sequence[ImportedBox]) -> Source:
 
 HANGS: Final = "SD202"  # of what has nothing under it
 
-_LENGTHS, _MASSES = (list(get_args(get_args(Units.model_fields[key].annotation)[0])) for key in ("length", "mass"))
+_LENGTHS, _MASSES = (
+    list(get_args(get_args(DefaultUnits.model_fields[key].annotation)[0])) for key in ("length", "mass")
+)
 
 
 @click.command("import")
@@ -165,7 +167,7 @@ def _deck(size: str | None, overhang: str | None) -> dict[str, object] | None:
 def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
     """The load, of whose frictions it is known what two have that touch. Raises UnreadableLoadError."""
     if rule is not None:
-        return replace(load, surfaces=replace(load.surfaces or Surfaces(rule), rule=rule))
+        return replace(load, surfaces=replace(load.surfaces or ImportedSurfaces(rule), rule=rule))
     if load.surfaces is not None and load.surfaces.rule is None:
         raise UnreadableLoadError([left_open(load.boxes[0].span, "--rule lower", "--ignore contact")])
     return load

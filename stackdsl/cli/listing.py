@@ -9,7 +9,7 @@ import click
 from stackdsl.checking.cases import Listed, Surveyed
 from stackdsl.cli.options import Output, complain
 from stackdsl.cli.terminal import paper, write, write_data
-from stackdsl.report.statics import Said, said_of, statics_text
+from stackdsl.report.statics import StaticsSummary, statics_summary_of, statics_text
 
 FORMAT = 1  # of what is written as JSON; raised as that of the report is
 
@@ -41,11 +41,11 @@ def tell_statics(found: Surveyed, selected: Sequence[Listed], outputs: Sequence[
     """Write what the proofs say of each variant; on which system it would be played makes no difference to them."""
     complain(found.diagnostics)
     variants = groupby(selected, key=lambda case: (case.scenario_name, case.parameters))
-    said = [said_of(next(own).compiled()) for _, own in variants]
+    said = [statics_summary_of(next(own).compiled()) for _, own in variants]
     _write(outputs, "--statics", lambda: statics_text(said, *paper()), lambda: _proofs(said))
 
 
-def _proofs(said: Sequence[Said]) -> Mapping[str, object]:
+def _proofs(said: Sequence[StaticsSummary]) -> Mapping[str, object]:
     variants = [
         {
             "scenario": each.scenario,

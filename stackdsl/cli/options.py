@@ -15,7 +15,7 @@ import click
 from stability.engines.protocol import Package
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case, Gathered, gather
-from stackdsl.checking.check import Found
+from stackdsl.checking.check import FoundCases
 from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, why_nothing
 from stackdsl.cli.terminal import paper, tell, write, write_data
 from stackdsl.diagnostics import Diagnostic
@@ -137,14 +137,14 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
 
 
 def warn_of_nothing(
-    selection: Selection, gathered: Found, selected: Sequence[Selectable], paths: Sequence[Path]
+    selection: Selection, gathered: FoundCases, selected: Sequence[Selectable], paths: Sequence[Path]
 ) -> None:
     """Tell why nothing is selected, unless mistakes are told that may be why."""
     if not selected and not gathered.diagnostics:
         tell(why_nothing(selection, gathered.cases, paths))
 
 
-def code_without_runs(gathered: Found, selected: Sequence[Selectable]) -> ExitCode:
+def code_without_runs(gathered: FoundCases, selected: Sequence[Selectable]) -> ExitCode:
     """The exit code of a call that plays nothing."""
     if gathered.diagnostics:
         return ExitCode.INVALID

@@ -176,7 +176,7 @@ class State(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DoctorFinding:
     """One thing that was looked at."""
 
     state: State
@@ -192,81 +192,87 @@ def doctor_command(context: click.Context) -> None:
     context.exit(ExitCode.FAILED if any(each.state is State.WRONG for each in findings) else ExitCode.OK)
 
 
-def _libraries() -> Iterator[Finding]:
-    yield Finding(State.OK, f"Python {sys.version.split()[0]} at {sys.executable}, {os.cpu_count() or 1} cores")
+def _libraries() -> Iterator[DoctorFinding]:
+    yield DoctorFinding(State.OK, f"Python {sys.version.split()[0]} at {sys.executable}, {os.cpu_count() or 1} cores")
     for name in LIBRARIES:
         found = _version(name)
         missing = f"is not installed; try: pip install {name}"
-        yield Finding(State.OK if found else State.WRONG, f"{name} {found or missing}")
+        yield DoctorFinding(State.OK if found else State.WRONG, f"{name} {found or missing}")
 
 
-def _engines() -> Iterator[Finding]:
+def _engines() -> Iterator[DoctorFinding]:
     """Each engine once, with the systems that it plays."""
     needs = needs_of(KNOWN)
     for package in dict.fromkeys(package for _, package in needs):
         systems = ", ".join(name for name, needed in needs if needed == package)
         if package.installed:
-            yield Finding(State.OK, f"{package.name} {_version(package.name)}: plays {systems}")
+            yield DoctorFinding(State.OK, f"{package.name} {_version(package.name)}: plays {systems}")
             continue
-        yield Finding(
+        yield DoctorFinding(
             State.NOTE, f"{package.name} is not installed, so these are skipped: {systems}; try: {package.remedy}"
         )
 
 
-def _optional() -> Iterator[Finding]:
+def _optional() -> Iterator[DoctorFinding]:
     for name, purpose in OPTIONAL.items():
         found = _version(name)
-        yield Finding(State.OK, f"{name} {found}") if found else Finding(State.NOTE, f"{name} is missing for {purpose}")
+        yield (
+            DoctorFinding(State.OK, f"{name} {found}")
+            if found
+            else DoctorFinding(State.NOTE, f"{name} is missing for {purpose}")
+        )
 
 
-def _reading() -> Iterator[Finding]:
+def _reading() -> Iterator[DoctorFinding]:
     import yaml  # noqa: PLC0415 -- so that its absence can be told
 
     quick = hasattr(yaml, "CSafeLoader")
     slow = "YAML is read by pyyaml without libyaml, ten times as slowly; try: pip install --force-reinstall pyyaml"
-    yield Finding(State.OK, "YAML is read by libyaml") if quick else Finding(State.NOTE, slow)
+    yield DoctorFinding(State.OK, "YAML is read by libyaml") if quick else DoctorFinding(State.NOTE, slow)
     if os.environ.get("CI"):
-        yield Finding(State.NOTE, "the variable CI is set: golden files are compared and never written")
+        yield DoctorFinding(State.NOTE, "the variable CI is set: golden files are compared and never written")
 
 
-def _project() -> Iterator[Finding]:
+def _project() -> Iterator[DoctorFinding]:
     """Of the project around the directory that this was called from, or else of that directory."""
     try:
         project = project_of(())
     except ProjectError as error:
-        yield Finding(State.WRONG, str(error))
+        yield DoctorFinding(State.WRONG, str(error))
         return
     scenarios, golden = project.scenarios, project.golden
     schema = (project.root or Path()) / SCHEMA
     if project.root is not None:
-        yield Finding(State.OK, f"the root of the project is {project.root.resolve()}")
+        yield DoctorFinding(State.OK, f"the root of the project is {project.root.resolve()}")
     if not os.path.isdir(scenarios):
         there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
-        yield Finding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
+        yield DoctorFinding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
         return
     try:
         confined(scenarios)
     except OSError as error:
-        yield Finding(State.WRONG, f"{scenarios}: {error.strerror}; {LINKED}")
+        yield DoctorFinding(State.WRONG, f"{scenarios}: {error.strerror}; {LINKED}")
         return
     count = sum(name.lower().endswith((".yaml", ".yml")) for _, _, names in os.walk(scenarios) for name in names)
-    yield Finding(State.OK, f"{count} files in {scenarios}")
+    yield DoctorFinding(State.OK, f"{count} files in {scenarios}")
     if os.path.isdir(golden) and not os.access(golden, os.W_OK):
-        yield Finding(State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written")
+        yield DoctorFinding(
+            State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written"
+        )
     elif not os.path.isdir(golden):
-        yield Finding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
+        yield DoctorFinding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
     if os.path.lexists(schema):
         yield from _schema(schema)
 
 
-def _schema(schema: Path) -> Iterator[Finding]:
+def _schema(schema: Path) -> Iterator[DoctorFinding]:
     current = schema_text().encode()
     try:
         if read_file(schema, len(current) + 1, within=schema.parent) != current:
             anew = f"stackdsl schema > {quote(str(schema))}"
-            yield Finding(State.NOTE, f"{schema} is of another version; write it anew by: {anew}")
+            yield DoctorFinding(State.NOTE, f"{schema} is of another version; write it anew by: {anew}")
     except OSError as error:
-        yield Finding(State.WRONG, f"{schema}: {error.strerror}; remove it")
+        yield DoctorFinding(State.WRONG, f"{schema}: {error.strerror}; remove it")
 
 
 def _version(distribution: str) -> str:

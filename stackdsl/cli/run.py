@@ -14,7 +14,7 @@ import click
 from stackdsl.asked_files import write_asked
 from stackdsl.checking.cases import STDIN, Case, Gathered, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
-from stackdsl.checking.results import held_up, judged, set_aside, skipped
+from stackdsl.checking.results import held_up, judged, marked_skipped, skipped
 from stackdsl.checking.selection import Selection, why_nothing
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
 from stackdsl.cli.terminal import counted, tell, write
@@ -64,7 +64,7 @@ ON_HTML = click.option("--html", type=FilePath, help="Write a page to this .html
 
 
 @dataclass
-class Keeping:
+class RunOutputs:
     """What is asked for, and what was played so far."""
 
     record: Path | None
@@ -73,7 +73,7 @@ class Keeping:
     _runs: "list[RunView]" = field(default_factory=list)
 
     @classmethod
-    def of(cls, record: Path | None, html: Path | None, glb: Path | None, selected: Sequence[Case]) -> "Keeping":
+    def of(cls, record: Path | None, html: Path | None, glb: Path | None, selected: Sequence[Case]) -> "RunOutputs":
         """What is asked for of these cases. Raises UsageError for what cannot be kept."""
         for option, path in (("--record", record), ("--glb", glb)):
             if path is not None and len(selected) > 1:
@@ -255,7 +255,7 @@ class _Playing:
     def _is_playable(self, number: int, case: Case) -> bool:
         why = case.skip or unplayable(case.system)
         if why:
-            self.found[number] = set_aside(case) if case.skip is not None else skipped(case, why)
+            self.found[number] = marked_skipped(case) if case.skip is not None else skipped(case, why)
             self.page.note(number, [f"{case.name} is skipped: {why}"])
         return not why
 
@@ -319,18 +319,18 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
         context.exit(watch_run(file, Selection(systems, keyword)))
     gathered, selected = selected_of(file, Selection(systems, keyword))
-    keeping = Keeping.of(record, html, glb, selected)
+    keeping = RunOutputs.of(record, html, glb, selected)
     results = tuple(_run(case, keeping, all_names) for case in selected)
     keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case, keeping: Keeping, all_names: bool) -> VariantResult:
+def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
     """Play a case here, and print what happens and how it ended."""
     write(case.name)
     if case.skip is not None:
         write(f"  skipped: {case.skip}\n\n")
-        return set_aside(case)
+        return marked_skipped(case)
     if why := unplayable(case.system):
         write(f"  skipped: {why}\n\n")
         return skipped(case, why)

@@ -10,7 +10,7 @@ import click
 
 from stability.analysis.building_order import BuildingOrder, OrderSearch
 from stability.analysis.removal_order import LongestSearch, Pull, carrying, single_pulls, soonest_fall
-from stability.analysis.subset_search import Parts, props_of
+from stability.analysis.subset_search import Subsets, props_of
 from stability.model import BodyId
 from stability.problem import Stability
 from stability.statics.assembly import Assembly
@@ -29,8 +29,8 @@ from stackdsl.cli.options import (
 )
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
-from stackdsl.judging.proofs import Proofs, Survival, design_of, piling_of, proofs_of, survival_of
-from stackdsl.judging.remedies import Asked, Suggestion, suggestions
+from stackdsl.judging.proofs import Proofs, Survival, finished_structure_of, piling_of, proofs_of, survival_of
+from stackdsl.judging.remedies import FallingBuild, Suggestion, suggestions
 from stackdsl.language.quantities import ANGLE, MistakeError, parse_quantity
 from stackdsl.report.plots import HINT, drawn_survival
 from stackdsl.report.studies import (
@@ -53,8 +53,8 @@ from stackdsl.report.studies import (
     survival_lines,
     table_csv,
 )
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SoughtError, Want, Wish, find_in
-from stackdsl.studies.sensitivities import CHECKED, Of, Sensitivities, sensitivities_of
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SearchError, Want, Wish, find_in
+from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.wording import how_many
 
 # `stackdsl survive`: what a structure survives when it is shaken or tilted, by bearing, and what gives way first.
@@ -218,7 +218,7 @@ def _found_limits(selected: Sequence[Case], wishes: Sequence[Wish]) -> Iterator[
             try:
                 with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:
                     finding = find_in(case, name, wish, tried)
-            except SoughtError as error:
+            except SearchError as error:
                 tell(f"{name}: {error}")
                 continue
             yield finding
@@ -232,7 +232,12 @@ SHOWN = 15
 
 @click.command("sensitivities")
 @ONE_FILE
-@click.option("--of", type=click.Choice([each.value for each in Of]), default=Of.ACCELERATION.value, help="The margin.")
+@click.option(
+    "--of",
+    type=click.Choice([each.value for each in MarginKind]),
+    default=MarginKind.ACCELERATION.value,
+    help="The margin.",
+)
 @click.option(
     "--check", "checked", type=click.IntRange(0), default=CHECKED, show_default=True, help="So many by differences."
 )
@@ -255,7 +260,7 @@ def sensitivities_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     gathered, selected = selected_of(file, Selection(systems, keyword))
     found: list[Sensitivities] = []
     try:
-        for each in _found_sensitivities(selected, Of(of), checked):
+        for each in _found_sensitivities(selected, MarginKind(of), checked):
             found.append(each)
             if form == "text":
                 write("\n".join(sensitivity_lines(each, top)) + "\n")
@@ -267,13 +272,13 @@ def sensitivities_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context.exit(code_without_runs(gathered, selected))
 
 
-def _found_sensitivities(selected: Sequence[Case], of: Of, checked: int) -> Iterator[Sensitivities]:
+def _found_sensitivities(selected: Sequence[Case], of: MarginKind, checked: int) -> Iterator[Sensitivities]:
     """What is found of each case; why of some nothing is, is told."""
     for name, case in variants_of(selected).items():
         try:
             with counted(100, f"{name}: percent") as known:
                 each = sensitivities_of(case, name, of, checked, lambda done, total: known(round(100 * done / total)))
-        except SoughtError as error:
+        except SearchError as error:
             tell(f"{name}: {error}")
             continue
         yield each
@@ -340,7 +345,7 @@ def _suggest_case(name: str, case: Case, form: str, rows: Rows) -> None:
 def _found_suggestions(name: str, case: Case, proofs: Proofs, form: str, rows: Rows) -> Iterator[Suggestion]:
     """Each as it is found, when it is written down."""
     with counted(None, f"{name}: verdicts") as bar:
-        for suggestion in suggestions(Asked(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
+        for suggestion in suggestions(FallingBuild(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
             row = suggestion_row(suggestion)
             rows.append((name, row))
             if form == "text":
@@ -378,7 +383,7 @@ def order_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     orders: list[dict[str, Any]] = []
     interrupted = False
     for name, case in variants_of(selected).items():
-        found = design_of(case.timeline)
+        found = finished_structure_of(case.timeline)
         if found.why_not:
             tell(f"{name}: {found.why_not}")
             continue
@@ -403,7 +408,7 @@ def _searched(name: str, design: Assembly, props: bool, most: int) -> tuple[Buil
     """The best order that is found, and whether the search was interrupted."""
     most = max(most, len(design.bricks))
     with counted(most, f"{name}: parts") as known:
-        search = OrderSearch(Parts(design, props_of(design) if props else None), most, known)
+        search = OrderSearch(Subsets(design, props_of(design) if props else None), most, known)
         try:
             return search.run(), False
         except KeyboardInterrupt:
@@ -457,7 +462,7 @@ def _pull_case(
     name: str, case: Case, how: tuple[bool, bool, int, str], rows: Rows, orders: list[dict[str, Any]]
 ) -> None:
     all_bricks, single, most, form = how
-    found = design_of(case.timeline)
+    found = finished_structure_of(case.timeline)
     if found.why_not:
         tell(f"{name}: {found.why_not}")
         return
@@ -487,7 +492,7 @@ def _one_after_the_other(
     design: Assembly, bricks: Sequence[BodyId], most: int, show: bool, row: dict[str, Any]
 ) -> None:
     """Look for orders, and add them to a row."""
-    parts = Parts(design)
+    parts = Subsets(design)
     may_go = parts.part_of(bricks)
     with counted(most, f"{row['case']}: orders") as known:
         search = LongestSearch(parts, may_go, most, known)

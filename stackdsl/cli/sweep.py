@@ -15,7 +15,7 @@ from stackdsl.exits import ExitCode
 from stackdsl.report.studies import sweep_csv, sweep_json, sweep_lines
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.studies.sweep import SweepError, SweptCase, sweep, told
-from stackdsl.studies.sweep_plan import NothingToSweepError, Plan, plan_of
+from stackdsl.studies.sweep_plan import NothingToSweepError, SweepPlan, plan_of
 from stackdsl.studies.sweep_rows import Counts, RowsError
 from stackdsl.studies.sweep_workers import NoClusterError, Workers, dask_cluster, own_processes
 from stackdsl.supervising.executors import TIME_LIMIT
@@ -106,7 +106,7 @@ def _cluster(scheduler: str) -> Iterator[Workers]:
 class _UnderWay:
     """A sweep, and what is told of it."""
 
-    def __init__(self, plan: Plan, out: Path, form: str) -> None:
+    def __init__(self, plan: SweepPlan, out: Path, form: str) -> None:
         self.plan, self.out, self.form = plan, out, form
         self.counts = Counts()
 

@@ -11,7 +11,7 @@ from stability.geometry.box import MIDDLE
 from stability.geometry.placed_shape import in_place
 from stability.geometry.vectors import dot, inverse, multiply, rotate, subtract
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.fit import CrowdedError, Fit, Site, Sited, fits
+from stackdsl.compiler.fit import CrowdedError, Fit, PlacementIndex, Sited, fits
 from stackdsl.language.bricks import BrickKind, SetBrick, laid
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import BuildStep, Scenario
@@ -232,14 +232,14 @@ def name_by_place(brick: WrittenBrick, level: int, counts: Counter[tuple[str, in
 BUILD: Final = 0  # among what happens at one time, the build comes first, and then impact by impact
 
 
-class Moment(NamedTuple):
+class ActionOrder(NamedTuple):
     """A time, and a place among what happens at that time."""
 
     time: float  # [s]
     turn: int = BUILD  # 1 for the first impact, and so on
 
 
-START: Final = Moment(0.0)
+START: Final = ActionOrder(0.0)
 
 
 # Names by place of bricks that come one by one: each is asked for before the next one is known.
@@ -249,11 +249,11 @@ MAX_NAMED = 20_000  # bricks whose names are worked out anew, as others came to 
 
 
 @dataclass(slots=True)
-class Standing:
+class IncrementalNaming:
     """Levels and names of the bricks so far, as `levels_of` and `names_of` would give them."""
 
     planes: Sequence[Plane]
-    site: Site = field(init=False)
+    site: PlacementIndex = field(init=False)
     written: list[WrittenBrick] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
     counts: Counter[tuple[str, int]] = field(default_factory=Counter)
@@ -261,7 +261,7 @@ class Standing:
     cost: int = 0  # bricks whose names were worked out anew
 
     def __post_init__(self) -> None:
-        self.site = Site([], self.planes)
+        self.site = PlacementIndex([], self.planes)
 
     def take_in(self, bricks: Sequence[WrittenBrick], asked: BodyId) -> None:
         """Take in those that are new, as a name is `asked` for. Raises NowhereError if that costs too much."""
@@ -311,16 +311,16 @@ class Standing:
 
 
 @dataclass(slots=True)
-class Surroundings:
+class EarlierBricks:
     """What bricks may be placed by: all that the author put before them."""
 
     planes: Sequence[Plane]
-    standing: Standing = field(init=False)
+    standing: IncrementalNaming = field(init=False)
     named: dict[BodyId, int] = field(default_factory=dict)  # by the author
     seen: int = 0  # bricks whose own names are known
 
     def __post_init__(self) -> None:
-        self.standing = Standing(self.planes)
+        self.standing = IncrementalNaming(self.planes)
 
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: Sequence[WrittenBrick]
@@ -391,14 +391,14 @@ class BuiltBrick:
     level: int
     name: BodyId
     removed_in: int | None  # the impact that pulls it out, by number
-    placed: Moment = START
-    gone: Moment | None = None  # when it is pulled out
+    placed: ActionOrder = START
+    gone: ActionOrder | None = None  # when it is pulled out
     in_hand: InHand = AT_ONCE
 
 
 def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick]:
     """All bricks in the author's order, not yet with their times."""
-    written = bricks_of(scenario, Surroundings(planes))
+    written = bricks_of(scenario, EarlierBricks(planes))
     removed: Mapping[int, int] = {}
     # Names say what is pulled out, which makes room for what is slid in, whose level then gives it its name.
     for _ in range(2 if scenario.impacts else 1):

@@ -8,14 +8,14 @@ from typing import Self
 from stability.geometry.vectors import SHORTEST
 from stability.model import GROUND, BodyId
 from stability.statics.assembly import LIGHTEST
-from stackdsl.compiler.bricks import MAX_NAMED, BuiltBrick, Moment, WrittenBrick, later_names
+from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, BuiltBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, Sited, fits
 from stackdsl.compiler.schedule import Built
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
-from stackdsl.language.value_types import Named, named_in
+from stackdsl.language.value_types import NameReference, named_in
 from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.wording import mm
 
@@ -73,7 +73,7 @@ def missed_bricks(_built: Built, scenario: Scenario, source: Source) -> Iterator
     """Bricks that something is expected of at the end, when they are pulled out."""
     gone = {named.name for impact in scenario.impacts for named in impact.done.pulled_out}
     for claim, named in _claimed(scenario):
-        if named.name in gone and not claim.stated.of_what_is_gone:
+        if named.name in gone and not claim.stated.allows_removed_bricks:
             message = f"brick '{named.name}' is pulled out, so nothing can be expected of it"
             yield Diagnostic("SD204", source.span_of(named.path), message, "leave it out")
 
@@ -98,7 +98,7 @@ def _planes(scenario: Scenario) -> tuple[BodyId, ...]:
     return (GROUND, *(f"wall{number}" for number in range(1, len(scenario.world.walls) + 1)))
 
 
-def _claimed(scenario: Scenario) -> Iterator[tuple[Claim, Named]]:
+def _claimed(scenario: Scenario) -> Iterator[tuple[Claim, NameReference]]:
     """The names of bricks in what is expected and known."""
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
@@ -114,7 +114,7 @@ AFTERMATH = 1.0  # [s] a collapse is followed; a plank falls from a metre in les
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class RunRequirements:
     """What a run must show."""
 
     hold: float  # how long the structure is watched after the last action [s]
@@ -126,11 +126,11 @@ class Asked:
     measures: tuple[str, ...]  # what is measured only if it is asked for, such as `sway`
 
 
-def asked_of(scenario: Scenario) -> Asked:
+def requirements_of(scenario: Scenario) -> RunRequirements:
     """What is expected of the scenario, and known of it, put as what a run must show."""
     claims = [claim.stated for claim in (*scenario.expect, *scenario.truth)]
     spans = [span for span in (scenario.watch, *(claim.needed_hold for claim in claims)) if span is not None]
-    return Asked(
+    return RunRequirements(
         hold=max(spans, default=HOLD),
         followed=scenario.watch or AFTERMATH,
         watched=scenario.watch is not None
@@ -151,7 +151,7 @@ def asked_of(scenario: Scenario) -> Asked:
 
 def contradictions(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Expectations that cannot hold together with an earlier one."""
-    levels, hold = {brick.name: brick.level for brick in built.bricks}, asked_of(scenario).hold
+    levels, hold = {brick.name: brick.level for brick in built.bricks}, requirements_of(scenario).hold
     places = {name: number for number, name in enumerate(levels)}
     meant = [_Meant.of(claim, levels, places, hold) for claim in scenario.expect]
     for number, claim in enumerate(scenario.expect):
@@ -201,12 +201,12 @@ class _Meant:
     def of(cls, claim: Expectation, levels: Mapping[BodyId, int], places: Mapping[BodyId, int], hold: float) -> Self:
         """What is written under the key of a claim; `places` numbers the bricks."""
         stated, alone, together = claim.stated, set[BodyId](), list[int]()
-        for group in stated.goes(levels):
+        for group in stated.must_fall(levels):
             if len(group) == 1:
                 alone.update(group)
             else:
                 together.append(_bits(group, places))
-        staying = stated.stays(levels, hold)
+        staying = stated.must_stand(levels, hold)
         return cls(stated, _bits(alone, places), together, None if staying is None else _bits(staying, places))
 
     def excludes(self, other: "_Meant") -> bool:
@@ -347,7 +347,7 @@ def _moved_neighbours(built: Built, scenario: Scenario, source: Source) -> Itera
                 break
 
 
-def _why_unknown(other: BuiltBrick, moment: Moment, hit: Mapping[BodyId, Moment]) -> str | None:
+def _why_unknown(other: BuiltBrick, moment: ActionOrder, hit: Mapping[BodyId, ActionOrder]) -> str | None:
     """Why nobody knows where a brick is at a moment; None if it is where its author put it."""
     if other.written.drop:
         return "and where that one lies is known only to a run, as it is let go"
@@ -360,9 +360,9 @@ def _why_unknown(other: BuiltBrick, moment: Moment, hit: Mapping[BodyId, Moment]
     return None
 
 
-def _hit(built: Built, scenario: Scenario) -> Mapping[BodyId, Moment]:
+def _hit(built: Built, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
     """When each brick is first named by something that may move it."""
-    found: dict[BodyId, Moment] = {}
+    found: dict[BodyId, ActionOrder] = {}
     for moment, impact in sorted(zip(built.impacts, scenario.impacts, strict=True), key=lambda timed: timed[0]):
         if impact.done.slid_in is None:
             for named in named_in(impact.done):

@@ -10,9 +10,8 @@ from typing import Final, TypeAlias
 from stability.contact_law import Friction, GivenFriction, Rule
 from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Brick, Plane, Quaternion
-from stackdsl.compiler.bricks import BuiltBrick, CrowdedBrickError, Moment, built_bricks
+from stackdsl.compiler.bricks import ActionOrder, BuiltBrick, CrowdedBrickError, built_bricks
 from stackdsl.compiler.checks import (
-    asked_of,
     beyond_what_is_built,
     bricks_that_hit,
     contradictions,
@@ -21,6 +20,7 @@ from stackdsl.compiler.checks import (
     missed_bricks,
     nowhere,
     out_of_place,
+    requirements_of,
     shared_names,
     shared_with_missiles,
     slivers,
@@ -34,14 +34,26 @@ from stackdsl.compiler.hands import (
     placed_by_hand,
     ways_through_planes,
 )
-from stackdsl.compiler.impacts import Done, done, missing_bricks
+from stackdsl.compiler.impacts import ImpactActions, done, missing_bricks
 from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_pairs
 from stackdsl.compiler.schedule import Built, built_of, missiles_of, planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
 from stackdsl.language.bricks import CATALOGUE, BrickKind
 from stackdsl.language.schema import PairOfBodies, Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.timeline import Action, Arrival, Hold, Jitter, LetGo, Placement, Push, Removal, Shake, Timeline, World
+from stackdsl.timeline import (
+    Action,
+    Arrival,
+    FixedWorld,
+    HoldAction,
+    Jitter,
+    LetGo,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+)
 
 # Which line of a scenario an action of its timeline comes from.
 
@@ -61,17 +73,17 @@ class Origin:
 
 def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | None:
     """Where an action is written; None where nothing says so."""
-    if isinstance(action, Shake):
+    if isinstance(action, ShakeAction):
         return None
     built = built_of(scenario, source)
     if not isinstance(action, Placement):
-        named = set(action.bricks if isinstance(action, Removal | Hold | LetGo) else (action.brick,))
+        named = set(action.bricks if isinstance(action, Removal | HoldAction | LetGo) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
             struck = {*impact.done.struck, *(each.name for each in impact.done.pulled_out)}
             ends = begins.time + impact.done.lasts
             if begins.time - ROUNDING <= action.time <= ends + ROUNDING and named & struck:
                 return _impact(number, scenario, source)
-        if isinstance(action, Removal | Push):
+        if isinstance(action, Removal | PushAction):
             return None
         brick = next(iter(named))  # a hand brought it
     else:
@@ -196,13 +208,13 @@ def _crossing(built: Built, scenario: Scenario, source: Source, bricks: set[Body
 # How and when the ground shakes, as an action of the timeline.
 
 
-def shakes(built: Built, scenario: Scenario) -> Iterator[tuple[Moment, Shake]]:
+def shakes(built: Built, scenario: Scenario) -> Iterator[tuple[ActionOrder, ShakeAction]]:
     """What the ground does, if it moves at all: level, also where the scene is tilted."""
     shake, moment = scenario.world.shake, built.shaken
     if shake is not None and moment is not None:
         # Rounded to where processors agree on them.
         direction_W = (round(cos(shake.bearing), 15), round(sin(shake.bearing), 15), 0.0)
-        yield moment, Shake(moment.time, GroundMotion(shake.course, direction_W, moment.time))
+        yield moment, ShakeAction(moment.time, GroundMotion(shake.course, direction_W, moment.time))
 
 
 # Scenario -> timeline: what is placed when and where, in SI, with every name and every time resolved.
@@ -250,7 +262,7 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     if lost := first_of(nowhere(built, scenario, source)):
         return None, tuple(lost)
     checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
-    impacts = Done() if built.mistimed else done(built, scenario, source)
+    impacts = ImpactActions() if built.mistimed else done(built, scenario, source)
     found = (mistake for check in checks for mistake in check(built, scenario, source))
     mistakes = first_of(chain(found, impacts.mistakes))
     return (None if mistakes else _timeline(built, impacts.actions, scenario)), tuple(mistakes)
@@ -290,13 +302,13 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     yield from too_many_in_margins(bricks, scenario, source)
 
 
-def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...]) -> World:
+def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...]) -> FixedWorld:
     touching = scenario.world.touching
-    return World(scenario.world.gravity, friction, planes, inf if touching is None else touching)
+    return FixedWorld(scenario.world.gravity, friction, planes, inf if touching is None else touching)
 
 
-def _timeline(built: Built, impacts: Iterable[tuple[Moment, Action]], scenario: Scenario) -> Timeline:
-    tilt, asked = tilt_of(scenario), asked_of(scenario)
+def _timeline(built: Built, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
+    tilt, asked = tilt_of(scenario), requirements_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
     steps = _steps_by_level(built)
     placed = {brick.name: _placement(brick, tilt, step_text(brick, scenario, steps)) for brick in built.in_order}

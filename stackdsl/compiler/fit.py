@@ -69,7 +69,7 @@ def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
     Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
     Raises CrowdedError.
     """
-    site = Site([in_place(box.shape, box.pose) for box in boxes], planes)
+    site = PlacementIndex([in_place(box.shape, box.pose) for box in boxes], planes)
     found: list[Fit] = []
     going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
     gathered = 0
@@ -108,7 +108,7 @@ class _Near:
 
 
 @dataclass
-class Site:
+class PlacementIndex:
     """Boxes and planes, and which of the boxes are there by now.
 
     Of those that are inside others, only the first are kept: however many lie in one place, none is held against all.

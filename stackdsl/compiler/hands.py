@@ -8,17 +8,17 @@ from stability.geometry.placed_shape import apart_from_plane, bounds_W, in_place
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import add, norm, rotate, scale
 from stability.model import BodyId, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import BuiltBrick, Moment
+from stackdsl.compiler.bricks import ActionOrder, BuiltBrick
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.impact_scene import MissError, scene_of
 from stackdsl.compiler.impacts import limit_speed
 from stackdsl.compiler.schedule import Built, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.hands import ByHand
-from stackdsl.language.impacts import Move as WrittenMove
+from stackdsl.language.impacts import Move
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.timeline import Action, Arrival, Hold, LetGo, Move, Placement
+from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement
 from stackdsl.wording import mm
 
 # Bricks that hands bring: when each comes, is in its place and is let go, and whether its way is free.
@@ -58,7 +58,7 @@ def brought(built: Built, scenario: Scenario) -> list[Brought]:
 
 def bringing(
     bricks: Sequence[Brought], placements: Mapping[BodyId, Placement], tilt: Quaternion
-) -> Iterator[tuple[Moment, Action]]:
+) -> Iterator[tuple[ActionOrder, Action]]:
     """What hands do: those that bring bricks together let them go together."""
     for (_, arrives), group in groupby(bricks, key=lambda one: (one.brick.written.step, one.brick.placed)):
         together = list(group)
@@ -67,9 +67,9 @@ def bringing(
             yield _at(arrives, placements[one.brick.name])
             places_W = tuple(rotate(tilt, place) for place in one.hand.course.places_W)
             course = type(one.hand.course)(places_W, one.hand.speed)
-            yield _at(arrives, Move(one.begins, one.brick.name, course, lowers=True))
+            yield _at(arrives, MoveAction(one.begins, one.brick.name, course, lowers=True))
         if together[0].hand.held:
-            yield _at(arrives, Hold(arrives.time, names))
+            yield _at(arrives, HoldAction(arrives.time, names))
         yield _at(arrives, LetGo(together[0].let_go, names))
 
 
@@ -78,7 +78,7 @@ def placed_by_hand(placement: Placement, one: Brought, tilt: Quaternion) -> Plac
     return replace(placement, time=one.begins, arrival=Arrival.BY_HAND, came=turned_pose(one.came, tilt))
 
 
-def _at(arrives: Moment, action: Action) -> tuple[Moment, Action]:
+def _at(arrives: ActionOrder, action: Action) -> tuple[ActionOrder, Action]:
     return arrives._replace(time=action.time), action
 
 
@@ -182,7 +182,7 @@ def ways_through_planes(built: Built, scenario: Scenario, source: Source) -> Ite
         impact = scenario.impacts[number]
         for name in impact.done.struck:
             shift = shifts.get(name, (0.0, 0.0, 0.0))
-            if not isinstance(impact.done, WrittenMove):
+            if not isinstance(impact.done, Move):
                 shifts[name] = shift if impact.done.lasts else None
             elif name in bricks and shift is not None:
                 yield from _through(impact.done, bricks[name], shift, built, source, number)
@@ -190,7 +190,7 @@ def ways_through_planes(built: Built, scenario: Scenario, source: Source) -> Ite
 
 
 def _through(  # noqa: PLR0913, PLR0917 -- a way, where it begins, and where it is written
-    move: WrittenMove, brick: BuiltBrick, shift: Vec3, built: Built, source: Source, number: int
+    move: Move, brick: BuiltBrick, shift: Vec3, built: Built, source: Source, number: int
 ) -> Iterator[Diagnostic]:
     written = brick.written
     for place in move.course.places_W:

@@ -6,7 +6,7 @@ from math import fsum, hypot
 
 from stability.geometry.placed_shape import InPlace, apart_from_plane, in_place
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import START, Moment
+from stackdsl.compiler.bricks import START, ActionOrder
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.schedule import Built
 from stackdsl.language.impacts import Aim
@@ -15,7 +15,7 @@ from stackdsl.wording import mm
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class StandingBrick:
     """One brick of the structure, and while it is there."""
 
     name: BodyId
@@ -23,42 +23,42 @@ class Standing:
     shape: InPlace
     centre: Vec3  # of its mass [m]
     mass: float  # [kg]
-    since: Moment
-    until: Moment | None  # when it is pulled out
+    since: ActionOrder
+    until: ActionOrder | None  # when it is pulled out
     let_go: bool  # in the air, so where it is later is not known before
 
-    def is_there(self, moment: Moment) -> bool:
+    def is_there(self, moment: ActionOrder) -> bool:
         """Whether it is placed by then, and not yet pulled out."""
         return self.since < moment and (self.until is None or moment < self.until)
 
 
 @dataclass(frozen=True, slots=True)
-class Flying:
+class FlyingBrick:
     """A brick that an impact throws or drops."""
 
-    since: Moment
+    since: ActionOrder
     brick: Brick
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ImpactScene:
     """What an impact happens in."""
 
-    moment: Moment
-    bricks: Sequence[Standing]  # all that are ever built, in the frame of the scene
-    flying: Mapping[BodyId, Flying]  # all that ever come from outside
+    moment: ActionOrder
+    bricks: Sequence[StandingBrick]  # all that are ever built, in the frame of the scene
+    flying: Mapping[BodyId, FlyingBrick]  # all that ever come from outside
     planes: Sequence[Plane]  # in the frame of the scene
     gravity: float  # [m/s2], along -z of W
     tilt: Quaternion  # from the frame of the scene to W
     missile: Brick | None = None  # what comes with this impact, if it has one
 
     @property
-    def resting(self) -> list[Standing]:
+    def resting(self) -> list[StandingBrick]:
         """The bricks whose place is known."""
         return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
 
 
-def on_the_way(moving: InPlace, direction: Vec3, scene: Scene) -> Iterator[Standing]:
+def on_the_way(moving: InPlace, direction: Vec3, scene: ImpactScene) -> Iterator[StandingBrick]:
     """The bricks that a body may meet which goes in a unit direction: of a tower, most lie beside the way."""
     (px, py, pz), (dx, dy, dz), own = moving.middle_W, direction, hypot(*moving.reach)
     for brick in scene.resting:
@@ -76,22 +76,22 @@ class MissError(MistakeError):
         self.key = key
 
 
-def scene_of(built: Built, gravity: float, tilt: Quaternion) -> Scene:
-    """What all impacts happen in, at the start; gravity in m/s2, and the tilt as in `Scene`."""
-    comes = {brick.id: Flying(built.impacts[number], brick) for number, brick in built.missiles.items()}
-    return Scene(START, tuple(_standing(built)), comes, built.planes, gravity, tilt)
+def scene_of(built: Built, gravity: float, tilt: Quaternion) -> ImpactScene:
+    """What all impacts happen in, at the start; gravity in m/s2, and the tilt as in `ImpactScene`."""
+    comes = {brick.id: FlyingBrick(built.impacts[number], brick) for number, brick in built.missiles.items()}
+    return ImpactScene(START, tuple(_standing(built)), comes, built.planes, gravity, tilt)
 
 
-def _standing(built: Built) -> Iterator[Standing]:
+def _standing(built: Built) -> Iterator[StandingBrick]:
     for brick in built.bricks:
         made = brick.written
         shape = in_place(made.shape, made.pose)
-        yield Standing(
+        yield StandingBrick(
             brick.name, brick.level, shape, made.pose.position_W, made.mass, brick.placed, brick.gone, made.drop
         )
 
 
-def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
+def aimed_at(aim: Aim, scene: ImpactScene, key: str) -> list[StandingBrick]:
     """The bricks that are meant: one, or those of a level that stand by then. A name must be that of some brick."""
     meant = [brick for brick in scene.resting if brick.name == aim.brick or brick.level == aim.level]
     if meant:
@@ -103,7 +103,7 @@ def aimed_at(aim: Aim, scene: Scene, key: str) -> list[Standing]:
     raise MissError(key, "SD205", f"no brick of level {aim.level} stands at {scene.moment.time:g} s", hint)
 
 
-def missing(name: BodyId, scene: Scene, key: str) -> MissError:
+def missing(name: BodyId, scene: ImpactScene, key: str) -> MissError:
     """Why nobody knows where a brick is."""
     time, brick = scene.moment.time, next((brick for brick in scene.bricks if brick.name == name), None)
     if brick is None or (brick.let_go and brick.is_there(scene.moment)):
@@ -115,13 +115,13 @@ def missing(name: BodyId, scene: Scene, key: str) -> MissError:
     return MissError(key, "SD204", f"brick '{name}' is placed at {brick.since.time:g} s, not before {time:g} s", hint)
 
 
-def middle_of(bricks: Sequence[Standing]) -> Vec3:
+def middle_of(bricks: Sequence[StandingBrick]) -> Vec3:
     """The mean of their middles [m]."""
     x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.middle_W for brick in bricks), strict=True))
     return (x, y, z)
 
 
-def keep_out_of_planes(brick: Brick, pose: Pose, scene: Scene, key: str) -> None:
+def keep_out_of_planes(brick: Brick, pose: Pose, scene: ImpactScene, key: str) -> None:
     """Raise MissError if a brick starts inside the ground or a wall."""
     for plane in scene.planes:
         gap = apart_from_plane(brick.shape, pose, plane).gap

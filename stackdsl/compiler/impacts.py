@@ -8,12 +8,12 @@ from math import atan2, cos, inf, sin, sqrt
 from stability.geometry.placed_shape import apart, how_far_outside, in_place, meeting
 from stability.geometry.vectors import add, add_scaled, inverse, norm, rotate, scale, subtract
 from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import Moment, about_axes, about_z
+from stackdsl.compiler.bricks import ActionOrder, about_axes, about_z
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.impact_scene import (
+    ImpactScene,
     MissError,
-    Scene,
-    Standing,
+    StandingBrick,
     aimed_at,
     keep_out_of_planes,
     middle_of,
@@ -23,22 +23,19 @@ from stackdsl.compiler.impact_scene import (
 )
 from stackdsl.compiler.schedule import Built, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.language.impacts import Drop, ImpactKind, Remove, Throw
-from stackdsl.language.impacts import Hold as WrittenHold
-from stackdsl.language.impacts import Move as WrittenMove
-from stackdsl.language.impacts import Push as WrittenPush
+from stackdsl.language.impacts import Drop, Hold, ImpactKind, Move, Push, Remove, Throw
 from stackdsl.language.quantities import SPEED
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.timeline import Action, Arrival, Hold, LetGo, Move, Placement, Push, Removal
+from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement, PushAction, Removal
 from stackdsl.wording import MILLIMETRES, mm, rounded_down, rounded_up
 
 # What an impact comes to in the scene: the place where each kind registers how.
 
 
 @singledispatch
-def actions_of(done: ImpactKind, _scene: Scene) -> tuple[Action, ...]:
+def actions_of(done: ImpactKind, _scene: ImpactScene) -> tuple[Action, ...]:
     """The actions of the timeline that an impact comes to. Raises MissError if it cannot be as it is written."""
     if done.slid_in is not None:
         return ()  # it is placed with all other bricks of the structure
@@ -49,7 +46,7 @@ def actions_of(done: ImpactKind, _scene: Scene) -> tuple[Action, ...]:
 
 
 @actions_of.register
-def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
+def dropped(drop: Drop, scene: ImpactScene) -> tuple[Placement, ...]:
     """The brick where it is let go. Raises MissError."""
     brick = scene.missile
     assert brick is not None  # the kind says that it has one
@@ -75,7 +72,7 @@ def dropped(drop: Drop, scene: Scene) -> tuple[Placement, ...]:
     return (Placement(scene.moment.time, brick, 0, pose, Arrival.DROPPED, flight=flight),)
 
 
-def _along(brick: Standing) -> Quaternion:
+def _along(brick: StandingBrick) -> Quaternion:
     """Flat, with its length over that of a brick; along x over one that stands on end."""
     x, y, _ = brick.shape.axes_W[0]
     return about_z(atan2(y, x) if abs(x) + abs(y) > OVERLAP else 0.0)
@@ -94,7 +91,7 @@ class Coming:
     """A brick that comes, by the number of its impact."""
 
     number: int
-    moment: Moment
+    moment: ActionOrder
     placement: Placement
 
 
@@ -107,7 +104,9 @@ class Crossing:
     depth: float  # [m]
 
 
-def crossings(coming: Sequence[Coming], known_until: Mapping[BodyId, Moment], gravity: float) -> Iterator[Crossing]:
+def crossings(
+    coming: Sequence[Coming], known_until: Mapping[BodyId, ActionOrder], gravity: float
+) -> Iterator[Crossing]:
     """Of each brick that begins inside others the first.
 
     `known_until` says which are pulled out or pushed, and when.
@@ -119,7 +118,7 @@ def crossings(coming: Sequence[Coming], known_until: Mapping[BodyId, Moment], gr
         yield from [crossing for crossing in found if crossing.depth > OVERLAP][:1]
 
 
-def _flies_at(coming: Coming, moment: Moment, known_until: Mapping[BodyId, Moment]) -> bool:
+def _flies_at(coming: Coming, moment: ActionOrder, known_until: Mapping[BodyId, ActionOrder]) -> bool:
     """Whether it is on its way then, undisturbed."""
     arrives = coming.moment.time + coming.placement.flight
     end = known_until.get(coming.placement.brick.id)
@@ -138,28 +137,28 @@ def _depth(earlier: Coming, later: Coming, gravity: float) -> float:
 
 
 @actions_of.register
-def moved(move: WrittenMove, scene: Scene) -> tuple[Move | Hold | LetGo, ...]:
+def moved(move: Move, scene: ImpactScene) -> tuple[MoveAction | HoldAction | LetGo, ...]:
     """The way of the hand, and its end. Raises MissError."""
     _reach_for(move.brick, scene)
     limit_speed(move.speed, scene)
     course = move.course
     turned = tuple(rotate(scene.tilt, place) for place in course.places_W)
     begins, arrives = scene.moment.time, scene.moment.time + course.duration
-    held = (Hold(arrives, (move.brick,)),) if move.held else ()
+    held = (HoldAction(arrives, (move.brick,)),) if move.held else ()
     course_W = type(course)(turned, course.speed)
     free_W = rotate(scene.tilt, (0.0, 0.0, 1.0)) if move.slid else None
-    return (Move(begins, move.brick, course_W, free_W), *held, LetGo(begins + move.lasts, (move.brick,)))
+    return (MoveAction(begins, move.brick, course_W, free_W), *held, LetGo(begins + move.lasts, (move.brick,)))
 
 
 @actions_of.register
-def held(hold: WrittenHold, scene: Scene) -> tuple[Hold | LetGo, ...]:
+def held(hold: Hold, scene: ImpactScene) -> tuple[HoldAction | LetGo, ...]:
     """From when to when it is held. Raises MissError."""
     _reach_for(hold.brick, scene)
     begins = scene.moment.time
-    return (Hold(begins, (hold.brick,)), LetGo(begins + hold.for_, (hold.brick,)))
+    return (HoldAction(begins, (hold.brick,)), LetGo(begins + hold.for_, (hold.brick,)))
 
 
-def _reach_for(name: BodyId, scene: Scene) -> None:
+def _reach_for(name: BodyId, scene: ImpactScene) -> None:
     """Raise MissError if a brick is not there by then."""
     brick = next((brick for brick in scene.bricks if brick.name == name), None)
     if brick is not None:
@@ -170,7 +169,7 @@ def _reach_for(name: BodyId, scene: Scene) -> None:
         raise MissError("brick", "SD204", message, "begin later")
 
 
-def limit_speed(speed: float, scene: Scene) -> None:
+def limit_speed(speed: float, scene: ImpactScene) -> None:
     """Raise MissError if a hand is faster than a brick gets that falls by the thickness of the thinnest of all.
 
     Up to there a brick that is pushed moves by a share of its thickness in a step of any system; what is faster hits.
@@ -193,7 +192,7 @@ TURNED = 1e-12  # how much longer the rounding of a turn may make an impulse
 
 
 @actions_of.register
-def pushed(push: WrittenPush, scene: Scene) -> tuple[Push, ...]:
+def pushed(push: Push, scene: ImpactScene) -> tuple[PushAction, ...]:
     """The push, of a brick of the structure or of one that came flying before. Raises MissError."""
     brick = next((brick for brick in scene.bricks if brick.name == push.brick), None)
     if brick is None:
@@ -203,16 +202,16 @@ def pushed(push: WrittenPush, scene: Scene) -> tuple[Push, ...]:
     elif not brick.let_go:
         _touch(push.point, brick)
     impulse_W, offset_W = rotate(scene.tilt, push.impulse), rotate(scene.tilt, push.point)
-    return (Push(scene.moment.time, push.brick, impulse_W, offset_W),)
+    return (PushAction(scene.moment.time, push.brick, impulse_W, offset_W),)
 
 
-def _await(name: BodyId, comes: Moment, scene: Scene) -> None:
+def _await(name: BodyId, comes: ActionOrder, scene: ImpactScene) -> None:
     if comes > scene.moment:
         message = f"brick '{name}' comes at {comes.time:g} s, not before {scene.moment.time:g} s"
         raise MissError("brick", "SD204", message, "push it later")
 
 
-def _touch(point: Vec3, brick: Standing) -> None:
+def _touch(point: Vec3, brick: StandingBrick) -> None:
     """Raise MissError if a point, from the centre of a brick, is not in it."""
     beyond = how_far_outside(brick.shape, add(brick.centre, point))
     if beyond > OVERLAP:
@@ -220,7 +219,7 @@ def _touch(point: Vec3, brick: Standing) -> None:
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
 
 
-def limit_push(push: Push, scene: Scene) -> None:
+def limit_push(push: PushAction, scene: ImpactScene) -> None:
     """Raise MissError if a push gives a brick no speed, or more than a thrown one may have, whatever kind it is of."""
     brick = next((brick for brick in scene.bricks if brick.name == push.brick), None)
     mass = scene.flying[push.brick].brick.mass if brick is None else brick.mass
@@ -236,16 +235,16 @@ def limit_push(push: Push, scene: Scene) -> None:
 
 
 @dataclass
-class Done:
+class ImpactActions:
     """What all impacts come to."""
 
-    actions: list[tuple[Moment, Action]] = field(default_factory=list)
+    actions: list[tuple[ActionOrder, Action]] = field(default_factory=list)
     mistakes: list[Diagnostic] = field(default_factory=list)
 
 
-def done(built: Built, scenario: Scenario, source: Source) -> Done:
+def done(built: Built, scenario: Scenario, source: Source) -> ImpactActions:
     """The actions of all impacts, impact by impact."""
-    found = Done()
+    found = ImpactActions()
     if not scenario.impacts:
         return found
     scene = scene_of(built, scenario.world.gravity, tilt_of(scenario))
@@ -267,18 +266,18 @@ def done(built: Built, scenario: Scenario, source: Source) -> Done:
     return found
 
 
-def _actions(done: ImpactKind, scene: Scene) -> tuple[Action, ...]:
+def _actions(done: ImpactKind, scene: ImpactScene) -> tuple[Action, ...]:
     """What an impact comes to, within the limits that hold for every kind. Raises MissError."""
     actions = actions_of(done, scene)
     for action in actions:
-        if isinstance(action, Push):
+        if isinstance(action, PushAction):
             limit_push(action, scene)
     return actions
 
 
-def _struck(built: Built, scenario: Scenario) -> Mapping[BodyId, Moment]:
+def _struck(built: Built, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
     """When a brick is first pulled out or pushed."""
-    found: dict[BodyId, Moment] = {}
+    found: dict[BodyId, ActionOrder] = {}
     for moment, impact in sorted(zip(built.impacts, scenario.impacts, strict=True), key=lambda timed: timed[0]):
         for name in impact.done.struck:
             found.setdefault(name, moment)
@@ -302,7 +301,7 @@ def _blocked(crossing: Crossing, scenario: Scenario, source: Source) -> Diagnost
 
 
 @actions_of.register
-def removed(remove: Remove, scene: Scene) -> tuple[Removal, ...]:
+def removed(remove: Remove, scene: ImpactScene) -> tuple[Removal, ...]:
     """All of them at once, in the author's order."""
     return (Removal(scene.moment.time, tuple(named.name for named in remove.pulled_out)),)
 
@@ -336,7 +335,7 @@ SPEED_ROUNDING = 1e-12  # of the speed, so that what is told to be allowed is
 
 
 @actions_of.register
-def thrown(throw: Throw, scene: Scene) -> tuple[Placement, ...]:
+def thrown(throw: Throw, scene: ImpactScene) -> tuple[Placement, ...]:
     """The brick where it begins to fly. Raises MissError."""
     brick = scene.missile
     assert brick is not None  # the kind says that it has one
@@ -351,7 +350,7 @@ def thrown(throw: Throw, scene: Scene) -> tuple[Placement, ...]:
     return (Placement(scene.moment.time, brick, 0, pose, Arrival.THROWN, velocity_W, duration),)
 
 
-def _limit_height(throw: Throw, ahead_W: Vec3, scene: Scene) -> None:
+def _limit_height(throw: Throw, ahead_W: Vec3, scene: ImpactScene) -> None:
     """Raise MissError for a throw that rises or falls, as it leaves or arrives, faster than one may be thrown."""
     assert scene.missile is not None
     speed, distance, gravity = throw.speed, throw.from_.distance, scene.gravity
@@ -374,7 +373,7 @@ def _direction_from(bearing: float) -> Vec3:
     return (0.0 - round(cos(bearing), 15), 0.0 - round(sin(bearing), 15), 0.0)
 
 
-def _start(brick: Brick, throw: Throw, towards: Vec3, scene: Scene) -> Pose:
+def _start(brick: Brick, throw: Throw, towards: Vec3, scene: ImpactScene) -> Pose:
     """At the height of the aim, with its nose at the distance from what it meets first on the straight way there."""
     aim = middle_of(aimed_at(throw.at, scene, "at"))
     orientation = about_z(throw.from_.bearing + throw.turn)

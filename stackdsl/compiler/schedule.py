@@ -7,7 +7,7 @@ from math import cos, sin
 
 from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import BUILD, BuiltBrick, InHand, Moment, WrittenBrick, built_bricks
+from stackdsl.compiler.bricks import BUILD, ActionOrder, BuiltBrick, InHand, WrittenBrick, built_bricks
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.hands import ByHand
 from stackdsl.language.model_base import Anchor
@@ -21,17 +21,17 @@ from stackdsl.language.yaml.source import KeyPath, Source
 class Schedule:
     """The moments of all that was gone through so far."""
 
-    bricks: list[Moment] = field(default_factory=list)  # in the author's order
-    impacts: list[Moment] = field(default_factory=list)
+    bricks: list[ActionOrder] = field(default_factory=list)  # in the author's order
+    impacts: list[ActionOrder] = field(default_factory=list)
     in_hands: list[InHand] = field(default_factory=list)  # when each brick comes, and is left to itself
     over: list[float] = field(default_factory=list)  # when each impact is [s]
-    shaken: Moment | None = None  # when the ground begins to move
+    shaken: ActionOrder | None = None  # when the ground begins to move
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
 
     def place(self, brick: BuiltBrick, in_hand: InHand, turn: int) -> None:
         """Let a brick be placed at a time; an anchor names when it is left to itself."""
-        self.bricks.append(Moment(in_hand.arrives, turn))
+        self.bricks.append(ActionOrder(in_hand.arrives, turn))
         self.in_hands.append(in_hand)
         events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
         for event in events:
@@ -59,14 +59,14 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         for brick, in_hand in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
             found.place(brick, in_hand, turn)
         if turn:
-            found.impacts.append(Moment(start, turn))
+            found.impacts.append(ActionOrder(start, turn))
             found.over.append(start + scenario.impacts[turn - 1].done.lasts)
         ends = [each.let_go for each in in_hands] if turn == BUILD else found.over[-1:]
         last = max(last, start, *ends)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        found.shaken = Moment(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
+        found.shaken = ActionOrder(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
     return found
 
 
@@ -172,8 +172,8 @@ class Built:
 
     bricks: Sequence[BuiltBrick]  # in the author's order
     missiles: Mapping[int, Brick]  # what is thrown or dropped, by the number of the impact
-    impacts: Sequence[Moment]  # when each begins
-    shaken: Moment | None  # when the ground begins to move, if it does
+    impacts: Sequence[ActionOrder]  # when each begins
+    shaken: ActionOrder | None  # when the ground begins to move, if it does
     planes: Sequence[Plane]
     mistimed: Sequence[Diagnostic]  # what has no time; then the times are wrong, and nothing fits
 

@@ -15,14 +15,14 @@ from stackdsl.goldens.snapshot import (
     FinalBrick,
     FirstCollapse,
     FixedPlane,
+    GoldenScene,
     Identity,
     MalformedSnapshotError,
-    PlacedBrick,
     Placing,
     Pushing,
+    RecordedBrick,
     Removing,
     Samples,
-    Scene,
     Snapshot,
 )
 from stackdsl.trace import NO_PART, BrickState
@@ -103,7 +103,7 @@ def check_keys(whole: Mapping[str, object]) -> None:
     """Raise MalformedSnapshotError if the JSON value of a golden file holds a key that no snapshot has."""
     _check("the file", whole, WHOLE - {"identity"})
     world = whole.get("world")
-    _check("the world", world, _field_names(Scene))
+    _check("the world", world, _field_names(GoldenScene))
     _check_each(_values(_at(world, "planes")), _field_names(FixedPlane))
     _check("the collapse", whole.get("collapse"), _field_names(FirstCollapse))
     _check("the samples", whole.get("samples"), _field_names(Samples))
@@ -111,7 +111,7 @@ def check_keys(whole: Mapping[str, object]) -> None:
     events = whole.get("events")
     for event in events if isinstance(events, list) else ():
         _check("an event", event, _field_names(Placing) | _field_names(Removing) | _field_names(Pushing))
-        _check_each(_values(_at(event, "placed")), _field_names(PlacedBrick))
+        _check_each(_values(_at(event, "placed")), _field_names(RecordedBrick))
 
 
 def _field_names(*kinds: type) -> set[str]:

@@ -33,7 +33,7 @@ from stackdsl.goldens.snapshot import (
     Identity,
     MalformedSnapshotError,
     Snapshot,
-    differ_in_engine,
+    made_by_other_engine,
     stamp_note,
 )
 from stackdsl.project_file import GOLDEN
@@ -122,19 +122,19 @@ class GoldenWriteRefusedError(RuntimeError):
 
 
 def check_golden(
-    snapshot: Snapshot, directory: Path, update: bool, lock_new: bool = False, kept_by: str = ""
+    snapshot: Snapshot, directory: Path, update: bool, write_new_goldens: bool = False, kept_by: str = ""
 ) -> GoldenResult:
     """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
 
     Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
-    what it was made with before. With `lock_new`, a file that there is not is written as well.
+    what it was made with before. With `write_new_goldens`, a file that there is not is written as well.
 
     A file that was made with another engine is not written over, for those who have that one: whoever means to removes
     it first. `kept_by` is who keeps a file in which nobody is named who is still there, as `keepers.keeper_of` says.
 
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
-    if update or lock_new:
+    if update or write_new_goldens:
         refuse_in_ci(os.environ)
     path = directory / golden_name(snapshot.identity)
     found = content(path, directory)
@@ -145,7 +145,7 @@ def check_golden(
     if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
     result = judged_content(path.as_posix(), found, document(snapshot))
-    if result.status is GoldenStatus.MISSING and lock_new and not update:
+    if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
     kept_by_another = agrees and kept != keeper
@@ -212,7 +212,7 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
     try:
         expected = _parsed(text)
         stamps = expected.get("stamp"), got.get("stamp")
-        other_engine = differ_in_engine(*stamps)
+        other_engine = made_by_other_engine(*stamps)
         differences = compare_documents(expected, got, other_engine=other_engine)
     except NewerFormatError as error:
         return GoldenResult(GoldenStatus.NEWER, file, note=visible(str(error)))
@@ -392,7 +392,7 @@ class Pending:
         """The golden files that accepting it writes or removes."""
         return tuple(filter(None, (self.golden, self.renamed_from)))
 
-    def differences(self, goldens: "Waiting") -> tuple[GoldenDifference, ...]:
+    def differences(self, goldens: "PendingStore") -> tuple[GoldenDifference, ...]:
         """What it says other than the golden file does, as far as that can be read."""
         found = goldens.content(self.renamed_from or self.golden)
         if not isinstance(found, bytes):
@@ -400,14 +400,14 @@ class Pending:
         got = json.loads(self.text)
         return judge_text(self.golden, found.decode("utf-8", "replace"), got).differences
 
-    def is_stale(self, goldens: "Waiting") -> bool:
+    def is_stale(self, goldens: "PendingStore") -> bool:
         """Whether the golden file has changed since it was compared."""
         now = text_digest(goldens.content(self.golden))
         return now not in (self.against, sha256(self.text.encode()).hexdigest())
 
 
 @dataclass(frozen=True, slots=True)
-class Waiting:
+class PendingStore:
     """All that waits, in a directory such as `.stackdsl`, of becoming golden files in another one.
 
     Whoever sent the project may have made what waits: it counts only where its text is a snapshot, and where its names

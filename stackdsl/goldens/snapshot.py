@@ -15,7 +15,7 @@ from stability.geometry.placed_shape import top_W
 from stability.model import BodyId, ConvexShape, Pose, Vec3
 from stability.problem import Stage
 from stackdsl.results import GoldenDifference
-from stackdsl.timeline import World
+from stackdsl.timeline import FixedWorld
 from stackdsl.trace import (
     ACTIONS,
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
@@ -95,7 +95,7 @@ class FirstCollapse:
 
 
 @dataclass(frozen=True, slots=True)
-class PlacedBrick:
+class RecordedBrick:
     """Where a brick was set down, and who carried it once it had been judged."""
 
     at_mm: tuple[Number, ...]  # centre of mass in W
@@ -113,7 +113,7 @@ class Placing:
 
     time_s: Number
     margin_mm: Number | None  # least tipping margin of the stack afterwards; None where no model tells
-    placed: Mapping[BodyId, PlacedBrick]
+    placed: Mapping[BodyId, RecordedBrick]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +152,7 @@ class FixedPlane:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class GoldenScene:
     """What does not move, so that a snapshot is never the same as that of another scene."""
 
     gravity: Number  # [m/s2]
@@ -179,7 +179,7 @@ class Snapshot:
 
     identity: Identity
     stamp: Mapping[str, str]  # versions of what made it
-    world: Scene
+    world: GoldenScene
     verdict: str
     statics: str | None  # what was proven when bricks were last set down; None where no system proves
     collapse: FirstCollapse | None
@@ -241,7 +241,7 @@ UNMOVED = 1e-6  # [m] of one that a hit did not reach, or that went back to wher
 HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
-def take(trace: Trace, world: World, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
+def take(trace: Trace, world: FixedWorld, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
     """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
     # What has fallen may lean on what stands, or not, by a hair: where debris comes to lie is not locked.
@@ -275,9 +275,9 @@ def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
     return tuple(_rounded(1000.0 * value, quantity) for value in position_W)
 
 
-def scene_of(world: World) -> Scene:
+def scene_of(world: FixedWorld) -> GoldenScene:
     """What does not move."""
-    return Scene(
+    return GoldenScene(
         gravity=_rounded(world.gravity, GRAVITY),
         friction=_rounded(law_of(world.friction).usual, FRICTION),
         rubbing=rubbing_of(world.friction),
@@ -427,13 +427,13 @@ def _is_below(event: Event, trace: Trace) -> bool:
     return collapse is None or all(trace.tracks[brick].level < collapse.level for brick in event.bricks)
 
 
-def _placed(brick: BodyId, trace: Trace, told: bool) -> PlacedBrick:
+def _placed(brick: BodyId, trace: Trace, told: bool) -> RecordedBrick:
     edges = trace.edges_when_placed.get(brick) if told else None
     track = trace.tracks[brick]
     shape = track.brick.shape
     size, centre = _around(shape)
     boxed = isinstance(shape, Box)
-    return PlacedBrick(
+    return RecordedBrick(
         at_mm=_in_mm(track.placed.position_W, POSITION),
         turn_deg=_turn(track.placed),
         size_mm=_in_mm(size, SIZE),
@@ -467,7 +467,9 @@ COUNTS = ("seed", "drawn", "stood", "undecided", "unfit")
 ABSENT = "none"
 
 
-def snapshot_of_samples(ensemble: Ensemble, world: World, identity: Identity, stamp: Mapping[str, str]) -> Snapshot:
+def snapshot_of_samples(
+    ensemble: Ensemble, world: FixedWorld, identity: Identity, stamp: Mapping[str, str]
+) -> Snapshot:
     """What is locked of many samples: how many there are, and what became of them."""
     fell = {str(level): count for level, count in sorted(ensemble.fell.items())}
     counts = (ensemble.seed, ensemble.drawn, ensemble.stood, fell, ensemble.undecided, ensemble.unfit)
@@ -534,7 +536,7 @@ def _version(distribution: str) -> str:
         return ""
 
 
-def differ_in_engine(expected: object, got: object) -> bool:
+def made_by_other_engine(expected: object, got: object) -> bool:
     """Whether two stamps name engines, and not the same: what such a run did after its first step is another story."""
     was, now = (_engines(stamp) for stamp in (expected, got))
     return bool(was and now and was != now)

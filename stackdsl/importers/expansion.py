@@ -14,10 +14,10 @@ from stackdsl.importers.overhang import warned
 from stackdsl.importers.settling import Settled, cannot_settle, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
-from stackdsl.language.validation import mistakes_at, told_only
+from stackdsl.language.validation import mistakes_at, report_missing_dependency
 from stackdsl.language.value_types import MAX_BRICKS
 from stackdsl.language.yaml.includes import Library, OutsideError, composed, file_in_project, root_of
-from stackdsl.language.yaml.source import KeyPath, Loaded, Places, Plain, Source
+from stackdsl.language.yaml.source import KeyPath, Loaded, PlaceBuilder, Plain, Source
 
 IMPORT: Final = "import"
 
@@ -44,7 +44,7 @@ def whole(loaded: Loaded, library: Library) -> Loaded:
     sources: list[Source] = []
     mistakes: list[Diagnostic] = []
     for written in made.sources:
-        source = told_only(written) or written
+        source = report_missing_dependency(written) or written
         try:
             sources.append(_expanded(source, library) if any(_steps(source)) else source)
         except _MistakeError as mistake:
@@ -72,7 +72,7 @@ def _steps(source: Source) -> Iterator[tuple[KeyPath, dict[str, Plain]]]:
 def _expanded(source: Source, library: Library) -> Source:
     build = source.values["build"]
     assert isinstance(build, list)
-    steps, parts, places = list(build), dict.fromkeys(source.parts), Places()
+    steps, parts, places = list(build), dict.fromkeys(source.parts), PlaceBuilder()
     odd = list(source.warnings)
     expanding = dict(_steps(source))
     places.keep(source, dict.fromkeys(expanding))

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from stability.contact_law import Rule
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.importers.load import ImportedLoad, Surfaces, digits
+from stackdsl.importers.load import ImportedLoad, ImportedSurfaces, digits
 from stackdsl.language.yaml.source import Plain, Source
 
 PASSED_OVER: Final = "or ignore: ['friction']"
@@ -47,7 +47,7 @@ def left_open(span: Span, ruled: str, passed_over: str) -> Diagnostic:
     return Diagnostic("SD115", span, message, f"write {ruled}, or another rule, or {passed_over}")
 
 
-def written_world(surfaces: Surfaces) -> dict[str, Plain]:
+def written_world(surfaces: ImportedSurfaces) -> dict[str, Plain]:
     """The `world` of a scenario that keeps what a file says."""
     ground: dict[str, Plain] = {} if surfaces.ground is None else {"ground": {"friction": float(surfaces.ground)}}
     rule: dict[str, Plain] = {} if surfaces.rule is None else {"friction": {"rule": surfaces.rule.value}}

@@ -48,7 +48,7 @@ class ImportedBox:
 
 
 @dataclass(frozen=True, slots=True)
-class Surfaces:
+class ImportedSurfaces:
     """What a file says of how its bodies rub, each of which has a friction of its own then."""
 
     rule: Rule | None  # what two that touch have, as its format has it; None if that leaves it open
@@ -70,7 +70,7 @@ class ImportedLoad:
     boxes: tuple[ImportedBox, ...]
     precision: Fraction  # the unit of the last digit of its lengths [m]
     untaken: tuple[str, ...] = ()  # what the format has that says nothing of statics, and is there
-    surfaces: Surfaces | None = None  # None if the scenario says how all rub
+    surfaces: ImportedSurfaces | None = None  # None if the scenario says how all rub
     deck: Deck | None = None  # None if the file says none
 
 

@@ -11,7 +11,7 @@ from stability.geometry.convex_solid import NotASolidError
 from stability.geometry.vectors import subtract
 from stackdsl.diagnostics import Span
 from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading
-from stackdsl.importers.text_positions import IN_METRES, JsonText, Measures, Node, Numeral, json_text
+from stackdsl.importers.text_positions import IN_METRES, JsonText, Node, Numeral, UnitReader, json_text
 from stackdsl.language.bricks import corner_number
 from stackdsl.language.imports import Import
 from stackdsl.language.value_types import NAME
@@ -27,7 +27,7 @@ EVEN: Final = 1e-5  # of a size: a centre of mass as near to that of an even fil
 
 
 @dataclass(frozen=True, slots=True)
-class Mesh:
+class ImportedMesh:
     """A solid of a file: its corners [m], and its faces as places among these, counter-clockwise seen from outside."""
 
     name: str
@@ -55,7 +55,7 @@ def density_of(reading: LoadReading, asked: Import) -> Fraction:
 
 def solid_brick(
     reading: LoadReading,
-    mesh: Mesh,
+    mesh: ImportedMesh,
     density: Fraction = Fraction(1),
     mass: Fraction | None = None,
     heavy_at: Exact3 | None = None,
@@ -137,7 +137,7 @@ def read_obj(reading: LoadReading, asked: Import) -> ImportedLoad:
     if asked.up is None:
         hint = "say which: `up: +z`, or `up: +y`, as Blender and others write it unless told otherwise"
         reading.open(reading.page.span(0, 0), "an OBJ file does not say which of its axes points up", hint)
-    lines = _Lines(reading, Measures(reading, metre), asked.up == "+y")
+    lines = _Lines(reading, UnitReader(reading, metre), asked.up == "+y")
     lines.read()
     reading.end()
     made = [solid_brick(reading, mesh, density) for mesh in lines.meshes()]
@@ -147,7 +147,7 @@ def read_obj(reading: LoadReading, asked: Import) -> ImportedLoad:
 class _Lines:
     """Reads one line after the other."""
 
-    def __init__(self, reading: LoadReading, measures: Measures, y_is_up: bool) -> None:
+    def __init__(self, reading: LoadReading, measures: UnitReader, y_is_up: bool) -> None:
         self._reading, self._measures, self._y_is_up = reading, measures, y_is_up
         self._named_by = "o" if any(line.split()[:1] == ["o"] for line in reading.page.lines) else "g"
         self._corners: list[Exact3] = []
@@ -218,14 +218,14 @@ class _Lines:
         place = number - 1 if number > 0 else len(self._corners) + number
         return place if number != 0 and 0 <= place < len(self._corners) else None
 
-    def meshes(self) -> list[Mesh]:
+    def meshes(self) -> list[ImportedMesh]:
         """What was read, but for what is to be ignored and what has no faces."""
         found = []
         for part in self._parts.values():
             if part.name in self._reading.ignored:
                 self._reading.leave(part.name, part.span, known=False)
             elif part.faces:
-                found.append(Mesh(part.name, *merged(self._corners, part.faces), part.span))
+                found.append(ImportedMesh(part.name, *merged(self._corners, part.faces), part.span))
             else:
                 self._reading.leave(f"{part.name}, which has no faces", part.span, known=True)
         return found
@@ -261,7 +261,7 @@ def read_compas(reading: LoadReading, asked: Import) -> ImportedLoad:
             _pass_over(json, of_graph, _OF_GRAPH, {"edge": "interfaces"})
             node = json.member(held, of_graph, "node", "`data` of the graph")
             nodes = json.mapping(node, "`node`") if node else {}
-    blocks = _Blocks(json, Measures(reading, metre), asked)
+    blocks = _Blocks(json, UnitReader(reading, metre), asked)
     meshes = list(blocks.meshes(nodes))
     reading.end()
     made = [solid_brick(reading, mesh, density) for mesh in meshes]
@@ -288,10 +288,10 @@ def _pass_over(json: JsonText, owner: Mapping[str, Node], taken: set[str], besid
 class _Blocks:
     """Reads the blocks of a graph."""
 
-    def __init__(self, json: JsonText, measures: Measures, asked: Import) -> None:
+    def __init__(self, json: JsonText, measures: UnitReader, asked: Import) -> None:
         self._json, self._measures, self._asked = json, measures, asked
 
-    def meshes(self, nodes: Mapping[str, Node]) -> Iterator[Mesh]:
+    def meshes(self, nodes: Mapping[str, Node]) -> Iterator[ImportedMesh]:
         """The mesh of each node; those that are mistaken are told and left out."""
         names: dict[str, Node] = {}
         for key, node in nodes.items():
@@ -321,7 +321,7 @@ class _Blocks:
             hint = "to take supports as bricks write `supports: bricks`: what stands on these stands on fixed ones, too"
             self._json.reading.open(self._json.span(said), message, hint)
 
-    def _mesh(self, name: str, node: Node, held: Node) -> Mesh | None:
+    def _mesh(self, name: str, node: Node, held: Node) -> ImportedMesh | None:
         json = self._json
         members = json.mapping(held, "`data` of the block")
         _pass_over(json, members, _OF_MESH, {"facedata": "facedata", "edgedata": "edgedata"})
@@ -337,7 +337,7 @@ class _Blocks:
         known = [corner for corner in corners.values() if corner is not None]
         if len(known) < len(corners) or None in loops:
             return None
-        return Mesh(name, known, [loop for loop in loops if loop is not None], json.span(node))
+        return ImportedMesh(name, known, [loop for loop in loops if loop is not None], json.span(node))
 
     def _corner(self, node: Node, usual: Mapping[str, Node]) -> Exact3 | None:
         members = self._json.mapping(node, "the corner")

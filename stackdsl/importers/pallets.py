@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Final
 
 from stackdsl.importers.load import Deck, ImportedBox, ImportedLoad, LoadReading
-from stackdsl.importers.text_positions import JsonText, Measures, Node, Numeral, chosen, json_text
+from stackdsl.importers.text_positions import JsonText, Node, Numeral, UnitReader, chosen, json_text
 
 # Packing plans of BED-BPP: for each order the items in the sequence in which they are placed.
 #
@@ -25,13 +25,13 @@ def read_bed_bpp(reading: LoadReading, load: str | None) -> ImportedLoad:
     if found is None:
         return reading.load(())
     order, plan = found
-    measures = Measures(reading, Fraction(1, 1000))
+    measures = UnitReader(reading, Fraction(1, 1000))
     items = json.items(plan, f"the plan of order '{order}'")
     made = [_bed_bpp_box(json, node, number, measures) for number, node in enumerate(items, start=1)]
     return reading.load([box for box in made if box is not None])
 
 
-def _bed_bpp_box(json: JsonText, node: Node, number: int, measures: Measures) -> ImportedBox | None:
+def _bed_bpp_box(json: JsonText, node: Node, number: int, measures: UnitReader) -> ImportedBox | None:
     action = json.mapping(node, "the action")
     json.pass_over(action, {"item", "flb_coordinates", "orientation"}, set())
     owner = json.member(node, action, "item", "the action")
@@ -50,7 +50,7 @@ def _bed_bpp_box(json: JsonText, node: Node, number: int, measures: Measures) ->
     return ImportedBox(f"item-{number}", laid, (x, y, z), mass, json.span(node))
 
 
-def _corner(json: JsonText, node: Node | None, measures: Measures) -> tuple[Fraction, Fraction, Fraction] | None:
+def _corner(json: JsonText, node: Node | None, measures: UnitReader) -> tuple[Fraction, Fraction, Fraction] | None:
     if node is None:
         return None
     parts = json.items(node, "`flb_coordinates`")
@@ -88,7 +88,7 @@ def read_pallet_sim(reading: LoadReading, load: str | None) -> ImportedLoad:
     json = json_text(reading)
     order = json.mapping(json.root, "the order")
     json.pass_over(order, {"pallets", "articles"}, _OF_ORDER)
-    measures = Measures(reading, Fraction(1, 1000), Fraction(1, 1000))
+    measures = UnitReader(reading, Fraction(1, 1000), Fraction(1, 1000))
     masses = _masses(json, json.member(json.root, order, "articles", "the order"), measures)
     pallets = json.member(json.root, order, "pallets", "the order")
     found = chosen(json, _pallets(json, pallets), load, "pallet", pallets) if pallets else None
@@ -104,7 +104,7 @@ def read_pallet_sim(reading: LoadReading, load: str | None) -> ImportedLoad:
     return replace(reading.load([box for box in made if box is not None]), deck=deck)
 
 
-def _deck(json: JsonText, node: Node | None, measures: Measures) -> Deck | None:
+def _deck(json: JsonText, node: Node | None, measures: UnitReader) -> Deck | None:
     """The deck that a pallet says it has, from whose corner on its boxes are measured; None if it says none."""
     if node is None:
         return None
@@ -128,7 +128,7 @@ def _pallets(json: JsonText, pallets: Node) -> Mapping[str, Node]:
     return found
 
 
-def _masses(json: JsonText, articles: Node | None, measures: Measures) -> Mapping[str, Fraction | None]:
+def _masses(json: JsonText, articles: Node | None, measures: UnitReader) -> Mapping[str, Fraction | None]:
     """The mass of each article; None where it is wrong, which is told."""
     found: dict[str, Fraction | None] = {}
     for code, article in json.mapping(articles, "`articles`").items() if articles else ():
@@ -140,7 +140,7 @@ def _masses(json: JsonText, articles: Node | None, measures: Measures) -> Mappin
 
 
 def _pallet_sim_box(
-    json: JsonText, node: Node, number: int, masses: Mapping[str, Fraction | None], measures: Measures
+    json: JsonText, node: Node, number: int, masses: Mapping[str, Fraction | None], measures: UnitReader
 ) -> ImportedBox | None:
     box = json.mapping(node, "the box")
     json.pass_over(box, {"product_code", "anchor", "dimension"}, _OF_BOX)
@@ -158,7 +158,7 @@ def _pallet_sim_box(
 
 
 def _three(  # noqa: PLR0913, PLR0917 -- a value, and where it comes from
-    json: JsonText, owner: Node, box: dict[str, Node], key: str, measures: Measures, side: bool
+    json: JsonText, owner: Node, box: dict[str, Node], key: str, measures: UnitReader, side: bool
 ) -> tuple[Fraction, Fraction, Fraction] | None:
     node = json.member(owner, box, key, "the box")
     if node is None:

@@ -17,8 +17,15 @@ from scipy.spatial.transform import Rotation
 from stability.contact_law import Rule
 from stability.model import Quaternion, Vec3
 from stackdsl.diagnostics import Span
-from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad, LoadReading, Surfaces, UnreadableLoadError
-from stackdsl.importers.meshes import Mesh, brick_name, merged, solid_brick
+from stackdsl.importers.load import (
+    Exact3,
+    ImportedBox,
+    ImportedLoad,
+    ImportedSurfaces,
+    LoadReading,
+    UnreadableLoadError,
+)
+from stackdsl.importers.meshes import ImportedMesh, brick_name, merged, solid_brick
 from stackdsl.importers.text_positions import (
     FURTHEST,
     HEAVIEST,
@@ -49,7 +56,7 @@ DIGITS: Final = 12  # of a metre, or of a degree
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class RobotBody:
     """A body of one shape, in SI units; turns are x, y, z, w."""
 
     name: str
@@ -67,7 +74,7 @@ class Body:
     friction: Fraction | None = None  # Coulomb coefficient of its own
 
 
-def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
+def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
     """A body as a brick; told and None if it is none."""
     hint = f"if it may be passed over, write ignore: ['{body.name}']"
     if body.shape not in {"box", "mesh"}:
@@ -82,7 +89,7 @@ def brick_of(reading: LoadReading, body: Body) -> ImportedBox | None:
     return made and replace(made, friction=body.friction)
 
 
-def _is_within_reason(reading: LoadReading, body: Body) -> bool:
+def _is_within_reason(reading: LoadReading, body: RobotBody) -> bool:
     """Whether its numbers are such as a brick may have; told if they are not."""
     if not 0 < body.mass <= HEAVIEST:
         reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write more than zero")
@@ -103,7 +110,7 @@ def _is_within_reason(reading: LoadReading, body: Body) -> bool:
 
 
 def _box(
-    reading: LoadReading, body: Body, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
+    reading: LoadReading, body: RobotBody, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
 ) -> ImportedBox | None:
     assert body.size is not None
     if not SHORTEST <= min(body.size) <= max(body.size) <= FURTHEST:
@@ -121,11 +128,13 @@ def _box(
 
 
 def _solid(
-    reading: LoadReading, body: Body, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
+    reading: LoadReading, body: RobotBody, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
 ) -> ImportedBox | None:
     corners = [_exact(corner) for corner in centre + whole.apply(np.array(body.corners))]
     places, faces = merged(corners, body.faces)
-    return solid_brick(reading, Mesh(body.name, places, faces, body.span), mass=body.mass, heavy_at=_exact(mass_at))
+    return solid_brick(
+        reading, ImportedMesh(body.name, places, faces, body.span), mass=body.mass, heavy_at=_exact(mass_at)
+    )
 
 
 def _exact(parts: Sequence[float] | NDArray[np.float64]) -> Exact3:
@@ -179,7 +188,7 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
     made = [brick_of(reading, body) for body in _bodies(reading, kept, others, rough)]
     reading.end()
     load = reading.load([brick for brick in made if brick is not None])
-    return replace(load, surfaces=Surfaces(Rule.HIGHER, max(grounds, default=None))) if rough else load
+    return replace(load, surfaces=ImportedSurfaces(Rule.HIGHER, max(grounds, default=None))) if rough else load
 
 
 def _leave_what_matters(reading: LoadReading, whole: Element, kept: Element) -> None:
@@ -260,7 +269,7 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         raise UnreadableLoadError(reading.mistakes) from error
 
 
-def _bodies(reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", rough: bool) -> Iterator[Body]:
+def _bodies(reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", rough: bool) -> Iterator[RobotBody]:
     """What is free to move, as MuJoCo has it, and how it rubs if that is asked; what is not free is told."""
     for number, (element, body) in enumerate(zip(scene.all("body"), bodies, strict=True), start=1):
         name = brick_name(element.attributes.get("name", ""), f"body-{number}")
@@ -296,10 +305,10 @@ def _admitted_grounds(reading: LoadReading, scene: Element, world: "CompiledBody
             yield Fraction(repr(geom.friction))
 
 
-def _body(element: Element, name: str, body: "CompiledBody", rough: bool) -> Body:
+def _body(element: Element, name: str, body: "CompiledBody", rough: bool) -> RobotBody:
     (geom,) = body.geoms
     x, y, z = geom.size
-    return Body(
+    return RobotBody(
         name=name,
         span=element.span,
         shape=geom.kind,
@@ -358,7 +367,9 @@ def read_urdf(reading: LoadReading, _: Import) -> ImportedLoad:
     made = [brick_of(reading, body) for body in _Links(reading, kept, robot).bodies()]
     reading.end()
     load = reading.load([brick for brick in made if brick is not None])
-    return replace(load, surfaces=Surfaces(None)) if any(box.friction is not None for box in load.boxes) else load
+    return (
+        replace(load, surfaces=ImportedSurfaces(None)) if any(box.friction is not None for box in load.boxes) else load
+    )
 
 
 def _without_ignored_of_urdf(reading: LoadReading, robot: Element) -> Element:
@@ -405,7 +416,7 @@ class _Links:
         self._elements = {each.attributes.get("name"): each for each in element.children if each.tag == "link"}
         self._joints = {each.attributes.get("name"): each for each in element.children if each.tag == "joint"}
 
-    def bodies(self) -> Iterator[Body]:
+    def bodies(self) -> Iterator[RobotBody]:
         """The bodies that are bricks; all else is told."""
         links = self._robot.links
         names = [link.name for link in links]
@@ -442,7 +453,7 @@ class _Links:
             return True
         return False
 
-    def _body(self, link: "Link", joint: Any) -> Body | None:  # noqa: ANN401 -- the parser is untyped
+    def _body(self, link: "Link", joint: Any) -> RobotBody | None:  # noqa: ANN401 -- the parser is untyped
         element = self._elements[link.name]
         if len(link.collisions) != 1:
             self._ask(element, link.name, f"'{link.name}' is of {len(link.collisions)} shapes, and a brick is of one")
@@ -459,7 +470,7 @@ class _Links:
         # Without an `origin`, the mass is at that of the link.
         at = _frame(link.inertial.origin)[0] if link.inertial.origin is not None else NOWHERE
         place, turn = _frame(joint.origin if joint is not None else None)
-        return Body(
+        return RobotBody(
             name=brick_name(link.name, "link"),
             span=element.span,
             shape=kind,

@@ -19,7 +19,7 @@ RIGHT_ANGLE: Final = 90  # [deg]
 
 
 @dataclass(frozen=True, slots=True)
-class Outline:
+class PlanRectangle:
     """A rectangle in plan: centre, half its sides, and the direction of the first of them."""
 
     centre: tuple[Fraction, Fraction]  # [m]
@@ -27,17 +27,17 @@ class Outline:
     axis: tuple[float, float] | None  # None if sides are along x and y
 
 
-def outline(box: ImportedBox) -> Outline:
+def outline(box: ImportedBox) -> PlanRectangle:
     """The outline of an upright box."""
     length, width, _ = (side / 2 for side in box.size)
     yaw = box.turn[2]
     centre = box.centre[:2]
     if yaw % RIGHT_ANGLE == 0:
-        return Outline(centre, (length, width) if yaw % (2 * RIGHT_ANGLE) == 0 else (width, length), None)
-    return Outline(centre, (length, width), (cos(radians(yaw)), sin(radians(yaw))))
+        return PlanRectangle(centre, (length, width) if yaw % (2 * RIGHT_ANGLE) == 0 else (width, length), None)
+    return PlanRectangle(centre, (length, width), (cos(radians(yaw)), sin(radians(yaw))))
 
 
-def overlap_in_plan(one: Outline, other: Outline) -> Fraction:
+def overlap_in_plan(one: PlanRectangle, other: PlanRectangle) -> Fraction:
     """How far one would have to move to lie beside the other [m]; not more than zero if it does."""
     if one.axis is None and other.axis is None:
         return min(one.half[i] + other.half[i] - abs(one.centre[i] - other.centre[i]) for i in (0, 1))
@@ -48,7 +48,7 @@ def overlap_in_plan(one: Outline, other: Outline) -> Fraction:
     return Fraction(min(overlaps))
 
 
-def close_in_plan(outlines: Sequence[Outline]) -> Iterator[tuple[int, int]]:
+def close_in_plan(outlines: Sequence[PlanRectangle]) -> Iterator[tuple[int, int]]:
     """The pairs whose bounds overlap in plan, by number, each once: a superset of those that overlap."""
     there: Neighbours[int] = Neighbours()
     for number, one in enumerate(outlines):
@@ -57,18 +57,18 @@ def close_in_plan(outlines: Sequence[Outline]) -> Iterator[tuple[int, int]]:
         there.add(number, low, high)
 
 
-def _bounds(one: Outline) -> tuple[Vec3, Vec3]:
+def _bounds(one: PlanRectangle) -> tuple[Vec3, Vec3]:
     x, y = (float(part) for part in one.centre)
     along_x, along_y = _reach(one, 1.0, 0.0), _reach(one, 0.0, 1.0)
     return (x - along_x, y - along_y, 0.0), (x + along_x, y + along_y, along_x)  # all at one height
 
 
-def _axes(one: Outline) -> tuple[tuple[float, float], tuple[float, float]]:
+def _axes(one: PlanRectangle) -> tuple[tuple[float, float], tuple[float, float]]:
     x, y = one.axis or (1.0, 0.0)
     return (x, y), (-y, x)
 
 
-def _reach(one: Outline, x: float, y: float) -> float:
+def _reach(one: PlanRectangle, x: float, y: float) -> float:
     """How far an outline reaches from its centre along a direction."""
     return sum(
         float(half) * abs(x * ax + y * ay) / hypot(x, y) for half, (ax, ay) in zip(one.half, _axes(one), strict=True)

@@ -15,9 +15,9 @@ from stackdsl.importers.text_positions import (
     IN_METRES,
     LONGEST_TOLD,
     ROUGHEST,
-    Measures,
     Node,
     Numeral,
+    UnitReader,
     json_text,
     number_of,
 )
@@ -252,7 +252,7 @@ def _example(name: str) -> str:
 
 
 def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_corner: bool) -> ImportedBox | None:
-    measures, cells = Measures(reading, Fraction(1)), {}
+    measures, cells = UnitReader(reading, Fraction(1)), {}
     for name, column in columns.items():
         cell = row.cells.get(column.header)
         if cell is None:

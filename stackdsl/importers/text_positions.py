@@ -323,7 +323,7 @@ ROUGHEST: Final = 10  # Coulomb coefficient
 
 
 @dataclass(frozen=True, slots=True)
-class Measures:
+class UnitReader:
     """Reads what is measured in some units."""
 
     reading: LoadReading

@@ -16,8 +16,8 @@ from stackdsl.diagnostics import Span
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
-from stackdsl.results import Outcome
-from stackdsl.timeline import Action, Hold, Placement, time_of_arrival
+from stackdsl.results import ClaimOutcome
+from stackdsl.timeline import Action, HoldAction, Placement, time_of_arrival
 from stackdsl.trace import Event, EventKind, Trace
 from stackdsl.wording import level_text, names_text
 
@@ -36,7 +36,7 @@ class FirstLoad:
 
 def fallen_before_impacts(
     trace: Trace, expected: Iterable[ClaimKind], scenario: Scenario, source: Source
-) -> Iterator[Outcome]:
+) -> Iterator[ClaimOutcome]:
     """The failure of what fell before the first impact though no claim expects it; nothing where none did."""
     fell = trace.collapse
     if fell is None or not (scenario.impacts or scenario.world.shake is not None):
@@ -60,7 +60,7 @@ def fallen_before_impacts(
         "expected of that says nothing then; if it is meant to fall, expect it, such as by `collapses: any`"
     )
     margin = gave_way - first.met
-    yield Outcome(f"until {first.name}", "that it stands", measured, margin, "s", passed=False, span=first.span)
+    yield ClaimOutcome(f"until {first.name}", "that it stands", measured, margin, "s", passed=False, span=first.span)
 
 
 def _loads(built: Built, scenario: Scenario, source: Source) -> Iterator[FirstLoad]:
@@ -72,7 +72,7 @@ def _loads(built: Built, scenario: Scenario, source: Source) -> Iterator[FirstLo
         (number, moment.time) for number, moment in enumerate(built.impacts) if scenario.impacts[number].done.slid_in
     ]
     for number, action in actions:
-        if not isinstance(action, Hold):
+        if not isinstance(action, HoldAction):
             flies = isinstance(action, Placement) and action.hits
             met = max(action.time, time_of_arrival(action) - EARLY) if flies else action.time
             yield _impact(number, action.time, met, scenario, source)

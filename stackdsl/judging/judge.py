@@ -9,13 +9,13 @@ from stability.problem import Stability
 from stackdsl.judging.before_impacts import fallen_before_impacts
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
-from stackdsl.language.claims.finding import Finding
+from stackdsl.language.claims.claim_result import ClaimResult
 from stackdsl.language.schema import Scenario
 from stackdsl.language.variants import Variant, repeated
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
-from stackdsl.results import Change, Outcome, changes, observations
+from stackdsl.results import Change, ClaimOutcome, changes, observations
 from stackdsl.simulation.known_systems import system_named
-from stackdsl.simulation.runner import Known, nothing_is_known
+from stackdsl.simulation.runner import Known, never_stop_early
 from stackdsl.simulation.systems import Method, System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
     """Whether what still moves could make a claim come out otherwise."""
-    return bool(trace.moving or trace.unsettled) and not stated.of_the_watch and not stated.is_decided(trace)
+    return bool(trace.moving or trace.unsettled) and not stated.final_once_watched and not stated.is_decided(trace)
 
 
-def still_moving(found: Finding, trace: Trace) -> Finding:
+def still_moving(found: ClaimResult, trace: Trace) -> ClaimResult:
     """The finding, with why it is none."""
     why = []
     if count := len(trace.moving):
@@ -45,7 +45,7 @@ def still_moving(found: Finding, trace: Trace) -> Finding:
         )
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
     advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
-    return Finding(f"{found.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=found.numbers)
+    return ClaimResult(f"{found.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=found.numbers)
 
 
 # Numerical effects of a run: a collapse that statics disproves, and what a finer resolution changes.
@@ -102,16 +102,16 @@ def hangs_on_fault(stated: ClaimKind, trace: Trace) -> bool:
     return not (nothing_to_come and stated.is_decided(before))
 
 
-def unreliable(found: Finding, trace: Trace) -> Finding:
+def unreliable(found: ClaimResult, trace: Trace) -> ClaimResult:
     """The finding, with why it is none."""
     measured = f"{found.measured}; {UNRELIABLE}: {energy_fault(trace.energy_gained)}"
-    return Finding(measured, -inf, "", passed=False, numbers=found.numbers)
+    return ClaimResult(measured, -inf, "", passed=False, numbers=found.numbers)
 
 
 # Trace -> outcomes: each expectation held against what happened, with the margin to its threshold.
 
 
-def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[Outcome, ...]:
+def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[ClaimOutcome, ...]:
     """The outcome of every expectation that speaks of this system, in the order of the file.
 
     And at the end the failure of what fell before the first impact, if no claim expects that.
@@ -136,7 +136,7 @@ def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
 
 def judge_shares(
     ensemble: Ensemble, scenario: Scenario, variant: Variant, source: Source, system: str
-) -> tuple[tuple[Outcome, ...], tuple[Outcome, ...], tuple["Decision", ...]]:
+) -> tuple[tuple[ClaimOutcome, ...], tuple[ClaimOutcome, ...], tuple["Decision", ...]]:
     """Of many samples, the outcomes of expectations and of what is known from outside.
 
     And what is decided of the expectations, for whoever asks whether more samples are needed; see `shares`.
@@ -154,7 +154,7 @@ def judge_shares(
     return tuple(outcomes[:cut]), tuple(outcomes[cut:]), tuple(decisions[:cut])
 
 
-def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[Outcome, ...]:
+def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[ClaimOutcome, ...]:
     """The same for the answers known from outside; what only statics can tell is passed over where none was asked."""
     asked = [
         (("truth", number), claim)
@@ -171,24 +171,24 @@ def _of_one_run(claim: Claim) -> bool:
 
 def _outcomes(
     asked: Sequence[tuple[KeyPath, Claim]], trace: Trace, variant: Variant, source: Source
-) -> tuple[Outcome, ...]:
+) -> tuple[ClaimOutcome, ...]:
     return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
 
 
-def _outcome(path: KeyPath, claim: Claim, trace: Trace, variant: Variant, source: Source) -> Outcome:
+def _outcome(path: KeyPath, claim: Claim, trace: Trace, variant: Variant, source: Source) -> ClaimOutcome:
     return _told(path, claim, _found(claim.stated, trace), variant, source)
 
 
-def _told(path: KeyPath, claim: Claim, found: Finding, variant: Variant, source: Source) -> Outcome:
+def _told(path: KeyPath, claim: Claim, found: ClaimResult, variant: Variant, source: Source) -> ClaimOutcome:
     kind = claim.kind
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     span = source.key_span_of(place)
-    return Outcome(kind, expected, found.measured, found.margin, found.unit, found.passed, span, found.numbers)
+    return ClaimOutcome(kind, expected, found.measured, found.margin, found.unit, found.passed, span, found.numbers)
 
 
-def _found(stated: ClaimKind, trace: Trace) -> Finding:
-    if trace.numerical and stated.of_collapses:
+def _found(stated: ClaimKind, trace: Trace) -> ClaimResult:
+    if trace.numerical and stated.requires_physical_collapse:
         return _numerical(trace)
     found = stated.judge(trace)
     if hangs_on_fault(stated, trace):
@@ -196,9 +196,9 @@ def _found(stated: ClaimKind, trace: Trace) -> Finding:
     return still_moving(found, trace) if may_still_change(stated, trace) else found
 
 
-def _numerical(trace: Trace) -> Finding:
+def _numerical(trace: Trace) -> ClaimResult:
     """What a claim about a collapse comes to if there was none but the solver's."""
-    return Finding(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
+    return ClaimResult(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
 
 
 def _at(values: Plain, path: KeyPath) -> Plain:
@@ -237,7 +237,7 @@ def known_of(scenario: Scenario, system: str) -> Known:
     """
     expected = [claim.stated for _, claim in expected_of(scenario, system) if claim.stated.wanted_share is None]
     if not expected:
-        return nothing_is_known
+        return never_stop_early
     proves = system_named(system).method is Method.PROVEN
     compared = [claim.stated for claim in scenario.truth if proves or not claim.stated.needs_statics]
     compared = [stated for stated in compared if stated.wanted_share is None]

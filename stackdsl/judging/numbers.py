@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from stability.model import BodyId
-from stackdsl.compiler.bricks import Surroundings, bricks_of
+from stackdsl.compiler.bricks import EarlierBricks, bricks_of
 from stackdsl.compiler.compile import compile_timeline
 from stackdsl.compiler.schedule import planes_of
 from stackdsl.diagnostics import Diagnostic, Span
@@ -34,7 +34,7 @@ _NUMBER = re.compile(rf"\s*(?P<number>{SIGNED})\s*(?P<unit>{UNIT})?\s*")
 
 
 @dataclass(frozen=True, slots=True)
-class Knob:
+class ScenarioNumber:
     """One number in the file."""
 
     name: str  # as people call it: `d`, `step`, `x of balcony.arm`
@@ -56,13 +56,13 @@ class Knob:
 
 
 @dataclass(frozen=True, slots=True)
-class Knobs:
+class ScenarioNumbers:
     """A scenario in one variant, and how to have another number in it."""
 
     scenario: Scenario
     variant: Variant
 
-    def found(self, moving: Collection[BodyId]) -> Iterator[Knob]:
+    def found(self, moving: Collection[BodyId]) -> Iterator[ScenarioNumber]:
         """All of them; of bricks that were placed one by one, those that move."""
         values = self.variant.written.values
         for name in self.variant.choice:
@@ -88,7 +88,7 @@ class Knobs:
         middles = {name: each.middle for name, each in spread.items()}
         return {**self.variant.choice, **middles, **dict(_members(self.variant.values.get("let")))}
 
-    def variable(self, name: str) -> Iterator[Knob]:
+    def variable(self, name: str) -> Iterator[ScenarioNumber]:
         """One of the variables, if it is a number; what is uncertain has the middle of its values."""
         values = self.variant.written.values
         places: tuple[KeyPath, ...] = (("matrix", name), ("uncertain", name), ("let", name))
@@ -96,7 +96,7 @@ class Knobs:
         path: KeyPath = place if place[0] == "uncertain" else ("let", name)
         yield from self._knob(name, path, self.variables().get(name), place=place)
 
-    def _frictions(self, values: Plain) -> Iterator[Knob]:
+    def _frictions(self, values: Plain) -> Iterator[ScenarioNumber]:
         for kind, keys in _members(_at(values, ("brick_types",))):
             yield from self._knob(f"friction of {kind}", ("brick_types", kind, "friction"), _at(keys, ("friction",)))
         pairs: KeyPath = ("world", "friction", "between")
@@ -106,8 +106,8 @@ class Knobs:
             named = " and ".join(map(str, pair)) if isinstance(pair, list) else ""
             yield from self._knob(f"friction of {named}", path, _at(each, ("friction",)))
 
-    def _places(self, moving: Collection[BodyId]) -> Iterator[Knob]:
-        for brick in bricks_of(self.scenario, Surroundings(tuple(planes_of(self.scenario)))):
+    def _places(self, moving: Collection[BodyId]) -> Iterator[ScenarioNumber]:
+        for brick in bricks_of(self.scenario, EarlierBricks(tuple(planes_of(self.scenario)))):
             named = f"{brick.within}.{brick.name}" if brick.within and brick.name is None else brick.name
             written_at = (*brick.path, "at") in self.variant.source.value_spans  # or else it lies by another brick
             if named in moving and not brick.of_layout and not brick.inserted and written_at:
@@ -118,7 +118,7 @@ class Knobs:
 
     def _knob(
         self, name: str, path: KeyPath, written: Plain, metres: Sequence[float] = (), place: KeyPath = ()
-    ) -> Iterator[Knob]:
+    ) -> Iterator[ScenarioNumber]:
         """The number that is written somewhere; none if something else is, or an expression."""
         match = _NUMBER.fullmatch(str(written)) if isinstance(written, str | int | float) else None
         if match is None or isinstance(written, bool) or TIMES & set(re.findall("[A-Za-z]+", match["unit"] or "")):
@@ -130,13 +130,13 @@ class Knobs:
             scale = {"m": 1.0, "cm": 100.0, "mm": 1000.0}.get(unit)
             steps = [scale * step for step in metres] if scale else []
         if steps and (whole or metres or number):
-            yield Knob(name, path, self.variant.written.span_of(place or path), number, unit, whole, steps)
+            yield ScenarioNumber(name, path, self.variant.written.span_of(place or path), number, unit, whole, steps)
 
-    def timeline(self, knob: Knob, value: float) -> Timeline | None:
+    def timeline(self, knob: ScenarioNumber, value: float) -> Timeline | None:
         """The timeline with another number; None if that is no scenario."""
         return self.compiled(knob, value)[0]
 
-    def compiled(self, knob: Knob, value: float) -> tuple[Timeline | None, Sequence[Diagnostic]]:
+    def compiled(self, knob: ScenarioNumber, value: float) -> tuple[Timeline | None, Sequence[Diagnostic]]:
         """The timeline with another number, or what is mistaken with it."""
         source = self._chosen()
         _put(source.values, knob.path, knob.written(value))

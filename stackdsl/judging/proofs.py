@@ -18,8 +18,8 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import lets_go
-from stackdsl.timeline import Handled, Push, Removal, Shake, Timeline, leaves_to_engine
-from stackdsl.trace import Margins, Trace
+from stackdsl.timeline import Handled, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.trace import Trace, VerdictMargins
 
 # Timeline -> proofs: what statics says of each placement, without any engine.
 #
@@ -30,7 +30,7 @@ DISPROVED = "statics prove that it stands"
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class JudgedGroup:
     """Bricks set down together."""
 
     bricks: tuple[BodyId, ...]
@@ -42,7 +42,7 @@ class Judged:
 class Proofs:
     """What was judged, in order of time."""
 
-    judged: tuple[Judged, ...]
+    judged: tuple[JudgedGroup, ...]
     assembly: Assembly  # all that was judged
     verdict: Verdict  # of all that was judged; of a fall, with what begins to move and how, if that was wanted
     done: int = 0  # of the actions of the timeline, those that were judged
@@ -55,7 +55,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
     verdicts are told `as_it_begins`: that is what everybody is told of it, and what an engine is given.
     """
     assembly = timeline.world.assembly()
-    judged: list[Judged] = []
+    judged: list[JudgedGroup] = []
     done = 0
     for moment in timeline.as_set_down().moments():
         if isinstance(moment, Removal):
@@ -63,7 +63,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
-        if isinstance(moment, Push | Shake | Handled):
+        if isinstance(moment, PushAction | ShakeAction | Handled):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
@@ -73,7 +73,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
                 verdict = as_it_begins(assembly, verdict)
             done += len(moment)
             names = tuple(placement.brick.id for placement in set_down)
-            judged.append(Judged(names, verdict, {name: assembly.stage(name) for name in names}))
+            judged.append(JudgedGroup(names, verdict, {name: assembly.stage(name) for name in names}))
         if len(set_down) < len(moment) or assembly.verdict().stability is not Stability.STABLE:
             break
     last = as_it_begins(assembly, assembly.verdict()) if names_smallest else assembly.verdict()
@@ -127,7 +127,7 @@ def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Design:
+class FinishedStructure:
     """All that is set down and not pulled out again."""
 
     assembly: Assembly
@@ -146,7 +146,7 @@ class Design:
         return ""
 
 
-def design_of(timeline: Timeline) -> Design:
+def finished_structure_of(timeline: Timeline) -> FinishedStructure:
     """The finished structure of a timeline, all at once."""
     final = timeline.as_set_down()
     gone = {name for action in final.actions if isinstance(action, Removal) for name in action.bricks}
@@ -155,7 +155,7 @@ def design_of(timeline: Timeline) -> Design:
     resting = [Placed(each.brick, each.pose) for each in staying if each.at_rest]
     if resting:
         assembly.add_all(resting)
-    return Design(assembly, len(staying) - len(resting))
+    return FinishedStructure(assembly, len(staying) - len(resting))
 
 
 def piling_of(timeline: Timeline) -> Piling:
@@ -184,22 +184,22 @@ ALL = ("acceleration", "tilt", "friction", "placement")
 MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
 
 
-def margins_of(trace: Trace, wanted: Collection[str]) -> Margins:
+def margins_of(trace: Trace, wanted: Collection[str]) -> VerdictMargins:
     """Some margins of what stands frozen at the end of a run."""
     standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
     if trace.world is None or not standing:
-        return Margins()
+        return VerdictMargins()
     assembly = trace.world.assembly()
     assembly.add_all(standing)
     return margins_of_assembly(assembly, wanted)
 
 
-def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> Margins:
+def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> VerdictMargins:
     """Some margins of an assembly; none of one that is not proven to stand."""
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
-        return Margins()
+        return VerdictMargins()
     problem = assembly.problem()
-    found = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else Margins()
+    found = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else VerdictMargins()
     if "friction" in wanted:
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         found = replace(found, friction=least_friction(problem).coefficient, roughest=roughest)
@@ -222,13 +222,13 @@ def weakest_of(assembly: Assembly) -> Weakest | None:
     return weakest(assembly.problem(), assembly.gravity)
 
 
-def _shaken(problem: Problem, gravity: float) -> Margins:
+def _shaken(problem: Problem, gravity: float) -> VerdictMargins:
     worst = acceleration(problem, gravity=gravity)
     if worst is None:
-        return Margins()
+        return VerdictMargins()
     first = weakest_at(problem, worst)
     bearing = worst.bearing if first is None else first.bearing
-    return Margins(worst.value, bearing, tilt(worst.value), weakest=first)
+    return VerdictMargins(worst.value, bearing, tilt(worst.value), weakest=first)
 
 
 # The acceleration that a structure survives, by bearing, proven without an engine.

@@ -10,7 +10,7 @@ from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShift
 from stability.contact_law import Friction, law_of
 from stability.model import BodyId
 from stability.problem import Placed, Stability, Verdict
-from stackdsl.judging.numbers import Knob, Knobs
+from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.timeline import Action, Placement, Timeline
 from stackdsl.wording import rounded_up
@@ -43,7 +43,7 @@ class Bracket:
 
 
 @dataclass(frozen=True, slots=True)
-class Closeness:
+class BracketTolerance:
     """How near to each other both sides of a limit are to be."""
 
     within: float  # a share of the larger of both
@@ -61,7 +61,7 @@ class Closeness:
         return float(floor(middle)) if self.whole else middle
 
 
-def narrowed(holds: float, fails: float, closeness: Closeness, asked: Holds) -> Bracket:
+def narrowed(holds: float, fails: float, closeness: BracketTolerance, asked: Holds) -> Bracket:
     """The bracket halved down until both sides are close enough, or close to what is open."""
     for _ in range(MOST_HALVINGS):
         if closeness.is_of(holds, fails):
@@ -79,7 +79,7 @@ def narrowed(holds: float, fails: float, closeness: Closeness, asked: Holds) -> 
     return Bracket(holds, fails)
 
 
-def _closed_in(certain: float, unsure: float, closeness: Closeness, is_so: Callable[[float], bool]) -> float:
+def _closed_in(certain: float, unsure: float, closeness: BracketTolerance, is_so: Callable[[float], bool]) -> float:
     """The number next to what is open for which it is still certain."""
     for _ in range(MOST_HALVINGS):
         if closeness.is_of(certain, unsure):
@@ -100,7 +100,7 @@ DIGITS: Final = 4  # of a limit as people are told it, where it holds with so ma
 
 
 @dataclass(frozen=True, slots=True)
-class Limit:
+class NumberLimit:
     """The nearest number on one side for which it holds."""
 
     value: float  # it holds here
@@ -108,7 +108,7 @@ class Limit:
     least: bool  # whether it holds from `value` upwards, rather than down to it
 
 
-def limits(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> tuple[Limit, ...]:
+def limits(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> tuple[NumberLimit, ...]:
     """The limits on both sides of a number for which something does not hold.
 
     `steps`: how far away it is tried, each more than the one before; a limit further than the last is not found. Of a
@@ -118,7 +118,7 @@ def limits(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> 
     return tuple(limit for limit in found if limit is not None)
 
 
-def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> Limit | None:
+def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> NumberLimit | None:
     fails = number
     for step in steps:
         tried = number + step
@@ -130,15 +130,15 @@ def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -
     return None
 
 
-def _shown(held: float, fails: float, whole: bool, holds: Holds) -> Limit | None:
+def _shown(held: float, fails: float, whole: bool, holds: Holds) -> NumberLimit | None:
     """The limit between a number for which it holds and one for which it does not; None if it cannot be shown."""
-    found = narrowed(held, fails, Closeness(CLOSE, whole), holds)
+    found = narrowed(held, fails, BracketTolerance(CLOSE, whole), holds)
     if whole:
         return _limit(found.holds, found.fails)
     return _told(found.holds, found.fails, holds) if found.width <= 2.0 * CLOSE else None
 
 
-def _told(held: float, fails: float, holds: Holds) -> Limit:
+def _told(held: float, fails: float, holds: Holds) -> NumberLimit:
     """The limit in few digits, if it holds there: the nearest such number, or the next on the side that holds."""
     largest = max(abs(held), abs(fails))
     unit = 10.0 ** (floor(log10(largest)) + 1 - DIGITS) if largest > 0.0 else 1.0
@@ -151,8 +151,8 @@ def _told(held: float, fails: float, holds: Holds) -> Limit:
     return _limit(held, fails)
 
 
-def _limit(held: float, fails: float) -> Limit:
-    return Limit(held, fails, least=held > fails)
+def _limit(held: float, fails: float) -> NumberLimit:
+    return NumberLimit(held, fails, least=held > fails)
 
 
 # Changes with which a falling scenario stands: numbers, friction, a counterweight. Each is tried.
@@ -171,8 +171,8 @@ HEAVIEST: Final = 1e3  # times the mass of all that there is: what needs more is
 class OtherNumber:
     """A number of the file, and the nearest with which everything stands."""
 
-    knob: Knob
-    limit: Limit
+    knob: ScenarioNumber
+    limit: NumberLimit
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +203,7 @@ class Remedies:
     nothing_rises: bool = False  # in the fall, so that no counterweight on a brick holds it, by proof
 
 
-def remedies_of(knobs: Knobs, timeline: Timeline, proofs: Proofs) -> Remedies:
+def remedies_of(knobs: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
     """The remedies of a timeline whose `proofs` end with a fall."""
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
@@ -229,10 +229,10 @@ def _stands(timeline: Timeline | None) -> bool | None:
     return None if stability is Stability.UNDECIDED else stability is Stability.STABLE
 
 
-def _numbers(knobs: Knobs, moving: set[BodyId]) -> Iterator[OtherNumber]:
+def _numbers(knobs: ScenarioNumbers, moving: set[BodyId]) -> Iterator[OtherNumber]:
     for _, knob in zip(range(MOST_KNOBS), knobs.found(moving), strict=False):
 
-        def holds(value: float, knob: Knob = knob) -> bool | None:
+        def holds(value: float, knob: ScenarioNumber = knob) -> bool | None:
             return _stands(knobs.timeline(knob, value))
 
         yield from (OtherNumber(knob, limit) for limit in limits(knob.number, knob.steps, knob.whole, holds))
@@ -325,7 +325,7 @@ Suggestion = BrickShift | SeveralShifts | HeavierBrick | MoreFriction | Propping
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class FallingBuild:
     """A build that falls."""
 
     timeline: Timeline
@@ -337,7 +337,7 @@ class Asked:
         return self.proofs.verdict
 
 
-def suggestions(asked: Asked, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
+def suggestions(asked: FallingBuild, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
     """All that was found, as it is found: what takes a moment first, and then shifts, the least first."""
     fall = piling.first_fall()
     if fall is None or fall[1].stability is not Stability.UNSTABLE:
@@ -369,7 +369,7 @@ def _shifts(shifting: Shifting, turn: int, verdict: Verdict) -> Iterator[BrickSh
         yield several
 
 
-def _counterweights(asked: Asked, piling: Piling, first: int) -> Iterator[HeavierBrick]:
+def _counterweights(asked: FallingBuild, piling: Piling, first: int) -> Iterator[HeavierBrick]:
     """On each brick on which one is enough, the least first, each tried."""
     problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
     found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]

@@ -14,7 +14,7 @@ from math import inf, isinf
 from scipy.special import betaincinv
 
 from stackdsl.language.claims.claim_kind import ClaimKind
-from stackdsl.language.claims.finding import PERCENT, Finding
+from stackdsl.language.claims.claim_result import PERCENT, ClaimResult
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Ensemble, Measure
 
@@ -66,7 +66,7 @@ def decided(wanted: Tolerance, between: Interval) -> Decision:
     return Decision.OPEN if wanted.meets(within) else Decision.FAILS
 
 
-def judged(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[Finding, Decision]:
+def judged(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[ClaimResult, Decision]:
     """What a claim of a share comes to."""
     wanted = stated.wanted_share
     assert wanted is not None  # other claims are refused where there are samples
@@ -81,7 +81,7 @@ def judged(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[Fi
         measured = f"undecided: {measured}; {_more(wanted, ensemble, least, error)}"
     margin = _margin(wanted, between, found)
     numbers = (Measure(PERCENT * least / count, _limit(wanted.low), _limit(wanted.high), "%"),)
-    return Finding(measured, PERCENT * margin, "%", found is Decision.HOLDS, numbers), found
+    return ClaimResult(measured, PERCENT * margin, "%", found is Decision.HOLDS, numbers), found
 
 
 def _holding(stated: ClaimKind, ensemble: Ensemble) -> int:

@@ -27,7 +27,7 @@ from stability.statics.assembly import LIGHTEST
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
 from stackdsl.language.layouts.registry import BrickSpec
-from stackdsl.language.model_base import AuthorModel, Choice, Shorthand, default
+from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
 from stackdsl.language.quantities import SIDE, EchoError, MistakeError, shown
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
@@ -277,7 +277,7 @@ def cut_to(form: Form, size: Vec3) -> Form:
 MAX_TYPES: Final = 1000
 
 
-class Known(Mapping[str, "BrickKind | None"]):
+class KnownBricks(Mapping[str, "BrickKind | None"]):
     """The bricks that a scenario names, None where their own lines are mistaken; and the files that bricks are of."""
 
     def __init__(self, kinds: Mapping[str, "BrickKind | None"], files: Mapping[str, str]) -> None:
@@ -307,7 +307,7 @@ class Prism(AuthorModel):
         return self
 
 
-class BrickKind(Shorthand, Choice):
+class BrickKind(Shorthand, ExactlyOneKey):
     """A brick from the catalogue, or one of its own: a box, or any convex solid."""
 
     size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width, thickness of a box")
@@ -424,7 +424,7 @@ class BrickKind(Shorthand, Choice):
 
 def _text_of(file: str, info: ValidationInfo) -> str:
     """What a file held when the scenario was read."""
-    files = info.context.files if isinstance(info.context, Known) else {}
+    files = info.context.files if isinstance(info.context, KnownBricks) else {}
     if file not in files:
         raise MistakeError("SD113", f"the file {shown(file)} was not read", "write its path, without ${...}")
     return str(files[file])
@@ -454,22 +454,22 @@ BrickTypes = Annotated[
 ]
 
 
-def known_bricks(written: object, files: Mapping[str, str]) -> Known:
+def known_bricks(written: object, files: Mapping[str, str]) -> KnownBricks:
     """The bricks that a scenario names, made of these files; None where its own lines are mistaken."""
     given = written if isinstance(written, dict) else {}
-    return Known({name: _kind(name, kind, files) for name, kind in given.items()}, files)
+    return KnownBricks({name: _kind(name, kind, files) for name, kind in given.items()}, files)
 
 
 def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | None:
     try:
-        made = BrickKind.model_validate(written, context=Known({}, files))
+        made = BrickKind.model_validate(written, context=KnownBricks({}, files))
     except ValidationError:
         return None
     made._called = name  # also where it is but another name for a brick of the catalogue
     return made
 
 
-class SetBrick(Choice):
+class SetBrick(ExactlyOneKey):
     """One brick set down in any pose."""
 
     name: t.BrickName | None = Field(None, description="its name; default: by place, such as L3.2")

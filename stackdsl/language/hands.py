@@ -10,9 +10,9 @@ from pydantic import AfterValidator, Field
 from stability.dynamics.ground_motion import HandCourse
 from stability.model import Vec3
 from stackdsl.language import value_types as t
-from stackdsl.language.model_base import Asking, Choice, Shorthand, default
+from stackdsl.language.model_base import AtLeastOneKey, ExactlyOneKey, Shorthand, default
 from stackdsl.language.quantities import SLOPE, MistakeError
-from stackdsl.timeline import Jitter, Spread
+from stackdsl.timeline import ErrorSpread, Jitter
 
 # What an author says of how exactly hands set bricks down.
 
@@ -21,16 +21,16 @@ PositiveSlope = Annotated[float, t.quantity(replace(SLOPE, positive=True))]  # [
 ONE_OF: Final = ("normal", "uniform")
 
 
-class _Error(Shorthand, Choice):
+class _Error(Shorthand, ExactlyOneKey):
     """An error about zero; by itself a quantity is the standard deviation of a normal one."""
 
     one_of: ClassVar[tuple[str, ...]] = ONE_OF
     scalar_key: ClassVar[str] = "normal"
 
     @property
-    def spread(self) -> Spread:
+    def spread(self) -> ErrorSpread:
         """The same as the hands take it."""
-        return Spread("normal" if self.kind == "normal" else "uniform", getattr(self, self.kind))
+        return ErrorSpread("normal" if self.kind == "normal" else "uniform", getattr(self, self.kind))
 
 
 class PositionError(_Error):
@@ -47,7 +47,7 @@ class YawError(_Error):
     uniform: PositiveSlope | None = Field(None, description="up to so far to either side, all alike likely")
 
 
-class HandErrors(Asking):
+class HandErrors(AtLeastOneKey):
     """How far off bricks are set down, from where they belong on what is there."""
 
     position: PositionError | None = Field(None, description="along each of two level axes")

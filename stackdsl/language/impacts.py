@@ -12,9 +12,9 @@ from stability.model import BodyId
 from stackdsl.language import value_types as t
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.hands import Places, SomeWay
-from stackdsl.language.model_base import AuthorModel, Choice, Kinds, Timed, default
+from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Kinds, Timed, default
 from stackdsl.language.quantities import MistakeError, shown
-from stackdsl.language.value_types import Named, NamesBody, PositiveDuration, named_in
+from stackdsl.language.value_types import NameReference, NamesBody, PositiveDuration, named_in
 
 # What a kind of impact answers for itself, and all the kinds there are.
 #
@@ -45,7 +45,7 @@ class ImpactKind(AuthorModel):
         return None
 
     @property
-    def pulled_out(self) -> Iterable[Named]:
+    def pulled_out(self) -> Iterable[NameReference]:
         """The bricks that are taken away."""
         return ()
 
@@ -121,7 +121,7 @@ AimText = Annotated[
 
 
 @impact("remove", "pull bricks out")
-class Remove(Choice, ImpactKind):
+class Remove(ExactlyOneKey, ImpactKind):
     """Bricks pulled out, all at once."""
 
     brick: t.BodyName | None = Field(None, description="the brick")
@@ -130,7 +130,7 @@ class Remove(Choice, ImpactKind):
     one_of: ClassVar[tuple[str, ...]] = ("brick", "bricks")
 
     @property
-    def pulled_out(self) -> Iterable[Named]:
+    def pulled_out(self) -> Iterable[NameReference]:
         return named_in(self)
 
     @property
@@ -153,7 +153,7 @@ class Insert(SetBrick, ImpactKind):
 # A brick that flies at what stands by then.
 
 
-class Start(AuthorModel):
+class ThrowOrigin(AuthorModel):
     """Where a thrown brick comes from."""
 
     bearing: t.Angle = Field(description="where it comes from, seen from the aim: 0 deg = +x, 90 deg = +y")
@@ -167,7 +167,7 @@ class Throw(ImpactKind):
     name: t.BrickName | None = Field(None, description="its name; default: thrown-1 if it is the first impact")
     brick: BrickKind | None = Field(None, description="what is thrown; default: the scenario's brick")
     at: AimText = Field(description="the aim: the middle of a level, or of a brick")
-    from_: Start = Field(alias="from", description="where it comes from")
+    from_: ThrowOrigin = Field(alias="from", description="where it comes from")
     speed: t.Speed = Field(description="how fast it comes along the ground")
     turn: t.Angle = default("0 deg", "about its upright axis, from end-on; at 90 deg it comes broadside")
 
@@ -218,7 +218,7 @@ class Drop(ImpactKind):
 
 
 @impact("move", "move a brick by hand")
-class Move(Choice, ImpactKind):
+class Move(ExactlyOneKey, ImpactKind):
     """A brick that a hand moves along a path, with all that is in its way, and lets go."""
 
     brick: t.BodyName = Field(description="the brick")

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self, TypeAlias, get_arg
 from pydantic import Field, WithJsonSchema, model_validator
 
 from stackdsl.language import value_types as t
-from stackdsl.language.model_base import Asking, AuthorModel, Shorthand, default
+from stackdsl.language.model_base import AtLeastOneKey, AuthorModel, Shorthand, default
 from stackdsl.language.quantities import EXTENT, MistakeError, exact_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import Reads, text_schema
 
@@ -52,7 +52,7 @@ def parse_settle(written: object) -> Settle:
 _SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
 
 
-class Units(Asking):
+class DefaultUnits(AtLeastOneKey):
     """Units of what says none."""
 
     length: Literal["mm", "cm", "m"] | None = Field(None, description="of sizes and places")
@@ -116,7 +116,7 @@ class Import(AuthorModel):
     point: Literal["corner", "centre"] | None = Field(
         None, description="of a table: what x, y, z are of a box, its lower corner or its centre"
     )
-    units: Units | None = Field(
+    units: DefaultUnits | None = Field(
         None, description="of columns whose headers say none, or of an OBJ or COMPAS file, which never does"
     )
     density: t.Density | None = Field(None, description="of an OBJ or COMPAS file: of all blocks in it")

@@ -38,7 +38,7 @@ class AuthorModel(BaseModel):
         return written
 
 
-class Choice(AuthorModel):
+class ExactlyOneKey(AuthorModel):
     """A mapping that needs exactly one of several keys, and of others likewise."""
 
     one_of: ClassVar[tuple[str, ...]]
@@ -72,7 +72,7 @@ class Choice(AuthorModel):
         return cls.model_fields[key].alias or key
 
 
-class Asking(AuthorModel):
+class AtLeastOneKey(AuthorModel):
     """A mapping of which at least one key is due."""
 
     defaults: ClassVar[tuple[str, ...]] = ()  # keys that ask nothing by themselves
@@ -151,7 +151,7 @@ def default(written: object, description: str) -> Any:  # noqa: ANN401 -- as `Fi
 
 
 Entry = TypeVar("Entry")
-Model = TypeVar("Model", bound=Choice)
+Model = TypeVar("Model", bound=ExactlyOneKey)
 
 
 class Kinds(Mapping[str, Entry], Generic[Entry]):
@@ -232,7 +232,7 @@ AnchorText = Annotated[
 ]
 
 
-class Timed(Choice):
+class Timed(ExactlyOneKey):
     """A step that begins at a time, or after an event, or else after what comes before it."""
 
     repeat: REPEAT = Field(None, description="variables that each repetition has its own values of")

@@ -18,7 +18,7 @@ from stackdsl.language.expressions import (
     values_of,
 )
 from stackdsl.language.quantities import UNITS, MistakeError, shown
-from stackdsl.language.yaml.source import KeyPath, Places, Plain, Source
+from stackdsl.language.yaml.source import KeyPath, PlaceBuilder, Plain, Source
 
 if TYPE_CHECKING:
     from stackdsl.language.expressions import Names, Value
@@ -39,7 +39,7 @@ class NameMistakeError(MistakeError):
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Combination:
     """One combination: the value of each variable, as written; None where that is mistaken."""
 
     values: Mapping[str, Plain]
@@ -47,15 +47,15 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
-class Choices:
+class Combinations:
     """All combinations, in the author's order."""
 
-    all: tuple[Choice, ...]
+    all: tuple[Combination, ...]
     names: frozenset[str] = frozenset()  # of the variables
     mistakes: Mistakes = field(default_factory=dict)
 
 
-def choices_of(values: Mapping[str, Plain]) -> Choices:
+def combinations_of(values: Mapping[str, Plain]) -> Combinations:
     """What a scenario is played with; where there are too many combinations, one of no values."""
     mistakes: Mistakes = {}
     cases = _cases(values["cases"], mistakes) if "cases" in values else [{}]
@@ -66,17 +66,17 @@ def choices_of(values: Mapping[str, Plain]) -> Choices:
     if prod(map(len, rows.values()), start=len(cases)) > MAX_VARIANTS:  # told without the number, which may be long
         message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
         add(mistakes, ("matrix",), MistakeError("SD206", message, "make several scenarios of it"))
-        return Choices((Choice(dict.fromkeys(names), ()),), names, mistakes)
+        return Combinations((Combination(dict.fromkeys(names), ()),), names, mistakes)
     made = [_choice(case, dict(zip(rows, row, strict=True))) for case in cases for row in product(*rows.values())]
     kept = _kept(made, values.get("exclude"), names, mistakes)
-    return Choices(tuple(kept), names, mistakes)
+    return Combinations(tuple(kept), names, mistakes)
 
 
-def _choice(case: Mapping[str, Plain], row: Mapping[str, Plain]) -> Choice:
+def _choice(case: Mapping[str, Plain], row: Mapping[str, Plain]) -> Combination:
     first = next(iter(case), None)
     told = {**({} if first is None else {first: case[first]}), **row}
     called = tuple((name, str(written)) for name, written in told.items() if written is not None)
-    return Choice({**case, **row}, called)
+    return Combination({**case, **row}, called)
 
 
 def compact(text: str) -> str:
@@ -168,7 +168,7 @@ def _unknown(code: str, name: str, known: Sequence[str], otherwise: str = "") ->
     return NameMistakeError(code, f"unknown variable '{name}'", lambda: did_you_mean(name, known) or otherwise)
 
 
-def _kept(made: list[Choice], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Choice]:
+def _kept(made: list[Combination], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Combination]:
     """The combinations that none of `exclude` speaks of."""
     if exclude is None:
         return made
@@ -274,7 +274,7 @@ class Budget:
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class ExpandedScenario:
     """A scenario with its repeats written out."""
 
     source: Source
@@ -282,12 +282,12 @@ class Spread:
     mistakes: Mistakes = field(default_factory=dict)  # at paths of the spread source
 
 
-def spread(source: Source, names: "Names", budget: Budget) -> Spread:
+def expand_repeats(source: Source, names: "Names", budget: Budget) -> ExpandedScenario:
     """The scenario with its repeats written out, given its other variables. Raises TooMuchError."""
     repeating = [key for key in REPEATABLE if _repeats(source.values.get(key))]
     if not repeating:
-        return Spread(source)
-    places = Places()
+        return ExpandedScenario(source)
+    places = PlaceBuilder()
     places.keep(source, {(key,): None for key in repeating})
     spreading = _Spreading(source, budget, names, places)
     values = dict(source.values)
@@ -295,7 +295,7 @@ def spread(source: Source, names: "Names", budget: Budget) -> Spread:
         places.note(source, (key,), (key,))
         values[key] = spreading.list_of(values[key], (key,), (key,), _Scope(names))
     spread_source = replace(source, values=values, value_spans=places.value_spans, key_spans=places.key_spans)
-    return Spread(spread_source, spreading.scopes, spreading.mistakes)
+    return ExpandedScenario(spread_source, spreading.scopes, spreading.mistakes)
 
 
 def _repeats(items: Plain) -> bool:
@@ -319,7 +319,7 @@ class _Spreading:
     source: Source
     budget: Budget
     taken: "Names"  # the variables of the scenario
-    places: Places
+    places: PlaceBuilder
     scopes: dict[KeyPath, "Names"] = field(default_factory=dict)
     mistakes: Mistakes = field(default_factory=dict)
 

@@ -349,7 +349,7 @@ _TOLD: Final = ("scenario", "description", "tags", "systems", "let", "matrix", "
 _ANYTHING: Final[dict[str, Plain]] = {"brick": "kapla", "build": [{"column": {"levels": 1}}]}
 
 
-def told_only(source: Source) -> Source | None:
+def report_missing_dependency(source: Source) -> Source | None:
     """What can be told of a scenario that is not played without a package which is not here; None of all others.
 
     What it builds is left out, since reading that may take the package.

@@ -54,7 +54,7 @@ class NamesBody:
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class NameReference:
     """A name, and where it stands in the file."""
 
     path: KeyPath
@@ -62,7 +62,7 @@ class Named:
     or_plane: bool  # whether the ground or a wall may be meant as well
 
 
-def named_in(model: BaseModel, path: KeyPath = ()) -> Iterator[Named]:
+def named_in(model: BaseModel, path: KeyPath = ()) -> Iterator[NameReference]:
     """The names in a mapping that stands at a path, in the order of its keys."""
     markers = _markers(type(model))
     for key, field in type(model).model_fields.items():
@@ -75,10 +75,10 @@ def named_in(model: BaseModel, path: KeyPath = ()) -> Iterator[Named]:
             yield from _name(value, markers[key], place)
 
 
-def _name(value: object, marker: NamesBody, path: KeyPath) -> Iterator[Named]:
+def _name(value: object, marker: NamesBody, path: KeyPath) -> Iterator[NameReference]:
     name = marker.read(value)
     if name is not None:
-        yield Named(path, name, marker.or_plane)
+        yield NameReference(path, name, marker.or_plane)
 
 
 @cache

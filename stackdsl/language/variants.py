@@ -12,14 +12,14 @@ from stackdsl.language.quantities import MistakeError
 from stackdsl.language.repeats import (
     REPEAT,
     Budget,
-    Choice,
+    Combination,
     Mistakes,
     NameMistakeError,
     TooMuchError,
     add,
     check_name,
-    choices_of,
-    spread,
+    combinations_of,
+    expand_repeats,
 )
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
 
@@ -51,7 +51,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
 
     A value whose expression is mistaken stays as written, so that the rest of its variant can still be validated.
     """
-    choices = choices_of(source.values)
+    choices = combinations_of(source.values)
     found = [(source, choices.mistakes)]
     work = len(choices.all) * sum(map(_expressions, source.values.values()))
     if work > MAX_EXPRESSIONS:
@@ -120,7 +120,7 @@ def resampled(variant: Variant, pick: Pick, fixed: Mapping[str, Plain] = NOTHING
         return fixed[name] if name in fixed else pick(name, each)
 
     values = variant.written.values
-    choice = Choice({name: fixed.get(name, value) for name, value in variant.choice.items()}, variant.parameters)
+    choice = Combination({name: fixed.get(name, value) for name, value in variant.choice.items()}, variant.parameters)
     source = variant.written
     if FRICTION in fixed and FRICTION not in variables_of(variant):
         source = replace(source, values={**values, FRICTION: fixed[FRICTION]})
@@ -139,7 +139,7 @@ def variables_of(variant: Variant) -> tuple[str, ...]:
 
 
 def _variant(
-    source: Source, choice: Choice, budget: Budget, most: int, pick: Pick = middle
+    source: Source, choice: Combination, budget: Budget, most: int, pick: Pick = middle
 ) -> tuple[Variant, Mistakes, int]:
     """One choice, filled in; its mistakes, at paths of its source; and how many expressions it has.
 
@@ -153,7 +153,7 @@ def _variant(
         rows |= dict.fromkeys(found) | {name: value_of(value) for name, value in values.items()}
     names, lets = _let(source.values.get("let", {}), rows, filling)
     _check_fixed(source, filling.mistakes)
-    spreads = spread(source, names, budget)
+    spreads = expand_repeats(source, names, budget)
     filling.mistakes |= spreads.mistakes
     filling.scopes = spreads.scopes
     values = spreads.source.values

@@ -34,7 +34,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     group = parser.getgroup("stackdsl", "scenarios of stacked bricks")
     group.addoption(
-        "--though-it-fails", action="store_true", help="let --snapshot-update accept scenarios that fail, too"
+        "--accept-failing", action="store_true", help="let --snapshot-update accept scenarios that fail, too"
     )
     group.addoption("--no-golden", action="store_true", help="hold scenarios against no golden files")
 
@@ -70,8 +70,8 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
     from stackdsl.goldens.golden import keeper_of  # noqa: PLC0415 -- only where it is asked for
     from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory  # noqa: PLC0415 -- only where it is asked for
-    from stackdsl.pytest_plugin.shared_snapshots import held_against  # noqa: PLC0415 -- syrupy need not be installed
+    from stackdsl.pytest_plugin.shared_snapshots import compare_with_golden  # noqa: PLC0415 -- syrupy need not be installed
 
     folder = golden_directory(request.config, request.path)
     keeper = keeper_of(str(request.path), folder, scenario_directory(request.config, request.path))
-    return held_against(request.getfixturevalue("snapshot"), folder, keeper)
+    return compare_with_golden(request.getfixturevalue("snapshot"), folder, keeper)

@@ -12,7 +12,7 @@ import pytest
 from stackdsl.checking.cases import Case, gather
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.play_case import play_case, played_or_blocked
-from stackdsl.checking.results import Goldens, held_against, held_up, judged, snapshot_of
+from stackdsl.checking.results import Goldens, compare_with_golden, held_up, judged, snapshot_of
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import known_of
@@ -91,7 +91,9 @@ class ScenarioItem(pytest.Item):
         result = judged(case, trace)
         if case.system not in SYSTEMS or self.config.getoption("no_golden"):
             return result
-        return replace(result, golden=held_against(snapshot_of(case, trace), self._goldens(), str(self.path), result))
+        return replace(
+            result, golden=compare_with_golden(snapshot_of(case, trace), self._goldens(), str(self.path), result)
+        )
 
     def _goldens(self) -> Goldens:
         """Where golden files are, if they are looked at, and whether they are written."""
@@ -104,8 +106,8 @@ class ScenarioItem(pytest.Item):
             folder,
             update,
             unused=self._unused(folder, scenarios) if is_new and not update else (),
-            lock_new=not update and not is_ci(os.environ),
-            though_it_fails=self.config.getoption("though_it_fails"),
+            write_new_goldens=not update and not is_ci(os.environ),
+            accept_failing=self.config.getoption("accept_failing"),
             scenarios=scenarios,
         )
 

@@ -104,7 +104,7 @@ def _kept_by(keeper: str) -> type[GoldenExtension]:
     return type("GoldenExtension", (GoldenExtension,), {"keeper": keeper})
 
 
-def held_against(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> Golden:
+def compare_with_golden(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> Golden:
     """What gives, for an identity, the file below a directory that a snapshot of it is compared with.
 
     `keeper` is who keeps that file where the test writes it.

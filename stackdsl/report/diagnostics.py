@@ -63,7 +63,7 @@ _INDENT = "    "
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class CodeEntry:
     """What the page says of one code."""
 
     code: str
@@ -77,17 +77,17 @@ class Entry:
         return found["text"] if found else None
 
 
-def entries() -> Mapping[str, Entry]:
+def entries() -> Mapping[str, CodeEntry]:
     """All codes of the page, in its order."""
     page = files("stackdsl").joinpath("diagnostics.md").read_text(encoding="utf-8")
-    return {found["code"]: Entry(found["code"], found["title"], found["body"].strip()) for found in _each(page)}
+    return {found["code"]: CodeEntry(found["code"], found["title"], found["body"].strip()) for found in _each(page)}
 
 
 def _each(page: str) -> Iterator[re.Match[str]]:
     return _ENTRY.finditer(page if page.endswith("\n") else f"{page}\n")
 
 
-def code_text(entry: Entry) -> str:
+def code_text(entry: CodeEntry) -> str:
     """An entry for a terminal: without the marks of Markdown, and with its example set in."""
     plain = _EXAMPLE.sub(lambda found: _set_in(found["text"]), entry.body)
     plain = _LINK.sub(r"\1", plain).replace("**", "")

@@ -18,8 +18,8 @@ from stackdsl.report.text import TO_CLAIM, cause_text, closing_line, outcome_tex
 from stackdsl.results import (
     UNCHECKED,
     Change,
+    ClaimOutcome,
     GoldenResult,
-    Outcome,
     Report,
     RunStatus,
     Seen,
@@ -48,7 +48,7 @@ class Rank(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class RankedFailure:
     """One thing to look into."""
 
     rank: Rank
@@ -59,49 +59,53 @@ class Finding:
     column: int = 1
 
 
-def findings(report: Report) -> list[Finding]:
+def ranked_failures(report: Report) -> list[RankedFailure]:
     """All of them, worst first, and otherwise in the order of the report; what is only a warning comes last."""
     found = [
-        Finding(Rank.INVALID, each.code, f"{each.message}{f'; {each.hint}' if each.hint else ''}", *_place(each.span))
+        RankedFailure(
+            Rank.INVALID, each.code, f"{each.message}{f'; {each.hint}' if each.hint else ''}", *_place(each.span)
+        )
         for each in report.diagnostics
     ]
-    found += [finding for result in report.results for finding in findings_of(result)]
+    found += [finding for result in report.results for finding in ranked_failures_of(result)]
     found += [finding for result in report.results for finding in warnings_of(result)]
     found += [
-        Finding(Rank.GOLDEN, "obsolete golden file", "no variant has this name", visible(file))
+        RankedFailure(Rank.GOLDEN, "obsolete golden file", "no variant has this name", visible(file))
         for file in report.obsolete
     ]
     return sorted(found, key=lambda finding: finding.rank)
 
 
-def findings_of(result: VariantResult) -> Iterator[Finding]:
+def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
     """What one result has to be looked into for."""
     if result.mistake is not None:
-        yield Finding(Rank.INVALID, result.name, result.mistake.message, *_place(result.mistake.span))
+        yield RankedFailure(Rank.INVALID, result.name, result.mistake.message, *_place(result.mistake.span))
     elif result.status not in (RunStatus.DONE, RunStatus.SKIPPED):
-        yield Finding(Rank.STOPPED, result.name, f"{result.status}: {result.message}", result.file)
+        yield RankedFailure(Rank.STOPPED, result.name, f"{result.status}: {result.message}", result.file)
     for outcome in result.outcomes:
         if not outcome.passed:
             cause = cause_text(result.why) if result.why is not None else ""
             text = "; ".join(filter(None, [outcome_text(outcome), cause]))
-            yield Finding(Rank.FAILED, result.name, text, *_place(outcome.span))
+            yield RankedFailure(Rank.FAILED, result.name, text, *_place(outcome.span))
     if result.unchecked and result.must_claim:
-        yield Finding(Rank.FAILED, result.name, _unchecked(result), result.file)
+        yield RankedFailure(Rank.FAILED, result.name, _unchecked(result), result.file)
     if result.golden is not None and result.golden_failed:
         golden = result.golden
         seen = [f"{one.subject}: {one.quantity}: was {one.expected}, is {one.got}" for one in golden.differences]
         more = [f"and {len(seen) - MOST_SEEN} more"] if len(seen) > MOST_SEEN else []
         told = "; ".join(filter(None, [golden.note, *seen[:MOST_SEEN], *more]))
         text = f"{golden.file}: {golden.status}{f': {told}' if told else ''}"
-        yield Finding(Rank.GOLDEN, result.name, text, result.file)
+        yield RankedFailure(Rank.GOLDEN, result.name, text, result.file)
 
 
-def warnings_of(result: VariantResult) -> Iterator[Finding]:
+def warnings_of(result: VariantResult) -> Iterator[RankedFailure]:
     """What one result has to be looked into for that fails nothing: what is odd, and what fell unexpectedly."""
     for odd in result.warnings:
-        yield Finding(Rank.WARNED, result.name, "; ".join(filter(None, [odd.message, odd.hint])), *_place(odd.span))
+        yield RankedFailure(
+            Rank.WARNED, result.name, "; ".join(filter(None, [odd.message, odd.hint])), *_place(odd.span)
+        )
     if result.unchecked and result.fell and not result.must_claim:
-        yield Finding(Rank.WARNED, result.name, _unchecked(result), result.file)
+        yield RankedFailure(Rank.WARNED, result.name, _unchecked(result), result.file)
 
 
 def _unchecked(result: VariantResult) -> str:
@@ -160,7 +164,7 @@ def _case(suite: ET.Element, result: VariantResult) -> None:
         ET.SubElement(properties, "property", name="warning", value=_clean(str(odd)))
     if result.status is RunStatus.SKIPPED:
         ET.SubElement(case, "skipped", message=_clean(result.message))
-    found = list(findings_of(result))
+    found = list(ranked_failures_of(result))
     if found:
         kind = "failure" if result.status is RunStatus.DONE else "error"
         text = "\n".join(f"{each.file}:{each.line}:{each.column}: {each.text}" for each in found)
@@ -191,7 +195,7 @@ MOST_SHOWN = 10  # annotations of one kind that a step shows
 
 def report_github(report: Report) -> str:
     """One line a finding, and one of sums that is only in the log."""
-    found = findings(report)
+    found = ranked_failures(report)
     shown = found if len(found) <= MOST_SHOWN else found[: MOST_SHOWN - 1]
     lines = [_command(finding) for finding in shown]
     if len(found) > len(shown):
@@ -201,13 +205,13 @@ def report_github(report: Report) -> str:
     return "\n".join([*lines, closing_line(report)]) + "\n"
 
 
-def _command(finding: Finding) -> str:
+def _command(finding: RankedFailure) -> str:
     place = f"file={_value(finding.file)},line={finding.line},col={finding.column}"
     command = "warning" if finding.rank is Rank.WARNED else "error"
     return f"::{command} {place},title={_value(finding.title)}::{_data(finding.text)}"
 
 
-def _remark(finding: Finding) -> str:
+def _remark(finding: RankedFailure) -> str:
     """A line of the log, and no command, whatever texts of authors are in it."""
     told = f"{finding.file}:{finding.line}:{finding.column}: {finding.title}: {finding.text}"
     return f"- {' '.join(told.split())}"
@@ -234,7 +238,7 @@ def report_markdown(report: Report) -> str:
 
 
 def _failed(report: Report) -> Iterator[str]:
-    found = findings(report)
+    found = ranked_failures(report)
     if found:
         yield from ("| where | what | |", "|---|---|---|")
         for each in found[:MOST_ROWS]:
@@ -390,7 +394,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "conclusion": result.conclusion,
         "unchecked": result.unchecked,
         "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
-        "set_aside": result.set_aside,
+        "marked_skipped": result.marked_skipped,
         "message": result.message,
         "warnings": [{"message": w.message, "hint": w.hint, "span": _span(w.span)} for w in result.warnings],
         "mistake": _diagnostic(result.mistake) if result.mistake else None,
@@ -518,7 +522,7 @@ def _cost(cost: Cost) -> dict[str, object]:
     }
 
 
-def _outcome(outcome: Outcome) -> dict[str, object]:
+def _outcome(outcome: ClaimOutcome) -> dict[str, object]:
     return {
         "name": outcome.name,
         "expected": outcome.expected,

@@ -17,8 +17,8 @@ from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.fit import Fit, Sited, fits
-from stackdsl.judging.numbers import Knobs
-from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, Judged, Proofs, margins_of_assembly, proofs_of
+from stackdsl.judging.numbers import ScenarioNumbers
+from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs, margins_of_assembly, proofs_of
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.report.blocks import Block, blocks_text, line, table
 from stackdsl.report.text import side_text
@@ -27,8 +27,18 @@ from stackdsl.shown_text import without_commands
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method, as_played
 from stackdsl.simulation.worlds import settings_for
-from stackdsl.timeline import Arrival, Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline
-from stackdsl.trace import Margins
+from stackdsl.timeline import (
+    Arrival,
+    HoldAction,
+    LetGo,
+    MoveAction,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+)
+from stackdsl.trace import VerdictMargins
 from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
 
 # What statics says of scenarios, before anything is played.
@@ -39,7 +49,7 @@ OPEN = "not proven"
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class StaticsSummary:
     """What was proven of one scenario in one variant."""
 
     scenario: str
@@ -57,7 +67,7 @@ class Said:
         return f"{self.scenario}[{self.variant}]" if self.variant else self.scenario
 
 
-def said_of(case: Case) -> Said:
+def statics_summary_of(case: Case) -> StaticsSummary:
     """Judge each placement of a case by statics, up to the first thing that only an engine can follow."""
     timeline = case.timeline
     proofs = proofs_of(timeline)
@@ -72,7 +82,7 @@ def said_of(case: Case) -> Said:
     first = {fallen[0].bricks[0]} if fallen else frozenset[str]()
     times = [act.time for act in timeline.actions if isinstance(act, Placement) and act.brick.id in first]
     variant = ",".join(f"{name}={text}" for name, text in case.parameters)
-    return Said(
+    return StaticsSummary(
         case.scenario_name,
         variant,
         bricks,
@@ -84,7 +94,7 @@ def said_of(case: Case) -> Said:
     )
 
 
-def statics_text(said: Sequence[Said], width: int, colour: bool) -> str:
+def statics_text(said: Sequence[StaticsSummary], width: int, colour: bool) -> str:
     """One row a variant, and below them why what does not stand does not."""
     if not said:
         return ""
@@ -233,7 +243,7 @@ def stages_told(proofs: Proofs, times: bool) -> Mapping[BodyId, str]:
     return told
 
 
-def _answer(judged: Judged, brick: BodyId) -> str:
+def _answer(judged: JudgedGroup, brick: BodyId) -> str:
     if brick in judged.verdict.moving:
         answer = "falls" if judged.verdict.stability is Stability.UNSTABLE else "in doubt"
         return f"{answer}: {judged.verdict.stage}" if judged.verdict.stage is not None else answer
@@ -241,13 +251,18 @@ def _answer(judged: Judged, brick: BodyId) -> str:
     return f"{stage}" if stage is not None else "not proven"
 
 
-def _cost(judged: Judged) -> str:
+def _cost(judged: JudgedGroup) -> str:
     together = f" for {len(judged.bricks)} bricks" if len(judged.bricks) > 1 else ""
     return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
 
 
 def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
-    proofs: Proofs, timeline: Timeline, count: int, extent: Extent, knobs: Knobs, margins: Margins | None = None
+    proofs: Proofs,
+    timeline: Timeline,
+    count: int,
+    extent: Extent,
+    knobs: ScenarioNumbers,
+    margins: VerdictMargins | None = None,
 ) -> Iterator[str]:
     """What became of all that was judged, of `count` bricks in all; `margins` are those that are `TOLD`, if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
@@ -266,7 +281,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
         yield from _margins(proofs, extent, margins)
 
 
-def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: Knobs) -> Iterator[str]:
+def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: ScenarioNumbers) -> Iterator[str]:
     """Everything that moves, which way, and what would mend it."""
     verdict, bricks = proofs.verdict, proofs.assembly.bricks
     in_doubt = verdict.stability is Stability.UNDECIDED
@@ -282,7 +297,7 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: Knobs) -> I
     yield from (f"      {line}" for line in remedy_lines(remedies_of(knobs, timeline, proofs)))
 
 
-def _margins(proofs: Proofs, extent: Extent, margins: Margins | None) -> Iterator[str]:
+def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> Iterator[str]:
     count = len(proofs.assembly.bricks)
     if extent.margins is False:
         return
@@ -302,13 +317,13 @@ def _margins(proofs: Proofs, extent: Extent, margins: Margins | None) -> Iterato
         yield f"    rest is {_certainty(margins)}"
 
 
-def _certainty(margins: Margins) -> str:
+def _certainty(margins: VerdictMargins) -> str:
     """Whether rest is all that can happen, and why."""
     why = margins.certainty or "forces along normals alone balance every brick"
     return f"{'guaranteed' if margins.guaranteed else 'possible'}: {why}"
 
 
-def _margin_texts(margins: Margins) -> Iterator[str]:
+def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
     if margins.acceleration is not None:
         bearing = f" towards {round(degrees(margins.bearing)) % 360} deg" if margins.bearing is not None else ""
         yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
@@ -350,7 +365,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
     yield ""
     if proofs is not None:
-        knobs = Knobs(scenario, cases[0].variant)
+        knobs = ScenarioNumbers(scenario, cases[0].variant)
         yield from proven_lines(proofs, timeline, count, extent, knobs)
         yield ""
     for case in cases:
@@ -376,14 +391,14 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
         match action:
             case Removal():
                 yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  pulled out"
-            case Push():
+            case PushAction():
                 impulse = " ".join(f"{1000.0 * part:.4g}" for part in action.impulse_W)
                 yield f"  {action.time:8.3f} s  {action.brick:<{width}}  pushed by ({impulse}) mN*s"
-            case Shake():
+            case ShakeAction():
                 yield f"  {action.time:8.3f} s  {GROUND:<{width}}  shaken {shaking_text(action.motion)}"
-            case Move(lowers=False):
+            case MoveAction(lowers=False):
                 yield f"  {action.time:8.3f} s  {action.brick:<{width}}  {moving_text(action.course)} by hand"
-            case Hold():
+            case HoldAction():
                 yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  held"
             case LetGo():
                 yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  let go"

@@ -20,9 +20,9 @@ from stackdsl.report.statics import counterweight_text, friction_text, later_tex
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
-from stackdsl.studies.fragility_curve import Fragility, Point
+from stackdsl.studies.fragility_curve import CurvePoint, Fragility
 from stackdsl.studies.fragility_intensity import SHAKING
-from stackdsl.studies.sensitivities import Effect, Of, Sensitivities, Source
+from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from stackdsl.studies.sweep import SweptCase
 
 # A fragility curve as text, CSV and JSON.
@@ -77,17 +77,17 @@ def _number(fragility: Fragility, value: float) -> str:
     return f"{fragility.intensity.shown(value):.4g}"
 
 
-def _share(point: Point) -> str:
+def _share(point: CurvePoint) -> str:
     within = point.within
     return f"{PERCENT * point.share:6.2f} %  {PERCENT * within.low:6.2f} .. {PERCENT * within.high:6.2f} %"
 
 
-def _counts(point: Point) -> str:
+def _counts(point: CurvePoint) -> str:
     open_ones = f", {point.unknown} open" if point.unknown else ""
     return f"{point.fell:>6} of {point.count}{open_ones}  ({_decided(point)})"
 
 
-def _decided(point: Point) -> str:
+def _decided(point: CurvePoint) -> str:
     return ", ".join(f"{count} {way}" for way, count in sorted(point.ways.items(), key=lambda each: -each[1]))
 
 
@@ -149,7 +149,7 @@ def _ends(within: Interval) -> tuple[float, float]:
     return within.low, within.high
 
 
-def _fragility_row(fragility: Fragility, point: Point) -> dict[str, Any]:
+def _fragility_row(fragility: Fragility, point: CurvePoint) -> dict[str, Any]:
     share = point.share if point.count > point.unknown else None
     numbers = (point.fell, point.unknown, point.count, share and _rounded(share))
     ends = (_rounded(end) for end in _ends(point.within))
@@ -295,12 +295,12 @@ def _finite_in_si(value: float | None, scale: float = 1.0) -> float | None:
 # What margins depend on most, as text, CSV and JSON.
 
 
-UNITS: Final = {Of.ACCELERATION: "g", Of.FRICTION: ""}
+UNITS: Final = {MarginKind.ACCELERATION: "g", MarginKind.FRICTION: ""}
 HOW: Final = {
-    Source.CHECKED: "differences say so too",
-    Source.DUALS: "not held against differences",
-    Source.DIFFERENCES: "by differences alone",
-    Source.NONE: "there is no margin on either side",
+    SlopeSource.CHECKED: "differences say so too",
+    SlopeSource.DUALS: "not held against differences",
+    SlopeSource.DIFFERENCES: "by differences alone",
+    SlopeSource.NONE: "there is no margin on either side",
 }
 SENSITIVITY_COLUMNS: Final = (
     "case",
@@ -320,7 +320,7 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
     """The margin, and a line for each number that it depends on, the most first."""
     yield found.case
     unit = UNITS[found.of]
-    what = "least friction" if found.of is Of.FRICTION else "acceleration"
+    what = "least friction" if found.of is MarginKind.FRICTION else "acceleration"
     yield f"  {what} {found.margin:.4g} {unit}".rstrip() + "; by a hundredth of each number it changes by up to:"
     shown = [each for each in found.effects if each.counts][:most]
     width = max((len(each.what) for each in shown), default=0)
@@ -331,7 +331,7 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
         yield f"    and {rest} more"
     nothing = [each for each in found.effects if not each.counts]
     if nothing:
-        by_forces = sum(each.source is Source.DUALS for each in nothing)
+        by_forces = sum(each.source is SlopeSource.DUALS for each in nothing)
         checked = ", none of them held against differences" if by_forces == len(nothing) else ""
         unchecked = checked or (f", {by_forces} of them not held against differences" if by_forces else "")
         yield f"    {len(nothing)} of {len(found.effects)} numbers do not matter{unchecked}"

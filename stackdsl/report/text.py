@@ -23,8 +23,8 @@ from stackdsl.results import (
     GOLDEN_FAILURES,
     REFERENCE_SYSTEM,
     Change,
+    ClaimOutcome,
     GoldenStatus,
-    Outcome,
     Report,
     RunStatus,
     Seen,
@@ -44,7 +44,7 @@ from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm,
 TO_CLAIM = "say under `expect` what is to come of it, such as `- stands: all` or `- collapses: any`"
 
 
-def outcome_text(outcome: Outcome) -> str:
+def outcome_text(outcome: ClaimOutcome) -> str:
     """Without a place and without a verdict."""
     margin = f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")" if isfinite(outcome.margin) else ""
     return f"{outcome.name}: expected {outcome.expected}, measured {outcome.measured}{margin}"
@@ -380,7 +380,7 @@ def _xpassed(report: Report) -> Iterator[str]:
             yield f"{result.file}: {result.name}: {result.xfail}: {advice}"
 
 
-def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[Outcome]]) -> Iterator[str]:
+def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[ClaimOutcome]]) -> Iterator[str]:
     for result in report.results:
         for outcome in outcomes_of(result):
             if not outcome.passed:
@@ -419,7 +419,7 @@ def _golden_files(report: Report) -> Iterator[str]:
     yield from (f"{visible(file)}: obsolete, no variant has this name" for file in report.obsolete)
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
         what = "1 of these fails" if failing == 1 else f"{failing} of these fail"
-        yield f"{what} what is expected, and would be accepted only by --update --though-it-fails"
+        yield f"{what} what is expected, and would be accepted only by --update --accept-failing"
     if report.accept:
         yield f"accept{', and remove what is obsolete,' if report.obsolete else ''} with: {report.accept}"
 

@@ -13,15 +13,15 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtri
 
-from stability.analysis.sampled_columns import FlatSamples, Mask, Outline, outlines_overlap
+from stability.analysis.sampled_columns import FlatSamples, Mask, SampledRectangle, outlines_overlap
 from stability.geometry.box_distance import LIMIT_ITSELF, reach_between
 from stability.geometry.placed_shape import above_plane, bodies_apart, in_place, meeting
 from stability.geometry.rows import Array
 from stability.geometry.vectors import multiply, rotate
 from stability.model import IDENTITY, Pose
 from stability.problem import Placed
-from stackdsl.sampling.samples import Design, Draws, Part, Unit
-from stackdsl.timeline import Spread
+from stackdsl.sampling.samples import BuildPlan, DesignedBrick, Draws, Unit
+from stackdsl.timeline import ErrorSpread
 
 DIGITS: Final = 12  # of a metre, and of a turn: below what processors agree on in roots and sines
 HALF_DIGITS: Final = 15  # of sine and cosine
@@ -30,10 +30,10 @@ FORGIVEN: Final = 1e-4  # [m] as deep as this bricks may lie in each other; less
 
 
 @dataclass
-class Hands:
+class PlacementSampler:
     """Where all bricks lie in some samples; a row a brick, a column a sample. Frame of the scene."""
 
-    design: Design
+    design: BuildPlan
     draws: Draws
     x: Array = field(init=False)  # of the centre of mass [m]
     y: Array = field(init=False)
@@ -53,7 +53,7 @@ class Hands:
         """How many samples there are."""
         return self.draws.count
 
-    def build(self) -> "Hands":
+    def build(self) -> "PlacementSampler":
         """Set down all units, one after the other."""
         for moment in self.design.moments:
             for unit in moment.units:
@@ -116,7 +116,7 @@ class Hands:
 
     # --- heights ------------------------------------------------------------------------------------------------------
 
-    def _lift(self, part: Part, unit: Unit) -> Array:
+    def _lift(self, part: DesignedBrick, unit: Unit) -> Array:
         """How much higher than in the design a brick touches what is below it [m]."""
         lift = np.full(self.count, -part.low)  # down to the ground
         below = [other for other in self._near(part, unit) if other.high <= part.low + part.reach(other)]
@@ -126,7 +126,7 @@ class Hands:
             lift = np.maximum(lift, self._lift_on(part, other))
         return lift
 
-    def _lift_on(self, part: Part, other: Part) -> Array:
+    def _lift_on(self, part: DesignedBrick, other: DesignedBrick) -> Array:
         if part.flat is not None and other.flat is not None:
             over = outlines_overlap(self._outline(part), self._outline(other)) > 0.0
             return np.where(over, other.high + self.lift[other.number] - part.low, -np.inf)
@@ -142,7 +142,7 @@ class Hands:
                 lifts[sample] = high - met[0]
         return lifts
 
-    def touching(self, part: Part) -> Iterator[tuple[Part, Mask]]:
+    def touching(self, part: DesignedBrick) -> Iterator[tuple[DesignedBrick, Mask]]:
         """What a brick that lies flat rests on, and in which samples; not the ground."""
         bottom = part.low + self.lift[part.number]
         for other in self._near(part, None):
@@ -156,7 +156,7 @@ class Hands:
             if over.any():
                 yield other, over
 
-    def on_ground(self, part: Part) -> Mask:
+    def on_ground(self, part: DesignedBrick) -> Mask:
         """In which samples a brick lies on the ground."""
         return self.design.is_bridged(part.low + self.lift[part.number], reach_between(part.thickness))
 
@@ -178,7 +178,7 @@ class Hands:
                     found[sample] |= above_plane(body, plane).gap < -FORGIVEN
         return found
 
-    def _overlaps(self, part: Part, other: Part) -> Mask:
+    def _overlaps(self, part: DesignedBrick, other: DesignedBrick) -> Mask:
         forgiven = min(LIMIT_ITSELF * FORGIVEN, part.reach(other))
         (least, most), (other_least, other_most) = self._spans[part.number], self._spans[other.number]
         if min(most - other_least, other_most - least) <= forgiven:
@@ -195,7 +195,7 @@ class Hands:
                 deep[sample] = bodies_apart(*bodies).gap < -forgiven
         return deep
 
-    def _near(self, part: Part, unit: Unit | None) -> Iterator[Part]:
+    def _near(self, part: DesignedBrick, unit: Unit | None) -> Iterator[DesignedBrick]:
         """The bricks that were set down before a unit, and that one of it may be above, or beside, in some sample."""
         first = unit.parts[0].number if unit is not None else part.number
         x, y, _ = part.placed.pose.position_W
@@ -207,21 +207,21 @@ class Hands:
 
     # --- places -------------------------------------------------------------------------------------------------------
 
-    def _outline(self, part: Part) -> Outline:
+    def _outline(self, part: DesignedBrick) -> SampledRectangle:
         assert part.flat is not None
         ux, uy, one, two = part.flat
         n = part.number
         cos, sin = np.cos(self.turn[n]), np.sin(self.turn[n])
-        return Outline((one, two), self.x[n], self.y[n], ux * cos - uy * sin, uy * cos + ux * sin)
+        return SampledRectangle((one, two), self.x[n], self.y[n], ux * cos - uy * sin, uy * cos + ux * sin)
 
-    def _around(self, part: Part) -> Outline:
+    def _around(self, part: DesignedBrick) -> SampledRectangle:
         """The outline of a brick in plan, or a square that it fits in."""
         if part.flat is not None:
             return self._outline(part)
         n, one = part.number, np.ones(self.count)
-        return Outline((part.radius, part.radius), self.x[n], self.y[n], one, 0.0 * one)
+        return SampledRectangle((part.radius, part.radius), self.x[n], self.y[n], one, 0.0 * one)
 
-    def pose(self, part: Part, sample: int) -> Pose:
+    def pose(self, part: DesignedBrick, sample: int) -> Pose:
         """Where a brick is in a sample, in the frame of the scene."""
         x, y, lift, turn = (float(rows[part.number, sample]) for rows in (self.x, self.y, self.lift, self.turn))
         half = 0.5 * turn
@@ -244,7 +244,7 @@ class Hands:
         return FlatSamples([o.half for o in outlines], self.x, self.y, cos, sin)
 
 
-def _error(spread: Spread | None, drawn: Array) -> Array:
+def _error(spread: ErrorSpread | None, drawn: Array) -> Array:
     if spread is None:
         return np.zeros_like(drawn)
     made: Array = spread.width * (ndtri(drawn) if spread.kind == "normal" else 2.0 * drawn - 1.0)

@@ -29,13 +29,13 @@ from stackdsl.language.distributions import Distribution, Pick, middle
 from stackdsl.language.validation import validate
 from stackdsl.language.variants import Variant, diagnostics_of, resampled
 from stackdsl.language.yaml.source import Plain
-from stackdsl.timeline import Jitter, Placement, Spread, Timeline
+from stackdsl.timeline import ErrorSpread, Jitter, Placement, Timeline
 
 # What is built, brick by brick in the order of the hands: what each belongs on, and what it may meet.
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class DesignedBrick:
     """One brick as it is designed, in the frame of the scene: level ground at z = 0."""
 
     number: int  # in the order of the hands
@@ -53,7 +53,7 @@ class Part:
         """What the brick is called."""
         return self.placed.brick.id
 
-    def reach(self, other: "Part") -> float:
+    def reach(self, other: "DesignedBrick") -> float:
         """From which the two still touch [m]."""
         return reach_between(self.thickness, other.thickness)
 
@@ -62,7 +62,7 @@ class Part:
 class Unit:
     """Bricks that hands set down as one: alone, or two that lean on each other."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[DesignedBrick, ...]
     supports: tuple[int, ...]  # the bricks that it belongs on
     grounded: bool  # whether it belongs on the ground as well, or stands free
     centre: tuple[float, float]  # the mean of its bricks, in plan [m]
@@ -74,7 +74,7 @@ class Unit:
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class BuildStage:
     """What comes at one time, and is judged together."""
 
     units: tuple[Unit, ...]
@@ -82,10 +82,10 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class Design:
+class BuildPlan:
     """A structure to be built by hands, unit by unit."""
 
-    moments: tuple[Moment, ...]
+    moments: tuple[BuildStage, ...]
     planes: tuple[Plane, ...]  # in the frame of the scene
     planes_W: tuple[Plane, ...]
     tilt: Quaternion  # from the frame of the scene to W
@@ -103,7 +103,7 @@ class Design:
         return Assembly(self.planes_W, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[DesignedBrick, ...]:
         """All bricks in the order of the hands."""
         return tuple(part for moment in self.moments for unit in moment.units for part in unit.parts)
 
@@ -113,7 +113,7 @@ class Design:
         return self.tilt == IDENTITY and all(part.flat is not None for part in self.parts)
 
 
-def design_of(timeline: Timeline) -> Design:
+def build_plan_of(timeline: Timeline) -> BuildPlan:
     """The design of what a timeline sets down."""
     world = timeline.world
     tilt = _tilt(world.planes[0])
@@ -129,8 +129,8 @@ def design_of(timeline: Timeline) -> Design:
             unit = _unit(group, timeline.jitter, structure, count, back)
             count += len(unit.parts)
             units.append(unit)
-        moments.append(Moment(tuple(units), level))
-    return Design(tuple(moments), planes, world.planes, tilt, world.friction, world.gravity, world.tolerances)
+        moments.append(BuildStage(tuple(units), level))
+    return BuildPlan(tuple(moments), planes, world.planes, tilt, world.friction, world.gravity, world.tolerances)
 
 
 def _units(moment: Sequence[Placement]) -> list[list[Placement]]:
@@ -164,7 +164,7 @@ def _unit(
     return Unit(tuple(parts), on, not on or GROUND in lower, (x, y))
 
 
-def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | None) -> Part:
+def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | None) -> DesignedBrick:
     own = solid(placed)
     flat = own.plan if isinstance(own, BoxSolid) and isinstance(placed.brick.shape, Box) else None
     name, (x, y, _) = placed.brick.id, placed.pose.position_W
@@ -172,7 +172,7 @@ def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | No
     radius = max(hypot(cx - x, cy - y) for cx, cy, _ in corners)
     carried = tuple(c for c in structure.touching[name].values() if c.upper == name and carries_upright(c))
     low, high = min(z for _, _, z in corners), max(z for _, _, z in corners)
-    return Part(number, placed, flat, low, high, radius, placed.brick.shape.least_thickness, carried, jitter)
+    return DesignedBrick(number, placed, flat, low, high, radius, placed.brick.shape.least_thickness, carried, jitter)
 
 
 def _tilt(ground: Plane) -> Quaternion:
@@ -312,6 +312,6 @@ def _with_errors(timeline: Timeline, times: float) -> Timeline:
 
 def _multiplied(jitter: Jitter, times: float) -> Jitter:
     position, yaw = (
-        None if each is None else Spread(each.kind, each.width * times) for each in (jitter.position, jitter.yaw)
+        None if each is None else ErrorSpread(each.kind, each.width * times) for each in (jitter.position, jitter.yaw)
     )
     return Jitter(position, yaw)

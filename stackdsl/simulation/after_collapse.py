@@ -4,18 +4,18 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import Hold, LetGo, Moment, Move, Push, Removal, Shake, time_of_arrival
+from stackdsl.timeline import HoldAction, LetGo, Moment, MoveAction, PushAction, Removal, ShakeAction, time_of_arrival
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
     """The part of it that still takes place with the bricks that are there; None if none does."""
     match moment:
-        case Removal() | Hold() | LetGo():
+        case Removal() | HoldAction() | LetGo():
             there = tuple(brick for brick in moment.bricks if brick in present)
             return replace(moment, bricks=there) if there else None
-        case Push() | Move():
+        case PushAction() | MoveAction():
             return moment if moment.brick in present else None
-        case Shake():
+        case ShakeAction():
             return moment
         case _:
             return tuple(placement for placement in moment if placement.hits) or None

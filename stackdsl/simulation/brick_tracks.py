@@ -35,7 +35,7 @@ READ_BACK = 1e-12  # [m] what a position loses on its way into a scaled engine a
 
 
 @dataclass
-class Watched:
+class TrackedBrick:
     """One brick under watch."""
 
     placement: Placement
@@ -141,23 +141,27 @@ class Watched:
 
 
 @dataclass
-class Watch:
+class BrickTracker:
     """All bricks placed so far, in order of placement."""
 
-    bricks: dict[BodyId, Watched] = field(default_factory=dict)
-    dropped: list[Watched] = field(default_factory=list)  # where these lie, or what was thrown, is not known before
+    bricks: dict[BodyId, TrackedBrick] = field(default_factory=dict)
+    dropped: list[TrackedBrick] = field(
+        default_factory=list
+    )  # where these lie, or what was thrown, is not known before
     made_of: dict[BodyId, Brick] = field(default_factory=dict)
     not_moving: RestLimits = NOT_MOVING  # what is dropped
     hit: bool = False  # whether something has hit the structure
     largest_shift: float = 0.0  # of any so far [m]
     present: dict[BodyId, None] = field(default_factory=dict)  # those that are not pulled out
-    shifted: dict[BodyId, Watched] = field(default_factory=dict)  # visibly, be it that they have not left their places
-    _left: dict[BodyId, Watched] = field(default_factory=dict)  # their places
+    shifted: dict[BodyId, TrackedBrick] = field(
+        default_factory=dict
+    )  # visibly, be it that they have not left their places
+    _left: dict[BodyId, TrackedBrick] = field(default_factory=dict)  # their places
 
     def add(self, placement: Placement) -> None:
         """A brick set down at rest counts as at rest there; a dropped one does so later, and a thrown one never."""
         rest, came = (placement.pose if placement.at_rest else None), placement.came or placement.pose
-        watched = Watched(placement, len(self.bricks), rest, came, not_moving=self.not_moving)
+        watched = TrackedBrick(placement, len(self.bricks), rest, came, not_moving=self.not_moving)
         self.bricks[placement.brick.id] = watched
         self.made_of[placement.brick.id] = placement.brick
         self.present[placement.brick.id] = None
@@ -260,7 +264,7 @@ class Tells(Protocol):
 
 
 @dataclass(frozen=True)
-class Together:
+class CombinedStabilizer:
     """Several as one."""
 
     of: Callable[[BodyId], Extension | None]  # by brick
@@ -322,7 +326,7 @@ def _as_one(verdicts: Sequence[Verdict]) -> Verdict:
 
 
 def tracks_of(
-    timeline: Timeline, watch: Watch, extension: Tells | None, unproven: bool, collapsed: bool
+    timeline: Timeline, watch: BrickTracker, extension: Tells | None, unproven: bool, collapsed: bool
 ) -> dict[BodyId, BrickTrack]:
     """The track of each, in the order of the timeline.
 
@@ -387,7 +391,7 @@ class EventLog:
         if update.woken:
             self.tell(Event(now, EventKind.WOKEN, update.woken, update.reason, riding=update.riding))
 
-    def close_placement(self, extension: Tells, watch: Watch) -> None:
+    def close_placement(self, extension: Tells, watch: BrickTracker) -> None:
         """Before the next bricks come: note how the last ones were carried, and how safely the stack stood."""
         if extension.awake():
             return  # what still moves has no margin, and who carries whom is about to change
@@ -464,7 +468,7 @@ class BlockedPlacementError(RuntimeError):
         self.blocked = blocked
 
 
-def keep_clear(placement: Placement, watch: Watch) -> None:
+def require_clearance(placement: Placement, watch: BrickTracker) -> None:
     """Raise the error if a brick has no room; one that is slid in may also be in the way of what gave a little."""
     anywhere = placement.arrival is Arrival.SLID_IN or watch.hit or placement.hits
     others = [watch.bricks[name] for name in watch.present] if anywhere else watch.dropped
@@ -480,7 +484,7 @@ def keep_clear(placement: Placement, watch: Watch) -> None:
         raise BlockedPlacementError(Blocked(own, placement.time, deepest, inside[deepest], placement.hits))
 
 
-def _depth(placement: Placement, other: Watched) -> float:
+def _depth(placement: Placement, other: TrackedBrick) -> float:
     """How far the brick would be inside another one [m]."""
     brick, own = other.placement.brick, placement.brick.shape
     pose = placement.came or placement.pose

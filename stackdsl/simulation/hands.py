@@ -11,9 +11,9 @@ from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale, subtract
 from stability.model import AT_REST, BodyId, Plane, Pose, Vec3, convex
-from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, EventLog, Watch, keep_clear
-from stackdsl.simulation.stabilizer_calls import Answers
-from stackdsl.timeline import Handled, Hold, LetGo, Move
+from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, BrickTracker, EventLog, require_clearance
+from stackdsl.simulation.stabilizer_calls import StabilizerDriver
+from stackdsl.timeline import Handled, HoldAction, LetGo, MoveAction
 from stackdsl.trace import Event, EventKind
 from stackdsl.wording import moving_text
 
@@ -40,7 +40,7 @@ LEARNS = 0.1
 class _OnItsWay:
     """A brick that a hand moves."""
 
-    move: Move
+    move: MoveAction
     start_W: Vec3  # where its centre was when the hand took it [m]
 
     def at(self, time: float) -> Vec3:
@@ -63,12 +63,12 @@ class _Told:
 
 
 @dataclass
-class Hands:
+class HandMover:
     """All hands of a run."""
 
     world: World
-    watch: Watch
-    answers: Answers
+    watch: BrickTracker
+    answers: StabilizerDriver
     log: EventLog
     planes: Sequence[Plane]
     in_hand: dict[BodyId, None] = field(default_factory=dict, init=False)
@@ -107,9 +107,9 @@ class Hands:
     def act(self, done: Handled) -> None:
         """Hands begin or end something."""
         match done:
-            case Move():
+            case MoveAction():
                 self._move(done)
-            case Hold():
+            case HoldAction():
                 self._hold(done)
             case LetGo():
                 self._let_go(done)
@@ -119,7 +119,7 @@ class Hands:
         self._brought.add(brick)
         self._take(brick)
 
-    def _move(self, move: Move) -> None:
+    def _move(self, move: MoveAction) -> None:
         if not move.lowers:
             self.watch.struck()
             self.log.tell(Event(move.time, EventKind.TAKEN, (move.brick,), moving_text(move.course)))
@@ -131,7 +131,7 @@ class Hands:
             self.world.wake(move.brick)
         self._reach()
 
-    def _hold(self, hold: Hold) -> None:
+    def _hold(self, hold: HoldAction) -> None:
         bricks = hold.bricks
         new = tuple(brick for brick in bricks if brick not in self.in_hand and brick not in self._moving)
         if new:
@@ -150,7 +150,7 @@ class Hands:
         for brick in bricks:
             self._stop(brick)
             if brought:
-                keep_clear(replace(self.watch.bricks[brick].placement, came=None), self.watch)
+                require_clearance(replace(self.watch.bricks[brick].placement, came=None), self.watch)
         self._reach()
         carried = [brick for brick in bricks if brick in self.in_hand]
         for brick in carried:
@@ -246,7 +246,7 @@ class Hands:
         own = convex(self.world.shape(brick))
         near = [
             other
-            for other in self.world.near(
+            for other in self.world.neighbours(
                 brick, within + (reach_between(own.least_thickness) if own is not None else 0.0)
             )
             if other in self.watch.present
@@ -274,7 +274,7 @@ class Hands:
 
 
 @dataclass
-class Ground:
+class ShakingGround:
     """At rest, until it begins to shake."""
 
     world: World

@@ -16,7 +16,7 @@ from stability.geometry.vectors import add, cross, dot, inverse, norm, rotate, s
 from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Vec3
 from stability.problem import Contact, Motion, Placed, Tolerances, Verdict
 from stability.stabilizers.rest import RestLimits, times_the_usual
-from stackdsl.simulation.brick_tracks import NOT_MOVING, Watch
+from stackdsl.simulation.brick_tracks import NOT_MOVING, BrickTracker
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import NOTABLE_GAIN, Energy, Landing, Onset, Passed, Penetration, Sway, WrongEdges
 
@@ -221,7 +221,7 @@ class _Way:
 class SwayMeter:
     """Looks for the largest swing, until something has left its place."""
 
-    watch: Watch
+    watch: BrickTracker
     sway: Sway | None = None
     _ways: dict[BodyId, tuple[_Way, _Way]] = field(default_factory=dict)
     _looked: float = 0.0  # when that was last done [s]
@@ -261,7 +261,7 @@ LANDED = 0.5  # share of the largest kinetic energy so far; below, the ground ha
 class LandingWatch:
     """Looks for the peak while something falls."""
 
-    watch: Watch
+    watch: BrickTracker
     falling: bool = False  # whether the peak may be near
     _now: float = 0.0  # kinetic energy of what has left its place [J]
     _most: float = 0.0  # kinetic energy of what had left its place, at the peak so far [J]
@@ -412,7 +412,7 @@ class OverlapMeter:
     def _compare(self, time: float, brick: Brick, pose: Pose, moving: Mapping[BodyId, Pose]) -> None:
         for plane in self.planes:
             self._found(time, brick.id, plane.id, -apart_from_plane(brick.shape, pose, plane).gap)
-        for other in self._near.near(brick.id, 0.0):
+        for other in self._near.neighbours(brick.id, 0.0):
             if other not in moving or brick.id < other:  # each pair once
                 self._found(time, brick.id, other, -bodies_apart(self._blocks[brick.id], self._blocks[other]).gap)
 
@@ -480,7 +480,7 @@ THOROUGH = 10  # at every such look all of them are
 
 
 @dataclass
-class EdgeWatch:
+class NormalErrorMonitor:
     """Looks at contacts as often as the runner looks at bricks."""
 
     world: World
@@ -500,7 +500,7 @@ class EdgeWatch:
             if self._most is None or wrong.angle > self._most[0].angle:
                 self._most = wrong, time
 
-    def absorb(self, other: "EdgeWatch") -> None:
+    def absorb(self, other: "NormalErrorMonitor") -> None:
         """Know what another one has seen."""
         self._seen |= other._seen
         first = [seen for seen in (self._first, other._first) if seen is not None]
@@ -555,7 +555,7 @@ class ForceMeter:
 class PassingWatch:
     """Looks for the first thrown brick that passes through another."""
 
-    watch: Watch  # where all was when it was looked at last
+    watch: BrickTracker  # where all was when it was looked at last
     passed: Passed | None = None  # None while none has
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
@@ -609,11 +609,11 @@ def _seen_from(pose: Pose, point_W: Vec3) -> Vec3:
 
 
 @dataclass
-class Measures:
+class RunMeasurements:
     """What is told of one run."""
 
     timeline: Timeline
-    watch: Watch = field(init=False)
+    watch: BrickTracker = field(init=False)
     energy: EnergyMeter = field(init=False)
     onset: OnsetWatch = field(default_factory=OnsetWatch)
     motion: MotionWatch = field(init=False)
@@ -625,7 +625,7 @@ class Measures:
 
     def __post_init__(self) -> None:
         gravity = self.timeline.world.gravity
-        self.watch = Watch(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
+        self.watch = BrickTracker(not_moving=NOT_MOVING.scaled(lengths=1.0, times=sqrt(USUAL_GRAVITY / gravity)))
         self.passing = PassingWatch(self.watch)
         self.energy = EnergyMeter(gravity, self.timeline.world.planes[0])
         self.motion = MotionWatch(gravity)

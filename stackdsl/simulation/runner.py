@@ -10,12 +10,24 @@ from stability.geometry.vectors import add
 from stability.model import GROUND, BodyId
 from stability.process_settings import one_thread, rarely_collected
 from stackdsl.simulation.after_collapse import after_collapse, last_arrival, time_of
-from stackdsl.simulation.brick_tracks import EventLog, OnEvent, edges_of, keep_clear, tracks_of
-from stackdsl.simulation.measurements import ForceMeter, Measures
-from stackdsl.simulation.parts import Part, Parts, Pieces, names_of
+from stackdsl.simulation.brick_tracks import EventLog, OnEvent, edges_of, require_clearance, tracks_of
+from stackdsl.simulation.islands import Island, Islands, Pieces, names_of
+from stackdsl.simulation.measurements import ForceMeter, RunMeasurements
 from stackdsl.simulation.systems import System, as_played
 from stackdsl.simulation.worlds import load
-from stackdsl.timeline import Action, Arrival, Hold, LetGo, Moment, Move, Placement, Push, Removal, Shake, Timeline
+from stackdsl.timeline import (
+    Action,
+    Arrival,
+    HoldAction,
+    LetGo,
+    Moment,
+    MoveAction,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+)
 from stackdsl.trace import STAND, BrickState, Collapse, Cost, EarlyEnd, Event, EventKind, Trace
 from stackdsl.wording import level_text, shaking_text
 
@@ -34,7 +46,7 @@ BETWEEN_QUESTIONS = 0.1  # [s] between asking whether all is known, which takes 
 Known: TypeAlias = Callable[[Trace], bool]  # whether nothing that may still happen changes what is asked of a run
 
 
-def nothing_is_known(_trace: Trace) -> bool:
+def never_stop_early(_trace: Trace) -> bool:
     """Of a run of which nothing is asked, everything is worth seeing."""
     return False
 
@@ -111,7 +123,7 @@ def play(
     timeline: Timeline,
     system: System,
     on_event: OnEvent = lambda event: None,
-    is_known: Known = nothing_is_known,
+    is_known: Known = never_stop_early,
     recorder: "Recorder | None" = None,
 ) -> Trace:
     """Play a timeline on a system, in a world of its own; once it has collapsed, until all that is asked is known.
@@ -122,8 +134,8 @@ def play(
     timeline = as_played(timeline, system.modification)
     started = perf_counter()
     log = EventLog(on_event)
-    measures = Measures(timeline, recorder=recorder)
-    parts = Parts(timeline, system, measures, log)
+    measures = RunMeasurements(timeline, recorder=recorder)
+    parts = Islands(timeline, system, measures, log)
     try:
         run = _Run(timeline, parts, measures, log, Ending(timeline, is_known))
         run.play()
@@ -135,8 +147,8 @@ def play(
 @dataclass
 class _Run:
     timeline: Timeline
-    parts: Parts
-    measures: Measures
+    parts: Islands
+    measures: RunMeasurements
     log: EventLog
     ending: Ending
     collapse: Collapse | None = None
@@ -184,11 +196,11 @@ class _Run:
         match moment:
             case Removal():
                 self._remove(moment, pieces)
-            case Push():
+            case PushAction():
                 self._push(moment, pieces)
-            case Shake():
+            case ShakeAction():
                 self._shake(moment, pieces)
-            case Move() | Hold() | LetGo():
+            case MoveAction() | HoldAction() | LetGo():
                 self.parts.of(names_of(moment)[0]).hands.act(moment)
             case _:
                 self._place(moment, pieces)
@@ -205,7 +217,7 @@ class _Run:
             self.measures.saw(part.time, states)
         for part, _ in acted:
             if part.hit:
-                part.limit_travel(seen[part])  # until the next look
+                part.set_max_speed(seen[part])  # until the next look
         for part, _ in acted:
             self.parts.look(part, seen[part])
         told = self.parts.extension
@@ -230,7 +242,7 @@ class _Run:
     def _place(self, group: Sequence[Placement], pieces: Pieces) -> None:
         of = {placement.brick.id: part for part, piece in pieces if isinstance(piece, tuple) for placement in piece}
         for placement in group:
-            keep_clear(placement, self.watch)
+            require_clearance(placement, self.watch)
             part = of[placement.brick.id]
             part.add(placement)
             self.measures.add(placement)
@@ -257,7 +269,7 @@ class _Run:
             if isinstance(piece, Removal):
                 part.answers.taken_out(piece.bricks)
 
-    def _push(self, push: Push, pieces: Pieces) -> None:
+    def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
         for part, _ in pieces:
@@ -265,7 +277,7 @@ class _Run:
                 centre_W = part.world.states([push.brick])[push.brick].pose.position_W
                 part.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
-    def _shake(self, shake: Shake, pieces: Pieces) -> None:
+    def _shake(self, shake: ShakeAction, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.tell(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
         self.measures.shaken(shake.motion)
@@ -287,7 +299,7 @@ class _Run:
                 return
         self.parts.reached(until)
 
-    def _go_on(self, part: Part, until: float) -> bool:
+    def _go_on(self, part: Island, until: float) -> bool:
         """Let a part go on, to its next look at most; whether that has shown a collapse."""
         if part.resting:
             part.wait(until)
@@ -306,7 +318,7 @@ class _Run:
             self.measures.look_closely(part.time, self.parts.seen(part))
         return False
 
-    def _look(self, part: Part) -> bool:
+    def _look(self, part: Island) -> bool:
         """See all of a part that moves; True if a collapse is known."""
         now = part.time
         part.hands.look()

@@ -15,7 +15,7 @@ from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Extension, FeelsHands, FeelsShaking, JudgesLandings, Update
 from stackdsl.simulation.brick_tracks import EventLog
-from stackdsl.simulation.measurements import Measures
+from stackdsl.simulation.measurements import RunMeasurements
 from stackdsl.trace import Updates
 
 # Does it matter how what begins to move begins? Only then is it worth an engine's finest steps.
@@ -33,7 +33,7 @@ CROWD: Final = 200
 
 
 @dataclass
-class Beginnings:
+class EaseInPolicy:
     """Looks at what moves in a world, and knows what a crowd has had."""
 
     world: World
@@ -58,7 +58,7 @@ class Beginnings:
         all_of_it = max(there_is, self._most) if len(moves) > CROWD else there_is
         return sum(energies.get(brick, 0.0) for brick in update.by) >= LEAST_SHARE * all_of_it
 
-    def absorb(self, other: "Beginnings") -> None:
+    def absorb(self, other: "EaseInPolicy") -> None:
         """Know what the bricks of another have had, which are of this world by now."""
         self._most += other._most
 
@@ -100,23 +100,23 @@ class UpdateClock:
 
 
 @dataclass
-class Answers:
+class StabilizerDriver:
     """Passes on what the extension freezes and wakes: to the events, to what is measured, and to what falls."""
 
     extension: Extension | None
     world: World
-    measures: Measures
+    measures: RunMeasurements
     log: EventLog
     falling: FallingParts
     gave_way: BodyId | None = None
     judgements: int = 0
     clock: UpdateClock = field(default_factory=UpdateClock)
-    beginnings: Beginnings = field(init=False)
+    beginnings: EaseInPolicy = field(init=False)
 
     def __post_init__(self) -> None:
-        self.beginnings = Beginnings(self.world)
+        self.beginnings = EaseInPolicy(self.world)
 
-    def absorb(self, other: "Answers") -> None:
+    def absorb(self, other: "StabilizerDriver") -> None:
         """Go on with the bricks of another one, which have come near."""
         self.gave_way = self.gave_way or other.gave_way
         self.judgements += other.judgements
@@ -233,7 +233,7 @@ class Answers:
         if update.failed:
             self._let_fall()
         elif update.woken and self.beginnings.matters(update, self.moving()):
-            self.world.ease_in()
+            self.world.substep_next_contact()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.measures.watch.bricks).index)
 

@@ -10,7 +10,7 @@ from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.protocol import EngineSettings
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.sapien.settings import SapienSettings
-from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
+from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, Timeline
 
 if TYPE_CHECKING:
     from stability.stabilizers.published.support import Readings
@@ -61,7 +61,7 @@ def as_played(timeline: Timeline, modification: Modification) -> Timeline:
     return replace(timeline, world=world, actions=tuple(_action(action, longer) for action in timeline.actions))
 
 
-def _world(world: World, modification: Modification) -> World:
+def _world(world: FixedWorld, modification: Modification) -> FixedWorld:
     gravity = world.gravity if modification.gravity is None else modification.gravity
     changed = replace(world, gravity=gravity / modification.size)
     if modification.friction is None:

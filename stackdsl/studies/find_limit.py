@@ -16,7 +16,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
 from stackdsl.checking.cases import Case
 from stackdsl.diagnostics import did_you_mean
-from stackdsl.judging.numbers import Knob, Knobs
+from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import with_friction, with_mass
 from stackdsl.language.expressions import constant, unit_text
@@ -24,14 +24,14 @@ from stackdsl.language.quantities import COEFFICIENT, MASS, MistakeError, in_si
 from stackdsl.studies.limit_search import (
     EVERYWHERE,
     LARGE,
-    Aim,
-    Answer,
-    Asking,
     Compiled,
-    Found,
     Range,
-    Start,
+    SearchResult,
+    SearchStart,
+    SearchTarget,
+    TrialVerdict,
     Tried,
+    VerdictCache,
     search,
     told_shortly,
 )
@@ -52,12 +52,12 @@ GRAM: Final = 1e-3  # [kg]
 _MASS: Final = re.compile(r"mass\s+of\s+(?P<brick>.+)")
 
 
-class SoughtError(ValueError):
+class SearchError(ValueError):
     """Nothing of this scenario is called so, or no limit can be asked of it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sought:
+class SearchVariable:
     """One number that may be otherwise."""
 
     name: str
@@ -84,18 +84,18 @@ class Sought:
         """A value as an author would write it."""
         return f"{value:.{digits}g} {self.unit}".rstrip()
 
-    def start(self, whole: bool) -> Start:
+    def start(self, whole: bool) -> SearchStart:
         """Where a search begins."""
-        return Start(float(round(self.number)) if whole else self.number, self.size, whole)
+        return SearchStart(float(round(self.number)) if whole else self.number, self.size, whole)
 
     def value(self, written: str) -> float:
         """What somebody wrote, in its unit. Raises SoughtError."""
         try:
             amount = constant(written)
         except MistakeError as mistake:
-            raise SoughtError(f"{mistake.message}; write such as {self.text(self.number, 4)}") from mistake
+            raise SearchError(f"{mistake.message}; write such as {self.text(self.number, 4)}") from mistake
         if unit_text(amount) != _si_unit(self.unit) and amount.magnitude != 0:
-            raise SoughtError(f"'{written}' is no value of '{self.name}'; write such as {self.text(self.number, 4)}")
+            raise SearchError(f"'{written}' is no value of '{self.name}'; write such as {self.text(self.number, 4)}")
         return float(amount.magnitude / in_si(self.unit)) if self.unit else float(amount.magnitude)
 
 
@@ -103,22 +103,22 @@ def _si_unit(unit: str) -> str:
     return unit_text(constant(f"1 {unit}")) if unit else ""
 
 
-def sought_of(case: Case, name: str, wants_more: bool) -> Sought:
+def search_variable_of(case: Case, name: str, wants_more: bool) -> SearchVariable:
     """What is called so in a case; `wants_more` is whether the largest is asked for. Raises SoughtError."""
-    knobs = Knobs(case.scenario, case.variant)
+    knobs = ScenarioNumbers(case.scenario, case.variant)
     if name in knobs.variables():
         return _variable(knobs, name)
     written = [knob for knob in _all(case, knobs) if knob.name == name]
     if len(written) > 1:
         lines = ", ".join(str(knob.span) for knob in written)
-        raise SoughtError(f"'{name}' is written in {len(written)} places: {lines}; make it a variable of `let`")
+        raise SearchError(f"'{name}' is written in {len(written)} places: {lines}; make it a variable of `let`")
     if written:
         return _of_knob(knobs, written[0])
     if name == FRICTION:
         return _friction(case.timeline, wants_more)
     if match := _MASS.fullmatch(name):
         return _mass(case.timeline, match["brick"], wants_more)
-    raise SoughtError(f"nothing is called '{name}'; {_instead(name, [*names_in(case), *BUILT_IN])}")
+    raise SearchError(f"nothing is called '{name}'; {_instead(name, [*names_in(case), *BUILT_IN])}")
 
 
 def is_shaken(case: Case, name: str) -> bool:
@@ -128,7 +128,7 @@ def is_shaken(case: Case, name: str) -> bool:
 
 def names_in(case: Case) -> tuple[str, ...]:
     """The numbers that are written in a case, each once: variables, then the others."""
-    knobs = Knobs(case.scenario, case.variant)
+    knobs = ScenarioNumbers(case.scenario, case.variant)
     numbers = [name for name in knobs.variables() if any(knobs.variable(name))]
     return tuple(dict.fromkeys([*numbers, *(knob.name for knob in _all(case, knobs))]))
 
@@ -137,7 +137,7 @@ def _instead(name: str, names: list[str]) -> str:
     return did_you_mean(name, names) or f"there are {', '.join(names)}"
 
 
-def _all(case: Case, knobs: Knobs) -> Iterator[Knob]:
+def _all(case: Case, knobs: ScenarioNumbers) -> Iterator[ScenarioNumber]:
     variables = knobs.variables()
     bricks = {each.brick.id for each in case.timeline.placements}
     return (knob for knob in knobs.found(bricks) if knob.name not in variables)
@@ -146,14 +146,14 @@ def _all(case: Case, knobs: Knobs) -> Iterator[Knob]:
 # --- numbers of the file ----------------------------------------------------------------------------------------------
 
 
-def _variable(knobs: Knobs, name: str) -> Sought:
+def _variable(knobs: ScenarioNumbers, name: str) -> SearchVariable:
     """A variable. Raises SoughtError for one that is no number, or that only says when."""
     knob = next(knobs.variable(name), None)
     if knob is None:
         value = knobs.variables()[name]
         if _is_of_time(value):
-            raise SoughtError(f"'{name}' is {value}: nothing stands or falls by when it comes, or how fast")
-        raise SoughtError(f"'{name}' is the word '{value}', and a limit is asked of a number")
+            raise SearchError(f"'{name}' is {value}: nothing stands or falls by when it comes, or how fast")
+        raise SearchError(f"'{name}' is the word '{value}', and a limit is asked of a number")
     return _of_knob(knobs, knob)
 
 
@@ -164,9 +164,9 @@ def _is_of_time(value: object) -> bool:
         return False
 
 
-def _of_knob(knobs: Knobs, knob: Knob) -> Sought:
+def _of_knob(knobs: ScenarioNumbers, knob: ScenarioNumber) -> SearchVariable:
     exact = replace(knob, whole=False)  # a whole number that is written may be a coefficient
-    return Sought(
+    return SearchVariable(
         knob.name,
         knob.number,
         knob.unit,
@@ -178,7 +178,7 @@ def _of_knob(knobs: Knobs, knob: Knob) -> Sought:
     )
 
 
-def _others_of(knobs: Knobs, knob: Knob) -> str:
+def _others_of(knobs: ScenarioNumbers, knob: ScenarioNumber) -> str:
     """What becomes of numbers that hang together with this one; empty if none do."""
     if "cases" in knobs.variant.written.values and knob.name in _cases(knobs):
         kept = [f"{name} = {value}" for name, value in _cases(knobs).items() if name != knob.name]
@@ -191,14 +191,14 @@ def _half_a_turn(unit: str) -> Range:
     return Range(-pi / float(in_si(unit)), pi / float(in_si(unit)))
 
 
-def _cases(knobs: Knobs) -> dict[str, object]:
+def _cases(knobs: ScenarioNumbers) -> dict[str, object]:
     cases = knobs.variant.written.values.get("cases")
     first = cases[0] if isinstance(cases, list) and cases else {}
     names = list(first) if isinstance(first, dict) else []
     return {name: knobs.variant.choice[name] for name in names if name in knobs.variant.choice}
 
 
-def _is_worked_out(knobs: Knobs, knob: Knob) -> bool:
+def _is_worked_out(knobs: ScenarioNumbers, knob: ScenarioNumber) -> bool:
     lets = knobs.variant.written.values.get("let")
     written = lets.get(knob.name) if isinstance(lets, dict) and knob.path[0] == "let" else None
     return isinstance(written, str) and "${" in written
@@ -207,13 +207,13 @@ def _is_worked_out(knobs: Knobs, knob: Knob) -> bool:
 # --- what every scenario has ------------------------------------------------------------------------------------------
 
 
-def _friction(timeline: Timeline, wants_more: bool) -> Sought:
+def _friction(timeline: Timeline, wants_more: bool) -> SearchVariable:
     """Of brick on brick, with all other coefficients in proportion."""
     world = timeline.world
     law = law_of(world.friction)
     number = law.usual or world.roughest
     if not number:
-        raise SoughtError("all friction is 0, so there is none to make more of; write another number as `friction`")
+        raise SearchError("all friction is 0, so there is none to make more of; write another number as `friction`")
     alike = not law.differs and all(plane.friction == number for plane in world.planes)
 
     def guess() -> float | None:
@@ -223,7 +223,7 @@ def _friction(timeline: Timeline, wants_more: bool) -> Sought:
         factor = 0.5 * (found.factor + found.too_little)
         return factor * number if isfinite(factor) else None
 
-    return Sought(
+    return SearchVariable(
         FRICTION,
         number,
         "",
@@ -234,11 +234,11 @@ def _friction(timeline: Timeline, wants_more: bool) -> Sought:
     )
 
 
-def _mass(timeline: Timeline, brick: str, wants_more: bool) -> Sought:
+def _mass(timeline: Timeline, brick: str, wants_more: bool) -> SearchVariable:
     """Of one brick. Raises SoughtError if there is none of this name."""
     masses = {each.brick.id: each.brick.mass for each in timeline.placements}
     if brick not in masses:
-        raise SoughtError(f"there is no brick '{brick}'; {did_you_mean(brick, list(masses))}".rstrip("; "))
+        raise SearchError(f"there is no brick '{brick}'; {did_you_mean(brick, list(masses))}".rstrip("; "))
     unit = "kg" if masses[brick] >= 1.0 else "g"
     scale = 1.0 if unit == "kg" else GRAM
 
@@ -250,7 +250,7 @@ def _mass(timeline: Timeline, brick: str, wants_more: bool) -> Sought:
         more = None if found is None else 0.5 * (found.weight + found.too_little) / timeline.world.gravity
         return None if more is None else (masses[brick] + more) / scale
 
-    return Sought(
+    return SearchVariable(
         f"mass of {brick}",
         masses[brick] / scale,
         unit,
@@ -339,47 +339,47 @@ def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lam
     if wish.want is not Want.MOST and is_shaken(case, wish.name):
         return _shaken(case, name, wish)
     if wish.bearing is not None:
-        raise SoughtError("a bearing is asked of the tilt or the acceleration of what is finished")
-    sought = sought_of(case, wish.name, wish.want is not Want.LEAST)
+        raise SearchError("a bearing is asked of the tilt or the acceleration of what is finished")
+    sought = search_variable_of(case, wish.name, wish.want is not Want.LEAST)
     within = _range(sought, wish)
     built = len(case.timeline.placements)
-    asking = Asking(sought.compiled, inf if within.given else max(LARGE, 4 * built), told)
+    asking = VerdictCache(sought.compiled, inf if within.given else max(LARGE, 4 * built), told)
     whole = _is_whole(sought, wish, asking)
     guess = None if whole else sought.guess()
-    found = search(asking, sought.start(whole), Aim(wish.want is not Want.LEAST, wish.accuracy, within, guess))
+    found = search(asking, sought.start(whole), SearchTarget(wish.want is not Want.LEAST, wish.accuracy, within, guess))
     _refuse_what_was_never_a_scenario(sought, asking)
     return _finding(name, wish, sought, found, asking)
 
 
-def _refuse_what_was_never_a_scenario(sought: Sought, asking: Asking) -> None:
+def _refuse_what_was_never_a_scenario(sought: SearchVariable, asking: VerdictCache) -> None:
     if not asking.verdicts:
         first = next(iter(asking.tried.values()))
         why = f"with {sought.text(first.value)}, {first.why}"
-        raise SoughtError(f"it is no scenario with any number that was tried; {why}")
+        raise SearchError(f"it is no scenario with any number that was tried; {why}")
 
 
-def _range(sought: Sought, wish: Wish) -> Range:
+def _range(sought: SearchVariable, wish: Wish) -> Range:
     low, high = (sought.value(text) if text else None for text in (wish.low, wish.high))
     least, most = sought.domain.low, sought.domain.high
     low, high = (least if low is None else max(low, least)), (most if high is None else min(high, most))
     if low >= high:
-        raise SoughtError(f"from {sought.text(low)} to {sought.text(high)} there is nothing to search")
+        raise SearchError(f"from {sought.text(low)} to {sought.text(high)} there is nothing to search")
     return Range(low, high, given=bool(wish.low or wish.high))
 
 
-def _is_whole(sought: Sought, wish: Wish, asking: Asking) -> bool:
+def _is_whole(sought: SearchVariable, wish: Wish, asking: VerdictCache) -> bool:
     """Whether whole numbers are tried: those that look whole, and can be nothing else."""
     if wish.want is Want.MOST:
         if not sought.is_whole:
-            raise SoughtError(f"'{sought.name}' is {sought.text(sought.number)}: ask for the --largest, not the --most")
+            raise SearchError(f"'{sought.name}' is {sought.text(sought.number)}: ask for the --largest, not the --most")
         return True
-    return sought.is_whole and asking(sought.number + 0.5).answer is Answer.NO_SCENARIO
+    return sought.is_whole and asking(sought.number + 0.5).answer is TrialVerdict.NO_SCENARIO
 
 
 # --- what came of it --------------------------------------------------------------------------------------------------
 
 
-def _finding(name: str, wish: Wish, sought: Sought, found: Found, asking: Asking) -> FoundLimit:
+def _finding(name: str, wish: Wish, sought: SearchVariable, found: SearchResult, asking: VerdictCache) -> FoundLimit:
     stands, beyond = found.stands, found.beyond
     end = _end(found, asking)
     tried = sorted(value for value, each in asking.tried.items() if each.answer not in _NOT_TRIED)
@@ -405,32 +405,32 @@ def _finding(name: str, wish: Wish, sought: Sought, found: Found, asking: Asking
         shown.bricks,
         sought.place,
         sought.others,
-        beyond.moment if beyond is not None and beyond.answer is Answer.FALLS else None,
+        beyond.moment if beyond is not None and beyond.answer is TrialVerdict.FALLS else None,
     )
 
 
-_NOT_TRIED: Final = (Answer.NO_SCENARIO, Answer.TOO_LARGE)
+_NOT_TRIED: Final = (TrialVerdict.NO_SCENARIO, TrialVerdict.TOO_LARGE)
 
 
-def _end(found: Found, asking: Asking) -> End:
+def _end(found: SearchResult, asking: VerdictCache) -> End:
     built = [each for each in asking.tried.values() if each.timeline is not None]
     if built and not any(each.judged for each in built):
         return End.NOTHING
-    if found.beyond is not None and found.beyond.answer is Answer.FALLS:
+    if found.beyond is not None and found.beyond.answer is TrialVerdict.FALLS:
         return End.LIMIT
     if len(built) > 1 and all(each.shape == built[0].shape for each in built):
         return End.NO_EFFECT
     if found.stands is None:
-        is_open = any(each.answer is Answer.OPEN for each in built)
+        is_open = any(each.answer is TrialVerdict.OPEN for each in built)
         return End.OPEN if is_open else End.NOWHERE
-    return End.EDGE if found.beyond is not None and found.beyond.answer is not Answer.TOO_LARGE else End.NONE
+    return End.EDGE if found.beyond is not None and found.beyond.answer is not TrialVerdict.TOO_LARGE else End.NONE
 
 
-def _why(end: End, beyond: Tried | None, asking: Asking) -> str:
+def _why(end: End, beyond: Tried | None, asking: VerdictCache) -> str:
     if beyond is not None:
         return told_shortly(beyond) if end is End.LIMIT else beyond.why
     if end in (End.NOWHERE, End.OPEN):
-        answer = Answer.OPEN if end is End.OPEN else Answer.FALLS
+        answer = TrialVerdict.OPEN if end is End.OPEN else TrialVerdict.FALLS
         return next((told_shortly(each) for each in asking.tried.values() if each.answer is answer), "")
     return ""
 
@@ -441,9 +441,9 @@ def _why(end: End, beyond: Tried | None, asking: Asking) -> str:
 def _shaken(case: Case, name: str, wish: Wish) -> FoundLimit:
     """How far the finished structure may be tilted, or accelerated: forces prove it, and a motion that no more."""
     if wish.want is Want.LEAST:
-        raise SoughtError(f"what is finished stands from no {wish.name} on: ask for the --largest")
+        raise SearchError(f"what is finished stands from no {wish.name} on: ask for the --largest")
     if wish.low or wish.high:
-        raise SoughtError(f"a program tells the {wish.name} of what is finished: leave out --from and --to")
+        raise SearchError(f"a program tells the {wish.name} of what is finished: leave out --from and --to")
     proofs = proofs_of(case.timeline)
     assembly, unit = proofs.assembly, SHAKEN_UNITS[wish.name]
     bricks = sum(not each.hits for each in case.timeline.placements)

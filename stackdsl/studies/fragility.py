@@ -11,15 +11,23 @@ from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from time import process_time
 
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
 from stackdsl.checking.ensembles import Chunk, judged_chunk, varied_chunk
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.variants import Variant
-from stackdsl.sampling.samples import AS_WRITTEN, Draws, SampleMistakeError, Setting, design_of, timeline_at, timelines
+from stackdsl.sampling.samples import (
+    AS_WRITTEN,
+    Draws,
+    SampleMistakeError,
+    Setting,
+    build_plan_of,
+    timeline_at,
+    timelines,
+)
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
-from stackdsl.studies.fragility_curve import Fragility, Terms, of_capacities, of_fates, spaced
+from stackdsl.studies.fragility_curve import CurveSettings, Fragility, of_capacities, of_fates, spaced
 from stackdsl.studies.fragility_intensity import SHAKING, Capacity, Intensity, capacities_of
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
@@ -56,10 +64,10 @@ def capacity_chunk(variant: Variant, draws: Draws, bearing: float | None) -> Cap
             timeline = timeline_at(variant, AS_WRITTEN)
             if isinstance(timeline, Diagnostic):
                 return timeline
-            found, ways = capacities_of(design_of(timeline), draws, bearing)
+            found, ways = capacities_of(build_plan_of(timeline), draws, bearing)
         else:
             for number, timeline in enumerate(timelines(variant, draws), start=draws.first):
-                one, way = capacities_of(design_of(timeline), replace(draws, first=number, count=1), bearing)
+                one, way = capacities_of(build_plan_of(timeline), replace(draws, first=number, count=1), bearing)
                 found += one
                 ways.update(way)
     except SampleMistakeError as error:
@@ -68,7 +76,7 @@ def capacity_chunk(variant: Variant, draws: Draws, bearing: float | None) -> Cap
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class FragilityPlan:
     """What is asked for."""
 
     case: Case
@@ -107,7 +115,7 @@ class Plan:
         setting = self.intensity.setting(value)
         return Task(fates_at, (self.case.variant, self.case.system, draws, setting), TIME_LIMIT)
 
-    def key(self, value: float, draws: Draws, memory: Memory) -> str:
+    def key(self, value: float, draws: Draws, memory: ResultCache) -> str:
         """The name of the record of a chunk."""
         variant = self.case.variant
         texts = [sha256(text.encode()).hexdigest() for text in variant.source.files.values()]
@@ -117,10 +125,10 @@ class Plan:
 
 
 @dataclass(slots=True)
-class Found:
+class CurveResult:
     """What came of it so far."""
 
-    plan: Plan
+    plan: FragilityPlan
     chunks: dict[tuple[float, int], Chunk | CapacityChunk] = field(default_factory=dict)
     mistake: Diagnostic | None = None  # of a sample, or of a point
     failed: TaskResult | None = None  # of a chunk that crashed or overran its time
@@ -134,13 +142,13 @@ class Found:
     def fragility(self) -> Fragility | None:
         """The curve by all points of which every sample is judged; None if there is none."""
         plan = self.plan
-        terms = Terms(plan.intensity, plan.seed, plan.confidence)
+        terms = CurveSettings(plan.intensity, plan.seed, plan.confidence)
         made = _of_capacities(self, terms) if plan.shakes else _of_fates(self, terms)
         cpu_time = sum(chunk.cpu_time for chunk in self.chunks.values())
         return None if made is None else replace(made, cpu_time=cpu_time)
 
 
-def _of_fates(found: Found, terms: Terms) -> Fragility | None:
+def _of_fates(found: CurveResult, terms: CurveSettings) -> Fragility | None:
     fates: dict[float, list[int]] = {}
     ways: dict[float, Counter[str]] = {}
     for value in found.plan.values:
@@ -153,7 +161,7 @@ def _of_fates(found: Found, terms: Terms) -> Fragility | None:
     return of_fates(terms, fates, ways) if fates else None
 
 
-def _of_capacities(found: Found, terms: Terms) -> Fragility | None:
+def _of_capacities(found: CurveResult, terms: CurveSettings) -> Fragility | None:
     chunks = [found.chunks[key] for key in sorted(found.chunks)]
     capacities = [each for chunk in chunks if isinstance(chunk, CapacityChunk) for each in chunk.capacities]
     if not capacities:
@@ -164,7 +172,7 @@ def _of_capacities(found: Found, terms: Terms) -> Fragility | None:
     return of_capacities(terms, capacities, found.plan.values or _reached(found.plan, capacities), ways)
 
 
-def _reached(plan: Plan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
+def _reached(plan: FragilityPlan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
     """None, and from where the first falls to where the last does; evenly from none where that is most of the way."""
     ends = [each.fails for each in capacities if each.survived > 0.0 and each.fails < float("inf")]
     least, most = (plan.intensity.of_acceleration(end) for end in (min(ends, default=1.0), max(ends, default=1.0)))
@@ -175,10 +183,14 @@ def _reached(plan: Plan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
 
 
 def draw(
-    plan: Plan, workers: int, memory: Memory, on_done: Callable[[int], None], on_wait: OnWait = lambda: None
-) -> Found:
+    plan: FragilityPlan,
+    workers: int,
+    memory: ResultCache,
+    on_done: Callable[[int], None],
+    on_wait: OnWait = lambda: None,
+) -> CurveResult:
     """Judge all samples at all intensities; `on_done` hears how many are judged. An interrupt keeps what is done."""
-    found, left = Found(plan), []
+    found, left = CurveResult(plan), []
     for value, draws in plan.tasks():
         record = memory.recall(plan.key(value, draws, memory))
         if isinstance(record, list):
@@ -207,7 +219,7 @@ def _as_record(chunk: Chunk | CapacityChunk) -> object:
     return [rows, chunk.ways, chunk.cpu_time]
 
 
-def _from_record(plan: Plan, record: list[object]) -> Chunk | CapacityChunk:
+def _from_record(plan: FragilityPlan, record: list[object]) -> Chunk | CapacityChunk:
     rows, ways, cpu_time = record
     assert isinstance(rows, list)
     assert isinstance(ways, dict)

@@ -12,7 +12,7 @@ from scipy.special import chdtri, log_ndtr, ndtr, ndtri, stdtrit
 
 from stability.geometry.rows import Array
 from stackdsl.judging.statistics import Interval, interval
-from stackdsl.sampling.fates import Fate
+from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.studies.fragility_intensity import Capacity, Intensity
 
 # A lognormal curve through shares of collapse, by maximum likelihood: median, dispersion, and how sure both are.
@@ -153,7 +153,7 @@ def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class CurvePoint:
     """What became of the samples at one intensity."""
 
     value: float  # in SI, or in g
@@ -174,7 +174,7 @@ class Fragility:
     """A fragility curve, and what it comes from."""
 
     intensity: Intensity
-    points: tuple[Point, ...]
+    points: tuple[CurvePoint, ...]
     curve: Lognormal | None  # of what stands once it is built
     no_curve: str  # why there is none
     half: float | None  # where half falls, by the points alone; None where they do not reach that
@@ -192,14 +192,14 @@ class Fragility:
         return before + (1.0 - before) * self.curve.share(value)
 
     @property
-    def missed(self) -> tuple[Point, ...]:
+    def missed(self) -> tuple[CurvePoint, ...]:
         """The points whose interval the curve misses."""
         shares = ((point, self.share(point.value)) for point in self.points)
         return tuple(p for p, share in shares if share is not None and not p.within.low <= share <= p.within.high)
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
+class CurveSettings:
     """What a curve is of, and how sure one is to be."""
 
     intensity: Intensity
@@ -207,7 +207,9 @@ class Terms:
     confidence: float
 
 
-def of_fates(terms: Terms, fates: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]) -> Fragility:
+def of_fates(
+    terms: CurveSettings, fates: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]
+) -> Fragility:
     """The curve of samples whose fates are known at some intensities, the same samples at each."""
     points = tuple(_point(terms, value, np.array(fates[value]), ways[value]) for value in sorted(fates))
     above = [point.value for point in points if point.value > 0.0]
@@ -232,18 +234,18 @@ def _fell(fate: int) -> float:
 
 
 def _point(
-    terms: Terms, value: float, fates: "np.ndarray[tuple[int], np.dtype[np.int64]]", ways: Mapping[str, int]
-) -> Point:
+    terms: CurveSettings, value: float, fates: "np.ndarray[tuple[int], np.dtype[np.int64]]", ways: Mapping[str, int]
+) -> CurvePoint:
     fell, unknown, count = int((fates > 0).sum()), int((fates < 0).sum()), len(fates)
-    return Point(value, fell, unknown, count, interval(fell, fell + unknown, count, 1.0 - terms.confidence), ways)
+    return CurvePoint(value, fell, unknown, count, interval(fell, fell + unknown, count, 1.0 - terms.confidence), ways)
 
 
 def of_capacities(
-    terms: Terms, capacities: Sequence[Capacity], values: Sequence[float], ways: Mapping[str, int]
+    terms: CurveSettings, capacities: Sequence[Capacity], values: Sequence[float], ways: Mapping[str, int]
 ) -> Fragility:
     """The curve of samples of which each has an intensity at which it falls: its distribution is the curve."""
     intensity = terms.intensity
-    built = [each for each in capacities if each.fate == Fate.STANDS]
+    built = [each for each in capacities if each.fate == SampleOutcome.STANDS]
     known = [each for each in built if each.survived > 0.0 and each.fails < inf]
     found = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
     curve, why = None, ""
@@ -265,17 +267,17 @@ def _half_of(fell: int, found: Sequence[float], count: int) -> float | None:
     return half if 0.0 < half < inf else None
 
 
-def _shaken(terms: Terms, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> Point:
+def _shaken(terms: CurveSettings, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> CurvePoint:
     acceleration = terms.intensity.acceleration(value)
     told = Counter(
         "fell" if c.fails <= acceleration else "stood" if acceleration <= c.survived else "unknown" for c in capacities
     )
     count = len(capacities)
     between = interval(told["fell"], told["fell"] + told["unknown"], count, 1.0 - terms.confidence)
-    return Point(value, told["fell"], told["unknown"], count, between, ways)
+    return CurvePoint(value, told["fell"], told["unknown"], count, between, ways)
 
 
-def _half(points: Sequence[Point]) -> float | None:
+def _half(points: Sequence[CurvePoint]) -> float | None:
     """Where the share that falls is a half, straight between the points of probability paper."""
     known = [point for point in points if point.count > point.unknown]
     for one, other in pairwise(known):
@@ -287,7 +289,7 @@ def _half(points: Sequence[Point]) -> float | None:
     return None
 
 
-def _deviations(point: Point) -> float:
+def _deviations(point: CurvePoint) -> float:
     """Below so many standard deviations lies that share of a normal distribution; no sample counts as half a one."""
     known = point.count - point.unknown
     return float(ndtri(min(max(point.fell, 0.5), known - 0.5) / known))

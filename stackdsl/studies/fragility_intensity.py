@@ -18,15 +18,15 @@ from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import MistakeError, in_si, quantity_text
 from stackdsl.language.variants import Variant, variables_of
 from stackdsl.language.yaml.source import Plain
-from stackdsl.sampling.fates import Fate, fates_of
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Design, Draws, Setting
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
+from stackdsl.sampling.samples import BuildPlan, Draws, Setting
 from stackdsl.timeline import Timeline
 
 # What a fragility curve is over: friction, shaking, tilt, errors of hands, or a variable of the scenario.
 
 
-class Kind(StrEnum):
+class IntensityKind(StrEnum):
     """What an intensity is of."""
 
     FRICTION = "friction"  # of brick on brick, wherever nothing else is written
@@ -36,7 +36,7 @@ class Kind(StrEnum):
     VARIABLE = "variable"
 
 
-SHAKING: Final = (Kind.ACCELERATION, Kind.TILT)  # at which each sample has a capacity of its own
+SHAKING: Final = (IntensityKind.ACCELERATION, IntensityKind.TILT)  # at which each sample has a capacity of its own
 UNITS: Final[Mapping[str, str]] = {"m": "mm", "rad": "deg", "kg": "g"}  # in which values are shown
 UPRIGHT: Final = 0.5 * pi
 
@@ -49,7 +49,7 @@ class NoIntensityError(Exception):
 class Intensity:
     """One of these, in one scenario."""
 
-    kind: Kind
+    kind: IntensityKind
     name: str  # as it was asked for
     unit: str  # of its values, in SI; empty for numbers
     written: float | None = None  # the value of the design; None of what a design has none of
@@ -57,7 +57,7 @@ class Intensity:
     @property
     def shown_unit(self) -> str:
         """The unit in which its values are shown."""
-        return "g" if self.kind is Kind.ACCELERATION else UNITS.get(self.unit, self.unit)
+        return "g" if self.kind is IntensityKind.ACCELERATION else UNITS.get(self.unit, self.unit)
 
     def shown(self, value: float) -> float:
         """A value in that unit."""
@@ -69,7 +69,7 @@ class Intensity:
 
     def setting(self, value: float) -> Setting:
         """What is otherwise at a value."""
-        if self.kind is Kind.JITTER:
+        if self.kind is IntensityKind.JITTER:
             assert self.written is not None
             return Setting(errors=value / self.written)
         if self.kind in SHAKING:
@@ -79,11 +79,11 @@ class Intensity:
 
     def of_acceleration(self, value: float) -> float:
         """The intensity of an acceleration [g]."""
-        return atan(value) if self.kind is Kind.TILT else value
+        return atan(value) if self.kind is IntensityKind.TILT else value
 
     def acceleration(self, value: float) -> float:
         """The acceleration [g] that an intensity is."""
-        if self.kind is not Kind.TILT:
+        if self.kind is not IntensityKind.TILT:
             return value
         return tan(value) if value < UPRIGHT else float("inf")
 
@@ -94,15 +94,15 @@ def intensity_of(name: str, variant: Variant, timeline: Timeline) -> Intensity:
     if name in names:
         return _of_variable(name, variant)
     match name:
-        case Kind.FRICTION:
-            return Intensity(Kind.FRICTION, name, "", law_of(timeline.world.friction).usual)
-        case Kind.ACCELERATION:
-            return Intensity(Kind.ACCELERATION, name, "")
-        case Kind.TILT:
-            return Intensity(Kind.TILT, name, "rad")
-        case Kind.JITTER:
+        case IntensityKind.FRICTION:
+            return Intensity(IntensityKind.FRICTION, name, "", law_of(timeline.world.friction).usual)
+        case IntensityKind.ACCELERATION:
+            return Intensity(IntensityKind.ACCELERATION, name, "")
+        case IntensityKind.TILT:
+            return Intensity(IntensityKind.TILT, name, "rad")
+        case IntensityKind.JITTER:
             return _of_jitter(timeline)
-    known = [*(kind.value for kind in Kind if kind is not Kind.VARIABLE), *names]
+    known = [*(kind.value for kind in IntensityKind if kind is not IntensityKind.VARIABLE), *names]
     raise NoIntensityError(f"there is no variable '{name}'; {did_you_mean(name, known)}")
 
 
@@ -116,7 +116,7 @@ def _of_variable(name: str, variant: Variant) -> Intensity:
             amount = constant(distribution(written).middle)
         except MistakeError:
             raise NoIntensityError(f"the variable '{name}' is {written!r}, and no quantity") from None
-    return Intensity(Kind.VARIABLE, name, unit_text(amount), float(amount.magnitude))
+    return Intensity(IntensityKind.VARIABLE, name, unit_text(amount), float(amount.magnitude))
 
 
 def _of_jitter(timeline: Timeline) -> Intensity:
@@ -124,7 +124,7 @@ def _of_jitter(timeline: Timeline) -> Intensity:
     for key, unit in (("position", "m"), ("yaw", "rad")):
         spreads = [getattr(each, key) for each in timeline.jitter.values()]
         if widths := [spread.width for spread in spreads if spread is not None]:
-            return Intensity(Kind.JITTER, Kind.JITTER.value, unit, max(widths))
+            return Intensity(IntensityKind.JITTER, IntensityKind.JITTER.value, unit, max(widths))
     raise NoIntensityError("no step of the build has a `jitter`; say jitter: {position: 1 mm, yaw: 1 deg} in one")
 
 
@@ -140,21 +140,21 @@ SOLVED = "its own margin"  # the way of samples that stand
 class Capacity:
     """What one sample survives, and what it is proven not to."""
 
-    fate: int  # of its building, see `Fate`
+    fate: int  # of its building, see `SampleOutcome`
     survived: float = 0.0  # proven [g]
     fails: float = inf  # proven to bring something down [g]; inf if nothing is proven to
 
 
-def capacities_of(design: Design, draws: Draws, bearing: float | None) -> tuple[list[Capacity], Counter[str]]:
+def capacities_of(design: BuildPlan, draws: Draws, bearing: float | None) -> tuple[list[Capacity], Counter[str]]:
     """The capacities of some samples, and how many each way decided.
 
     Along one bearing [rad], which bricks are pulled along, or in the worst direction of all.
     """
-    fates, ways = fates_of(design, draws), Counter[str]()
-    hands = Hands(design, draws).build()
+    fates, ways = sample_outcomes_of(design, draws), Counter[str]()
+    hands = PlacementSampler(design, draws).build()
     found = []
     for sample, (fate, way) in enumerate(zip(fates.fates.tolist(), fates.ways, strict=True)):
-        if fate == Fate.STANDS:
+        if fate == SampleOutcome.STANDS:
             found.append(Capacity(fate, *_margin(design, hands.placed(sample), bearing)))
             ways[SOLVED] += 1
         else:
@@ -163,7 +163,7 @@ def capacities_of(design: Design, draws: Draws, bearing: float | None) -> tuple[
     return found, ways
 
 
-def _margin(design: Design, placed: Sequence[Placed], bearing: float | None) -> tuple[float, float]:
+def _margin(design: BuildPlan, placed: Sequence[Placed], bearing: float | None) -> tuple[float, float]:
     assembly = design.assembly()
     if assembly.add_all(placed, names_smallest=False).stability is not Stability.STABLE:
         return UNKNOWN

@@ -9,7 +9,7 @@ from typing import Final, TypeAlias
 from stability.problem import Stability
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.proofs import proofs_of
-from stackdsl.judging.remedies import Closeness, narrowed
+from stackdsl.judging.remedies import BracketTolerance, narrowed
 from stackdsl.timeline import Timeline
 
 # What statics say of a scenario with another number in it: asked once a number, and remembered.
@@ -20,7 +20,7 @@ LARGE: Final = 250  # bricks: more, and more than four times what is built, are 
 Compiled: TypeAlias = Callable[[float], tuple[Timeline | None, Sequence[Diagnostic]]]
 
 
-class Answer(StrEnum):
+class TrialVerdict(StrEnum):
     """What came of one number."""
 
     STANDS = "stands"  # at each step of building, as far as statics can judge, by proof
@@ -31,9 +31,9 @@ class Answer(StrEnum):
 
 
 ANSWERS: Final = {
-    Stability.STABLE: Answer.STANDS,
-    Stability.UNSTABLE: Answer.FALLS,
-    Stability.UNDECIDED: Answer.OPEN,
+    Stability.STABLE: TrialVerdict.STANDS,
+    Stability.UNSTABLE: TrialVerdict.FALLS,
+    Stability.UNDECIDED: TrialVerdict.OPEN,
 }
 
 
@@ -42,7 +42,7 @@ class Tried:
     """One number, and what came of it."""
 
     value: float
-    answer: Answer
+    answer: TrialVerdict
     why: str = ""  # what moves and how, what is in doubt, or why it is no scenario
     timeline: Timeline | None = None
     judged: int = 0  # bricks that statics judged
@@ -58,7 +58,7 @@ class Tried:
 
 
 @dataclass
-class Asking:
+class VerdictCache:
     """Asks, and keeps what came of it."""
 
     compiled: Compiled
@@ -81,16 +81,16 @@ class Asking:
     def holds(self, value: float) -> bool | None:
         """Whether it stands; None where that cannot be said."""
         answer = self(value).answer
-        return answer is Answer.STANDS if answer in (Answer.STANDS, Answer.FALLS) else None
+        return answer is TrialVerdict.STANDS if answer in (TrialVerdict.STANDS, TrialVerdict.FALLS) else None
 
     def _ask(self, value: float) -> Tried:
         timeline, mistakes = self.compiled(value)
         if timeline is None:
             why = next((f"{each.code}: {each.message}" for each in mistakes), "")
-            return Tried(value, Answer.NO_SCENARIO, why)
+            return Tried(value, TrialVerdict.NO_SCENARIO, why)
         bricks = sum(not each.hits for each in timeline.placements)
         if bricks > self.largest:
-            return Tried(value, Answer.TOO_LARGE, f"it has {bricks} bricks")
+            return Tried(value, TrialVerdict.TOO_LARGE, f"it has {bricks} bricks")
         proofs = proofs_of(timeline, names_smallest=False)
         verdict = proofs.assembly.verdict()
         judged = sum(len(each.bricks) for each in proofs.judged)
@@ -100,7 +100,7 @@ class Asking:
 
 def told_shortly(tried: Tried) -> str:
     """How what falls begins to."""
-    if tried.timeline is None or tried.answer is not Answer.FALLS:
+    if tried.timeline is None or tried.answer is not TrialVerdict.FALLS:
         return tried.why
     return proofs_of(tried.timeline).verdict.reason or tried.why
 
@@ -133,7 +133,7 @@ class Range:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class SearchStart:
     """Where the search begins."""
 
     number: float
@@ -145,7 +145,7 @@ EVERYWHERE: Final = Range()
 
 
 @dataclass(frozen=True, slots=True)
-class Aim:
+class SearchTarget:
     """What is searched for."""
 
     upwards: bool  # whether it is the largest, rather than the least
@@ -160,7 +160,7 @@ class Aim:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class SearchResult:
     """What a search came to."""
 
     stands: Tried | None  # the last with which it stands; None if it stands with none that was tried
@@ -170,26 +170,26 @@ class Found:
     contradicting: Sequence[Tried] = ()  # with which it is other than on the rest of their side
 
 
-def search(asking: Asking, start: Start, aim: Aim) -> Found:
+def search(asking: VerdictCache, start: SearchStart, aim: SearchTarget) -> SearchResult:
     """The largest number with which it stands, or the least."""
     return _Search(asking, start, aim).found()
 
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    ask: Asking
-    start: Start
-    aim: Aim
+    ask: VerdictCache
+    start: SearchStart
+    aim: SearchTarget
 
-    def found(self) -> Found:
+    def found(self) -> SearchResult:
         known = self._guessed(self.aim.guess) if self.aim.guess is not None else None
         found = known or self._walked()
-        if found.stands is None or found.beyond is None or found.beyond.answer is Answer.TOO_LARGE:
+        if found.stands is None or found.beyond is None or found.beyond.answer is TrialVerdict.TOO_LARGE:
             return found
         self._ask_beside(found.stands.value, found.beyond.value)
-        return Found(found.stands, found.beyond, known is not None, found.is_open, self._contradicting(found))
+        return SearchResult(found.stands, found.beyond, known is not None, found.is_open, self._contradicting(found))
 
-    def _guessed(self, guess: float) -> Found | None:
+    def _guessed(self, guess: float) -> SearchResult | None:
         """The limit where it is expected, if it is there; so close to it that verdicts are open, from further off."""
         for share in GUESSED:
             near = share * self.aim.accuracy * abs(guess)
@@ -197,62 +197,62 @@ class _Search:
             if not near or not all(map(self.aim.range.takes, values)):
                 return None
             inside, outside = map(self.ask, values)
-            if inside.answer is Answer.STANDS and outside.answer is Answer.FALLS:
-                return Found(inside, outside) if share < 1.0 else self._narrowed(inside, outside)
+            if inside.answer is TrialVerdict.STANDS and outside.answer is TrialVerdict.FALLS:
+                return SearchResult(inside, outside) if share < 1.0 else self._narrowed(inside, outside)
         return None
 
-    def _walked(self) -> Found:
+    def _walked(self) -> SearchResult:
         """The limit, walked to from the number that is written."""
         first = self.ask(min(max(self.start.number, self.aim.range.low), self.aim.range.high))
-        if first.answer is Answer.STANDS:
+        if first.answer is TrialVerdict.STANDS:
             return self._outwards(first)
         stands, before = self._first_that_stands(first, -self.aim.sign)
         if stands is None:
             stands, _ = self._first_that_stands(first, self.aim.sign)
-            return Found(None) if stands is None else self._outwards(stands)
+            return SearchResult(None) if stands is None else self._outwards(stands)
         return self._narrowed(stands, before) if before is not None else self._outwards(stands)
 
     def _first_that_stands(self, first: Tried, sign: float) -> tuple[Tried | None, Tried | None]:
         """On the way from one that does not, the first with which it stands, and the last with which it falls."""
-        before = first if first.answer is Answer.FALLS else None
+        before = first if first.answer is TrialVerdict.FALLS else None
         for value in self._way(first.value, sign):
             tried = self.ask(value)
-            if tried.answer is Answer.STANDS:
+            if tried.answer is TrialVerdict.STANDS:
                 return tried, before
-            if tried.answer is Answer.FALLS:
+            if tried.answer is TrialVerdict.FALLS:
                 before = tried
-            if tried.answer is Answer.TOO_LARGE:
+            if tried.answer is TrialVerdict.TOO_LARGE:
                 break
         return None, before
 
-    def _outwards(self, stands: Tried) -> Found:
+    def _outwards(self, stands: Tried) -> SearchResult:
         """The limit on the way on from one that stands."""
         for value in self._way(stands.value, self.aim.sign):
             tried = self.ask(value)
-            if tried.answer is Answer.FALLS:
+            if tried.answer is TrialVerdict.FALLS:
                 return self._narrowed(stands, tried)
-            if tried.answer is Answer.NO_SCENARIO:
+            if tried.answer is TrialVerdict.NO_SCENARIO:
                 return self._to_the_edge(stands, tried)
-            if tried.answer is Answer.TOO_LARGE:
-                return Found(stands, tried)
-            stands = tried if tried.answer is Answer.STANDS else stands
-        return Found(stands)
+            if tried.answer is TrialVerdict.TOO_LARGE:
+                return SearchResult(stands, tried)
+            stands = tried if tried.answer is TrialVerdict.STANDS else stands
+        return SearchResult(stands)
 
-    def _to_the_edge(self, stands: Tried, none: Tried) -> Found:
+    def _to_the_edge(self, stands: Tried, none: Tried) -> SearchResult:
         """The limit before what can be written, or else that."""
         closeness = self._closeness()
         while not closeness.is_of(stands.value, none.value):
             tried = self.ask(closeness.middle(stands.value, none.value))
-            stands, none = (tried, none) if tried.answer is Answer.STANDS else (stands, tried)
-        return Found(stands, none)
+            stands, none = (tried, none) if tried.answer is TrialVerdict.STANDS else (stands, tried)
+        return SearchResult(stands, none)
 
-    def _narrowed(self, stands: Tried, falls: Tried) -> Found:
+    def _narrowed(self, stands: Tried, falls: Tried) -> SearchResult:
         found = narrowed(stands.value, falls.value, self._closeness(), self.ask.holds)
-        return Found(self.ask(found.holds), self.ask(found.fails), is_open=found.is_open)
+        return SearchResult(self.ask(found.holds), self.ask(found.fails), is_open=found.is_open)
 
-    def _closeness(self) -> Closeness:
+    def _closeness(self) -> BracketTolerance:
         nothing = NOTHING * (abs(self.start.number) or self.start.size)
-        return Closeness(self.aim.accuracy, self.start.whole, nothing)
+        return BracketTolerance(self.aim.accuracy, self.start.whole, nothing)
 
     def _way(self, start: float, sign: float) -> Iterator[float]:
         """The numbers that are tried one after the other, away from the first, to the end of the range."""
@@ -281,13 +281,13 @@ class _Search:
                 if self.aim.range.takes(beside):
                     self.ask(beside)
 
-    def _contradicting(self, found: Found) -> Sequence[Tried]:
+    def _contradicting(self, found: SearchResult) -> Sequence[Tried]:
         """What falls before the limit, or stands beyond it."""
         assert found.stands is not None
         limit = self.aim.sign * found.stands.value
         return [
             each
             for value, each in sorted(self.ask.tried.items())
-            if each.answer is (Answer.FALLS if self.aim.sign * value < limit else Answer.STANDS)
+            if each.answer is (TrialVerdict.FALLS if self.aim.sign * value < limit else TrialVerdict.STANDS)
             and value != found.stands.value
         ]

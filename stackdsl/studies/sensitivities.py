@@ -13,7 +13,7 @@ from typing import Final
 
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
-from stability.analysis.sensitivity import Limit, acceleration_limits, friction_limits, slopes
+from stability.analysis.sensitivity import MarginLimit, acceleration_limits, friction_limits, slopes
 from stability.geometry.vectors import add_scaled, cross, unit
 from stability.model import BodyId, Pose, Vec3
 from stability.problem import Contact, Placed, Problem, Stability, Wrench
@@ -21,7 +21,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import Proofs, proofs_of
-from stackdsl.studies.find_limit import Sought, SoughtError, names_in, sought_of
+from stackdsl.studies.find_limit import SearchError, SearchVariable, names_in, search_variable_of
 
 SHARE: Final = 0.01  # of each number: what is compared
 NEAR: Final = 1e-6  # of each number: how far data are compared for slopes
@@ -32,14 +32,14 @@ ROUNDING: Final = 1e-9  # of a margin: no change
 CHECKED: Final = 10  # slopes, unless told otherwise
 
 
-class Of(StrEnum):
+class MarginKind(StrEnum):
     """Which margin."""
 
     ACCELERATION = "acceleration"  # [g] that is survived in every direction; of a tilt, its tangent
     FRICTION = "friction"  # the least coefficient with which it stands
 
 
-class Source(StrEnum):
+class SlopeSource(StrEnum):
     """Where slopes come from."""
 
     DUALS = "duals"  # from forces and motions at the limit; not held against differences
@@ -57,7 +57,7 @@ class Effect:
     size: float  # of the number, or of the brick that is moved, in its unit
     less: float | None  # change of the margin by a unit, to the side of less
     more: float | None  # to the side of more
-    source: Source
+    source: SlopeSource
 
     @property
     def matters(self) -> float:
@@ -82,7 +82,7 @@ class Sensitivities:
     """What one margin of one case depends on, the most first."""
 
     case: str
-    of: Of
+    of: MarginKind
     margin: float
     effects: Sequence[Effect]
     judged: int = 0  # bricks that statics judged
@@ -91,7 +91,7 @@ class Sensitivities:
     @property
     def in_doubt(self) -> bool:
         """Whether differences contradicted a slope, so that others that were not checked, or are none, may be off."""
-        return {Source.DIFFERENCES, Source.DUALS} <= {each.source for each in self.effects}
+        return {SlopeSource.DIFFERENCES, SlopeSource.DUALS} <= {each.source for each in self.effects}
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,11 @@ class _Number:
 
 
 def sensitivities_of(
-    case: Case, name: str, of: Of, checked: int = CHECKED, told: Callable[[int, int], None] = lambda done, all_: None
+    case: Case,
+    name: str,
+    of: MarginKind,
+    checked: int = CHECKED,
+    told: Callable[[int, int], None] = lambda done, all_: None,
 ) -> Sensitivities:
     """What a margin of a case depends on; `told` hears of how many numbers enough is known, of how many.
 
@@ -115,7 +119,7 @@ def sensitivities_of(
     _refuse(proofs)
     margins = _Margins(proofs.assembly, of)
     if not margins.limits:
-        raise SoughtError(f"it has no limit of {of.value}, so that nothing matters to it")
+        raise SearchError(f"it has no limit of {of.value}, so that nothing matters to it")
     numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *_joints(proofs.assembly), *_variables(case)]
     effects = []
     for done, number in enumerate(numbers):
@@ -123,7 +127,7 @@ def sensitivities_of(
         told(done, len(numbers))
     order = sorted(range(len(numbers)), key=lambda i: -effects[i].matters)
     for rank, index in enumerate(order):
-        if rank < checked or effects[index].source is Source.NONE:
+        if rank < checked or effects[index].source is SlopeSource.NONE:
             effects[index] = margins.held_against_differences(numbers[index], effects[index])
         told(rank, len(numbers))
     ranked = sorted(effects, key=lambda each: -each.matters)
@@ -134,9 +138,9 @@ def sensitivities_of(
 def _refuse(proofs: Proofs) -> None:
     verdict = proofs.verdict
     if not proofs.assembly.bricks:
-        raise SoughtError("nothing is set down at rest, so there is nothing that statics could judge")
+        raise SearchError("nothing is set down at rest, so there is nothing that statics could judge")
     if verdict.stability is not Stability.STABLE:
-        raise SoughtError(f"{verdict.stability.upper()}: {verdict.reason}; what does not stand has no margin")
+        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; what does not stand has no margin")
 
 
 # --- the margin -------------------------------------------------------------------------------------------------------
@@ -145,13 +149,17 @@ def _refuse(proofs: Proofs) -> None:
 class _Margins:
     """One margin of an assembly, and of what is nearly the same."""
 
-    def __init__(self, assembly: Assembly, of: Of) -> None:
+    def __init__(self, assembly: Assembly, of: MarginKind) -> None:
         self._of, self._gravity = of, assembly.gravity
         problem = assembly.problem()
-        self._unit = 1.0 if of is Of.ACCELERATION else max((c.law.friction for c in problem.contacts), default=0.0)
-        found = acceleration_limits(problem, self._gravity) if of is Of.ACCELERATION else friction_limits(problem)
+        self._unit = (
+            1.0 if of is MarginKind.ACCELERATION else max((c.law.friction for c in problem.contacts), default=0.0)
+        )
+        found = (
+            acceleration_limits(problem, self._gravity) if of is MarginKind.ACCELERATION else friction_limits(problem)
+        )
         self.value: float = found[0] * self._unit if found[0] < inf else inf
-        self.limits: Sequence[Limit] = found[1]
+        self.limits: Sequence[MarginLimit] = found[1]
         self._exact = self._asked(problem) or self.value
 
     def effect(self, number: _Number) -> Effect:
@@ -159,9 +167,9 @@ class _Margins:
         step = NEAR * number.size
         found = slopes(self.limits, number.problem(-step), number.problem(step), step)
         if found is None:
-            return Effect(number.what, number.unit, number.size, None, None, Source.NONE)
+            return Effect(number.what, number.unit, number.size, None, None, SlopeSource.NONE)
         less, more = found.less * self._unit, found.more * self._unit
-        return Effect(number.what, number.unit, number.size, less, more, Source.DUALS)
+        return Effect(number.what, number.unit, number.size, less, more, SlopeSource.DUALS)
 
     def held_against_differences(self, number: _Number, effect: Effect) -> Effect:
         """The same, held against the margin with a little less and a little more."""
@@ -173,15 +181,15 @@ class _Margins:
             largest = max(map(abs, (less, more, effect.less, effect.more)))
             off = max(abs(less - effect.less), abs(more - effect.more))
             if off <= AGREE * largest + FINE * self._exact / step:
-                return replace(effect, source=Source.CHECKED)
-        source = Source.NONE if less is None and more is None else Source.DIFFERENCES
+                return replace(effect, source=SlopeSource.CHECKED)
+        source = SlopeSource.NONE if less is None and more is None else SlopeSource.DIFFERENCES
         return replace(effect, less=less, more=more, source=source)
 
     def _asked(self, problem: Problem | None) -> float | None:
         """The margin of a problem; None if it has none."""
         if problem is None:
             return None
-        if self._of is Of.ACCELERATION:
+        if self._of is MarginKind.ACCELERATION:
             found = acceleration(problem, FINE, self._gravity)
             return None if found is None or found.upper == inf else found.upper
         factor = least_friction(problem, FINE)
@@ -271,19 +279,19 @@ def _variables(case: Case) -> Iterator[_Number]:
         if name in places:
             continue
         try:
-            sought = sought_of(case, name, wants_more=True)
-        except SoughtError:  # such as one that is written twice
+            sought = search_variable_of(case, name, wants_more=True)
+        except SearchError:  # such as one that is written twice
             continue
         size = abs(sought.number) or sought.size
         if _built(sought, NEAR * size) is not None:
             yield _Number(name, sought.unit, size, _other(sought))
 
 
-def _other(sought: Sought) -> Callable[[float], Problem | None]:
+def _other(sought: SearchVariable) -> Callable[[float], Problem | None]:
     return lambda more: _built(sought, more)
 
 
-def _built(sought: Sought, more: float) -> Problem | None:
+def _built(sought: SearchVariable, more: float) -> Problem | None:
     timeline, _ = sought.compiled(sought.number + more)
     if timeline is None:
         return None

@@ -12,7 +12,17 @@ from time import monotonic
 from typing import Final, Protocol
 
 from stackdsl.judging.statistics import Interval, interval
-from stackdsl.studies.sweep_plan import FAILED, Entry, Judged, Kind, OtherProgram, Plan, joined, judged_as, judged_piece
+from stackdsl.studies.sweep_plan import (
+    FAILED,
+    JudgedSamples,
+    OtherProgram,
+    PlannedCase,
+    RowKind,
+    SweepPlan,
+    joined,
+    judged_as,
+    judged_piece,
+)
 from stackdsl.studies.sweep_rows import Counts, JsonLines, ParquetFolder, RowsError, head_of, number_of, tail_of
 from stackdsl.studies.sweep_workers import Workers
 from stackdsl.supervising.executors import asked_of
@@ -58,7 +68,7 @@ class Piece:
 
     first: int
     count: int
-    parts: dict[int, Judged] = field(default_factory=dict)  # by their first sample
+    parts: dict[int, JudgedSamples] = field(default_factory=dict)  # by their first sample
     missing: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -70,11 +80,11 @@ class Lane:
     """The rows of one case."""
 
     index: int
-    entry: Entry
+    entry: PlannedCase
     next: int  # the first sample that is in no piece
     head: bytes = field(init=False)
     pieces: deque[Piece] = field(default_factory=deque)  # under way, in their order
-    ready: deque[tuple[bytes, Kind]] = field(default_factory=deque)  # of the rows that come next: how each ends
+    ready: deque[tuple[bytes, RowKind]] = field(default_factory=deque)  # of the rows that come next: how each ends
     cost: float | None = None  # [s] that a sample takes
 
     def __post_init__(self) -> None:
@@ -88,7 +98,7 @@ class Lane:
         self.pieces.append(piece)
         return piece
 
-    def done(self, piece: Piece, first: int, judged: Judged) -> int:
+    def done(self, piece: Piece, first: int, judged: JudgedSamples) -> int:
         """Keep what became of a part of a piece, and get ready what comes next; how many pieces are done by that."""
         piece.parts[first] = judged
         piece.missing -= len(judged.which)
@@ -119,7 +129,7 @@ class Order:
 class Sweep:
     """Pieces under way, and rows that wait for those before them; this process holds counts, and no rows else."""
 
-    plan: Plan
+    plan: SweepPlan
     file: RowsFile
     executor: Executor
     capacity: Callable[[], int]  # how many pieces can be judged at a time; may change
@@ -218,7 +228,7 @@ class Sweep:
         if isinstance(judged, OtherProgram):
             told = f"it has the digest {judged.digest[:12]}, and this one {order.lane.entry.program[:12]}"
             raise SweepError(f"the worker on {judged.where} has another program: {told}; {SAME}")
-        if result.status is TaskStatus.DONE and isinstance(judged, Judged):
+        if result.status is TaskStatus.DONE and isinstance(judged, JudgedSamples):
             self._ahead -= order.lane.done(order.piece, order.first, judged)
         elif result.status is TaskStatus.NOT_RUN:
             self._lost(order, RuntimeError(result.message))
@@ -237,7 +247,7 @@ class Sweep:
     def _failed(self, order: Order, result: TaskResult) -> None:
         """Some sample brings down what judges it, or takes too long: find out which."""
         if order.count == 1 and (order.attempt >= ALONE or not order.lane.entry.case.is_sampled):
-            kind = Kind(FAILED, None, result.message or str(result.status))
+            kind = RowKind(FAILED, None, result.message or str(result.status))
             self._ahead -= order.lane.done(order.piece, order.first, judged_as([kind], 0.0))
         elif order.count == 1:
             self._ask(Order(order.lane, order.piece, order.first, 1, order.attempt + 1))
@@ -286,7 +296,7 @@ def _what(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":")
 
 
-def _fails(kind: Kind) -> bool:
+def _fails(kind: RowKind) -> bool:
     return kind.verdict == FAILED
 
 
@@ -304,8 +314,8 @@ UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may 
 class SweptCase:
     """What became of the samples of one case so far, or of the case that has none."""
 
-    entry: Entry
-    kinds: Counter[Kind]
+    entry: PlannedCase
+    kinds: Counter[RowKind]
 
     @property
     def rows(self) -> int:
@@ -344,7 +354,7 @@ class SweptCase:
         stood, unknown = self.verdicts.get("stands", 0), sum(self.verdicts.get(each, 0) for each in UNKNOWN)
         return interval(stood, stood + unknown, self.rows, 1.0 - self.entry.case.scenario.confidence)
 
-    def _by(self, word: Callable[[Kind], str]) -> dict[str, int]:
+    def _by(self, word: Callable[[RowKind], str]) -> dict[str, int]:
         found = Counter[str]()
         for kind, count in self.kinds.items():
             if word(kind):
@@ -352,7 +362,7 @@ class SweptCase:
         return dict(sorted(found.items(), key=lambda each: (-each[1], each[0])))
 
 
-def rows_file(path: Path, plan: Plan) -> JsonLines | ParquetFolder:
+def rows_file(path: Path, plan: SweepPlan) -> JsonLines | ParquetFolder:
     """Where the rows go, by the ending of the path. Raises RowsError."""
     try:
         form = FORMS[path.suffix.lower()]
@@ -362,7 +372,7 @@ def rows_file(path: Path, plan: Plan) -> JsonLines | ParquetFolder:
 
 
 def sweep(
-    plan: Plan,
+    plan: SweepPlan,
     out: Path,
     workers: Callable[[], AbstractContextManager[Workers]],
     on_rows: Callable[[int], None] = lambda rows: None,
@@ -380,6 +390,6 @@ def sweep(
     return told(plan, file.counts)
 
 
-def told(plan: Plan, counts: Counts) -> tuple[SweptCase, ...]:
+def told(plan: SweepPlan, counts: Counts) -> tuple[SweptCase, ...]:
     """What became of each case."""
     return tuple(SweptCase(entry, counts.of.get(index, Counter())) for index, entry in enumerate(plan.entries))

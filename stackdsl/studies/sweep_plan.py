@@ -18,8 +18,8 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.ensembles import PLAYED, judged_each
 from stackdsl.checking.play_case import play_case
 from stackdsl.judging.judge import known_of
-from stackdsl.sampling.fates import Fate
-from stackdsl.sampling.samples import Design, Draws, design_of, timelines
+from stackdsl.sampling.sample_outcomes import SampleOutcome
+from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of, timelines
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
@@ -33,7 +33,7 @@ CASES: Final = 64  # that a worker keeps unpacked
 PROVEN: Final = "proven"  # how it is known of a case that is played once, where no engine took a step
 
 
-class Kind(NamedTuple):
+class RowKind(NamedTuple):
     """What became of a sample, or of a case that is played once; all of a row but its number."""
 
     verdict: str  # stands, collapses, undecided, unfit, failed; or the verdict of a run
@@ -42,14 +42,14 @@ class Kind(NamedTuple):
 
 
 FAILED: Final = "failed"  # the verdict of a sample that brings down whatever judges it
-NOT_FELL: Final = {Fate.STANDS: "stands", Fate.UNDECIDED: "undecided", Fate.UNFIT: "unfit"}
+NOT_FELL: Final = {SampleOutcome.STANDS: "stands", SampleOutcome.UNDECIDED: "undecided", SampleOutcome.UNFIT: "unfit"}
 
 
 @dataclass(frozen=True, slots=True)
-class Judged:
+class JudgedSamples:
     """What became of the samples of a piece, in order of their numbers."""
 
-    kinds: tuple[Kind, ...]  # those that there are
+    kinds: tuple[RowKind, ...]  # those that there are
     which: "array[int]"  # of these each sample is
     cpu_time: float  # [s]
 
@@ -73,7 +73,7 @@ def program_of(systems: tuple[str, ...]) -> str:
     return portable_digest(tuple(sorted(engines)))
 
 
-def judged_piece(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
+def judged_piece(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
     """What a worker does: judge so many samples of a case from one on, or play the case that has none."""
     started = process_time()
     whole, design = _unpacked(case)
@@ -89,53 +89,53 @@ def judged_piece(case: bytes, first: int, count: int, program: str) -> Judged | 
     return judged_as(kinds, process_time() - started)
 
 
-def judged_as(kinds: list[Kind], cpu_time: float) -> Judged:
+def judged_as(kinds: list[RowKind], cpu_time: float) -> JudgedSamples:
     """What became of some samples, each of these kinds."""
     number = {kind: index for index, kind in enumerate(dict.fromkeys(kinds))}
-    return Judged(tuple(number), array("H", map(number.__getitem__, kinds)), cpu_time)
+    return JudgedSamples(tuple(number), array("H", map(number.__getitem__, kinds)), cpu_time)
 
 
-def joined(parts: list[Judged]) -> Judged:
+def joined(parts: list[JudgedSamples]) -> JudgedSamples:
     """The parts of a piece as one, in their order."""
     kinds = [part.kinds[which] for part in parts for which in part.which]
     return judged_as(kinds, sum(part.cpu_time for part in parts))
 
 
 @lru_cache(maxsize=CASES)
-def _unpacked(case: bytes) -> tuple[Case, Design | None]:
+def _unpacked(case: bytes) -> tuple[Case, BuildPlan | None]:
     """A case, and its design where that is the same in all samples."""
     whole = pickle.loads(zlib.decompress(case))
     assert isinstance(whole, Case)
-    return whole, design_of(whole.timeline) if whole.is_sampled and whole.scenario.uncertain is None else None
+    return whole, build_plan_of(whole.timeline) if whole.is_sampled and whole.scenario.uncertain is None else None
 
 
-def _built(case: Case, design: Design, samples: range) -> Iterator[Kind]:
+def _built(case: Case, design: BuildPlan, samples: range) -> Iterator[RowKind]:
     """Samples of which only the hands err, some judged together."""
     for at in samples[::TOGETHER]:
         draws = Draws(case.scenario.seed, case.scenario.scenario, at, min(TOGETHER, samples.stop - at))
         yield from (_kind(*each) for each in judged_each(design, case.timeline, case.system, draws))
 
 
-def _varied(case: Case, number: int) -> Iterator[Kind]:
+def _varied(case: Case, number: int) -> Iterator[RowKind]:
     """A sample with values of its own. Raises SampleMistakeError."""
     draws = Draws(case.scenario.seed, case.scenario.scenario, number, 1)
     for timeline in timelines(case.variant, draws):
-        yield from (_kind(*each) for each in judged_each(design_of(timeline), timeline, case.system, draws))
+        yield from (_kind(*each) for each in judged_each(build_plan_of(timeline), timeline, case.system, draws))
 
 
 @lru_cache(maxsize=1000)
-def _kind(fate: int, way: str) -> Kind:
-    return Kind("collapses", fate, way) if fate > 0 else Kind(NOT_FELL[Fate(fate)], None, way)
+def _kind(fate: int, way: str) -> RowKind:
+    return RowKind("collapses", fate, way) if fate > 0 else RowKind(NOT_FELL[SampleOutcome(fate)], None, way)
 
 
-def _played_once(case: Case) -> Kind:
+def _played_once(case: Case) -> RowKind:
     try:
         trace = play_case(case.timeline, case.system, known_of(case.scenario, case.system))
     except BlockedPlacementError as error:
-        return Kind("blocked", None, str(error))
+        return RowKind("blocked", None, str(error))
     proven = system_named(case.system).method is Method.PROVEN and trace.cost.steps == 0
     level = trace.collapse.level if trace.collapse is not None else None
-    return Kind(trace.reported_verdict, level, PROVEN if proven else PLAYED)
+    return RowKind(trace.reported_verdict, level, PROVEN if proven else PLAYED)
 
 
 # What a sweep is to find out: which cases, how many samples of each, and in which order its rows come.
@@ -155,7 +155,7 @@ class NothingToSweepError(Exception):
 
 
 @dataclass(frozen=True)
-class Entry:
+class PlannedCase:
     """A case, and how many rows it has."""
 
     case: Case
@@ -194,10 +194,10 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """The cases of a sweep."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[PlannedCase, ...]
     time_limit: float = TIME_LIMIT  # [s] of wall time a piece
 
     @cached_property
@@ -245,7 +245,7 @@ class Plan:
             sample = end
 
 
-def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float = TIME_LIMIT) -> Plan:
+def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float = TIME_LIMIT) -> SweepPlan:
     """The plan of a sweep, with so many samples of what has some, or as many as is written.
 
     Raises NothingToSweepError.
@@ -260,7 +260,7 @@ def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float
     if twice is not None:
         raise NothingToSweepError(f"there are several cases called '{twice}', whose rows could not be told apart")
     counts = [(samples or case.scenario.samples or 1) if case.is_sampled else 1 for case in cases]
-    return Plan(tuple(map(Entry, cases, counts)), time_limit)
+    return SweepPlan(tuple(map(PlannedCase, cases, counts)), time_limit)
 
 
 def _digest(case: Case) -> str:

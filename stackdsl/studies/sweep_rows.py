@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, Self
 
 from stackdsl.asked_files import make_asked, open_asked
 from stackdsl.disk import NOT_REGULAR, read_file, remove_file, replace_file
-from stackdsl.studies.sweep_plan import Entry, Kind, Plan
+from stackdsl.studies.sweep_plan import PlannedCase, RowKind, SweepPlan
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -33,14 +33,14 @@ class RowsError(Exception):
 class Counts:
     """How many rows of each kind there are, by the number of the case."""
 
-    of: dict[int, Counter[Kind]] = field(default_factory=dict)
+    of: dict[int, Counter[RowKind]] = field(default_factory=dict)
 
     @property
     def rows(self) -> int:
         """All of them."""
         return sum(counter.total() for counter in self.of.values())
 
-    def add(self, index: int, kind: Kind, count: int = 1) -> None:
+    def add(self, index: int, kind: RowKind, count: int = 1) -> None:
         """So many more of a kind."""
         self.of.setdefault(index, Counter())[kind] += count
 
@@ -50,37 +50,37 @@ class Counts:
             self.of.setdefault(index, Counter()).update(counter)
 
 
-def head_of(entry: Entry) -> bytes:
+def head_of(entry: PlannedCase) -> bytes:
     """What a row of a case begins with, up to the number of the sample."""
     return f'{{"case": {json.dumps(entry.name)}, "seed": {json.dumps(entry.seed)}, "sample": '.encode()
 
 
-def tail_of(kind: Kind) -> bytes:
+def tail_of(kind: RowKind) -> bytes:
     """What a row ends with."""
     return b", " + json.dumps(kind._asdict()).encode()[1:] + b"\n"
 
 
-def number_of(entry: Entry, sample: int) -> bytes:
+def number_of(entry: PlannedCase, sample: int) -> bytes:
     """The number of a sample; a case that is played once has none."""
     return b"%d" % sample if entry.case.is_sampled else b"null"
 
 
-def kind_of(tail: bytes) -> Kind | None:
+def kind_of(tail: bytes) -> RowKind | None:
     """What such an end says; None where it is none."""
     try:
         said = json.loads(b"{" + tail[2:])
-        kind = Kind(said["verdict"], said["level"], said["how"])
+        kind = RowKind(said["verdict"], said["level"], said["how"])
     except (KeyError, TypeError, ValueError):
         return None
     return kind if tail_of(kind) == tail else None
 
 
-def header_line(plan: Plan, after: int = 0) -> bytes:
+def header_line(plan: SweepPlan, after: int = 0) -> bytes:
     """The first line of a file, of which so many rows are kept elsewhere."""
     return json.dumps({**plan.header, "after": after}).encode() + b"\n"
 
 
-def refuse_other(line: bytes, plan: Plan, path: object) -> int:
+def refuse_other(line: bytes, plan: SweepPlan, path: object) -> int:
     """How many rows come before those of a file, by its first line. Raises RowsError where it is of another sweep."""
     try:
         said = json.loads(line)
@@ -97,7 +97,7 @@ def refuse_other(line: bytes, plan: Plan, path: object) -> int:
 _ELSE: Final = "write to another file, or remove this one"
 
 
-def _why(differing: list[str], said: dict[str, object], cases: dict[str, dict[str, object]], plan: Plan) -> str:
+def _why(differing: list[str], said: dict[str, object], cases: dict[str, dict[str, object]], plan: SweepPlan) -> str:
     if "stackdsl" in differing or "rows" in differing:
         return f"stackdsl {said.get('stackdsl')} wrote it, and this is {plan.header['stackdsl']}"
     for entry in plan.entries:
@@ -160,7 +160,7 @@ LONGEST: Final = 1 << 20  # [bytes] of a line; what has none within so many is n
 class JsonLines:
     """A file of rows under way. What it holds on opening is counted, and a last line that was cut short is removed."""
 
-    def __init__(self, path: Path, plan: Plan, *, locked: bool = True) -> None:
+    def __init__(self, path: Path, plan: SweepPlan, *, locked: bool = True) -> None:
         """Raises RowsError."""
         self.path, self.plan = path, plan
         self._due = b""  # the first line, which comes with the first rows: until then the file is of no sweep
@@ -226,7 +226,7 @@ class JsonLines:
     def _counted(self, end: int, after: int) -> int:
         """Count the rows behind the first line; where the last one of them ends [bytes]."""
         heads = [head_of(entry) for entry in self.plan.entries]
-        kinds = dict[bytes, Kind | None]()
+        kinds = dict[bytes, RowKind | None]()
         order = self.plan.order(after)
         for place, line in enumerate(self._lines(), start=2):
             if not line.endswith(b"\n"):
@@ -292,7 +292,7 @@ FRESH: Final = "_fresh"  # what is being written, until it has its name
 class ParquetFolder:
     """A folder of rows under way. What it holds on opening is counted, and is gone on with where it ends."""
 
-    def __init__(self, path: Path, plan: Plan, part: int = PART) -> None:
+    def __init__(self, path: Path, plan: SweepPlan, part: int = PART) -> None:
         """Raises RowsError."""
         try:
             import pyarrow.parquet  # noqa: F401, PLC0415 -- an optional extra
@@ -414,7 +414,7 @@ class ParquetFolder:
         numbers = {entry.name: index for index, entry in enumerate(self.plan.entries)}
         columns = (table.column(name).to_pylist() for name in ("case", "verdict", "level", "how"))
         for (case, *kind), count in Counter(zip(*columns, strict=True)).items():
-            self.counts.add(numbers[case], Kind(*kind), count)
+            self.counts.add(numbers[case], RowKind(*kind), count)
 
     # --- what is written ----------------------------------------------------------------------------------------------
 
@@ -442,8 +442,8 @@ class ParquetFolder:
         replace_file(self.path / TAIL, header_line(self.plan, after) + b"".join(lines), self.path, fresh=FRESH)
 
 
-def _kind(row: dict[str, Any]) -> Kind:
-    return Kind(row["verdict"], row["level"], row["how"])
+def _kind(row: dict[str, Any]) -> RowKind:
+    return RowKind(row["verdict"], row["level"], row["how"])
 
 
 def _schema(words: "pa.DataType") -> "pa.Schema":

@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, ParamSpec, TypeVar
 
 from stackdsl.supervising.processes import LONGEST_WAIT, EnoughSeenError, OnDone, OnWait, Pool, PoolResult
-from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus, crash
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, WorkerStart, crash
 
 TIME_LIMIT = 600.0  # [s] of wall time a call that says nothing of it
 
@@ -212,7 +212,7 @@ def supervised(task: Task) -> TaskResult:
     """Do a task in a process that belongs to this thread, and is there for the next one."""
     pool: Pool | None = getattr(_OWN, "pool", None)
     if pool is None:
-        pool = _OWN.pool = Pool(1, _nobody, Start.COPY, keeps=True)
+        pool = _OWN.pool = Pool(1, _nobody, WorkerStart.COPY, keeps=True)
     results: list[TaskResult] = []
     pool.on_done = lambda _, result: results.append(result)
     try:

@@ -16,11 +16,11 @@ from stackdsl.supervising.worker import (
     BEGUN,
     START_LIMIT,
     GarbledError,
-    Start,
     Task,
     TaskResult,
     TaskStatus,
     Worker,
+    WorkerStart,
     cause_of_death,
     crash,
     interrupts_held_back,
@@ -51,7 +51,7 @@ def run_supervised(
     workers: int,
     on_done: OnDone = lambda index, result: None,
     on_wait: OnWait = lambda: None,
-    start: Start = Start.COPY,
+    start: WorkerStart = WorkerStart.COPY,
 ) -> PoolResult:
     """Run all tasks in at most `workers` processes at a time.
 
@@ -87,7 +87,7 @@ class Pool:
 
     workers: int  # at most, at a time
     on_done: OnDone
-    start: Start = Start.COPY
+    start: WorkerStart = WorkerStart.COPY
     keeps: bool = False  # a worker that has nothing to do, for what comes later; else it is ended
     waiting: deque[int] = field(default_factory=deque)
     busy: list[Worker] = field(default_factory=list)
@@ -106,9 +106,9 @@ class Pool:
 
     def prepare(self) -> None:
         """Start all workers before there is anything to do, if they can be copies: of others more is known later."""
-        while len(self.idle) < max(1, self.workers) and self._start() is Start.COPY:
-            with interrupts_held_back(Start.COPY):
-                self.idle.append(Worker.started(Start.COPY, ()))
+        while len(self.idle) < max(1, self.workers) and self._start() is WorkerStart.COPY:
+            with interrupts_held_back(WorkerStart.COPY):
+                self.idle.append(Worker.started(WorkerStart.COPY, ()))
 
     def step(self, on_wait: OnWait = lambda: None, also: Sequence[Connection] = ()) -> None:
         """Wait a moment for a sign of a worker, or of what else is waited for, and attend to all workers."""
@@ -159,10 +159,10 @@ class Pool:
         else:
             worker.kill()
 
-    def _start(self) -> Start:
+    def _start(self) -> WorkerStart:
         """How to start a worker. Whoever keeps workers may have to replace many: a process from which to copy pays."""
         start = safe(self.start)
-        return Start.PREPARED if self.keeps and start is Start.NEW else start
+        return WorkerStart.PREPARED if self.keeps and start is WorkerStart.NEW else start
 
     def _imported(self) -> Sequence[str]:
         """What processes that are started for one task each share: imports, which take longer than most tasks."""
@@ -196,9 +196,9 @@ class Pool:
         # Still busy while the listener hears of it: if that fails, the worker must not be forgotten.
         self._close(worker.index, _received(message))
         self.busy.remove(worker)
-        if self.start is Start.PREPARED:
+        if self.start is WorkerStart.PREPARED:
             worker.kill()
-        self._employ(None if self.start is Start.PREPARED else worker)
+        self._employ(None if self.start is WorkerStart.PREPARED else worker)
 
     def _replace(self, worker: Worker, result: TaskResult) -> None:
         worker.kill()

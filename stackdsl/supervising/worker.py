@@ -103,7 +103,7 @@ class Task:
     limit: float  # [s] of wall time
 
 
-class Start(Enum):
+class WorkerStart(Enum):
     """What a worker is when it begins."""
 
     COPY = "copy"  # of this process, which is quickest; of one with several threads no copy is safe, so it is NEW there
@@ -145,7 +145,7 @@ class Worker:
     received: bytearray = field(default_factory=bytearray)  # of a message that has not arrived whole
 
     @classmethod
-    def started(cls, start: Start, imported: Sequence[str]) -> "Worker":
+    def started(cls, start: WorkerStart, imported: Sequence[str]) -> "Worker":
         """A new worker; one that is prepared comes from a process that has imported these modules and did no more.
 
         Interrupts are to be held back meanwhile.
@@ -232,38 +232,38 @@ def _may_start_processes() -> Iterator[None]:
                 os.environ[SAFE_PATH] = path
 
 
-def _process(start: Start, imported: Sequence[str], connection: Connection) -> BaseProcess:
-    if start is Start.PREPARED:
+def _process(start: WorkerStart, imported: Sequence[str], connection: Connection) -> BaseProcess:
+    if start is WorkerStart.PREPARED:
         server = multiprocessing.get_context("forkserver")
         server.set_forkserver_preload([*imported])
         return server.Process(target=_serve, args=(connection,), daemon=True)
-    if start is Start.COPY:
+    if start is WorkerStart.COPY:
         return multiprocessing.get_context("fork").Process(target=_serve, args=(connection,), daemon=True)
     return multiprocessing.get_context("spawn").Process(target=_serve, args=(connection,), daemon=True)
 
 
-def safe(start: Start) -> Start:
+def safe(start: WorkerStart) -> WorkerStart:
     """How to start a worker here and now: a process with several threads, of Python or of a library, is not copied.
 
     The copy would have one of them only, and wait in vain for what the others held. Elsewhere than on Linux nobody
     knows how many there are.
     """
-    if start is not Start.COPY:
+    if start is not WorkerStart.COPY:
         return start
     with suppress(OSError):
         if len(os.listdir("/proc/self/task")) == 1:
-            return Start.COPY
-    return Start.NEW
+            return WorkerStart.COPY
+    return WorkerStart.NEW
 
 
 @contextmanager
-def interrupts_held_back(start: Start = Start.COPY) -> Iterator[None]:
+def interrupts_held_back(start: WorkerStart = WorkerStart.COPY) -> Iterator[None]:
     """Put off INTERRUPTS to the end; a process started meanwhile gets none, from its first instruction on.
 
     Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
     ignored would be lost here. Another thread may take what this one blocks, hence the handler.
     """
-    if start is not Start.COPY:
+    if start is not WorkerStart.COPY:
         from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
 
         with _may_start_processes():

@@ -24,7 +24,7 @@ from stackdsl.goldens.snapshot import friction_told
 from stackdsl.project_file import confined
 from stackdsl.results import GoldenDifference, GoldenResult
 from stackdsl.simulation.recording import Recorder, Recording
-from stackdsl.timeline import Placement, Timeline, World
+from stackdsl.timeline import FixedWorld, Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
 from stackdsl.viewing.run_view import RunView, ShownProofs
 
@@ -142,12 +142,12 @@ def _recorded(
     return recorder.recording()
 
 
-def _world(told: Told) -> World:
+def _world(told: Told) -> FixedWorld:
     planes = tuple(
         Plane(name, _metres(plane["at_mm"]), _vector(plane["normal"]), _finite(plane["friction"]))
         for name, plane in told["planes"].items()
     )
-    return World(_finite(told["gravity"]), friction_told(_finite(told["friction"]), told.get("rubbing")), planes)
+    return FixedWorld(_finite(told["gravity"]), friction_told(_finite(told["friction"]), told.get("rubbing")), planes)
 
 
 def _place(file: str, text: str, name: BodyId) -> Span:

@@ -25,7 +25,7 @@ from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.exits import INTERRUPTS
 from stackdsl.judging.judge import known_of
-from stackdsl.judging.numbers import Knobs
+from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import margins_of_assembly, proofs_of
 from stackdsl.report.statics import TOLD, Extent, proven_lines
 from stackdsl.report.text import run_text
@@ -34,10 +34,10 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
-from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Margins, Trace
+from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
 from stackdsl.viewing.replay.page import told
 from stackdsl.viewing.run_view import RunView, ShownProofs, shown_proofs, view_of
-from stackdsl.viewing.server import HOST, Board, PageServer, Site, listening
+from stackdsl.viewing.server import HOST, Board, PageServer, WebSite, listening
 
 # What a case comes to before it is played: what is built, and what statics says of it. No engine is asked.
 #
@@ -157,9 +157,9 @@ def margined(case: Case) -> Margined:
     os.nice(MANNERS)
     timeline = as_played(case.timeline, system_named(case.system).modification)
     count = sum(not placement.hits for placement in timeline.placements)
-    knobs, proofs = Knobs(case.scenario, case.variant), proofs_of(timeline)
+    knobs, proofs = ScenarioNumbers(case.scenario, case.variant), proofs_of(timeline)
     is_whole = sum(len(judged.bricks) for judged in proofs.judged) == count
-    margins = margins_of_assembly(proofs.assembly, TOLD) if is_whole else Margins()
+    margins = margins_of_assembly(proofs.assembly, TOLD) if is_whole else VerdictMargins()
     lines = proven_lines(proofs, timeline, count, Extent(margins=True), knobs, margins)
     weakest = margins.weakest.brick if margins.weakest is not None else None
     return Margined(tuple(line.strip() for line in lines), weakest)
@@ -244,7 +244,7 @@ class Showing:
 
 
 @contextmanager
-def showing(site: Site) -> Iterator[Showing]:
+def showing(site: WebSite) -> Iterator[Showing]:
     """Serve a site until the end of the block. Raises OSError if no port of this machine can be had."""
     token = token_urlsafe(TOKEN_BYTES)
     with listening() as listener:
@@ -262,7 +262,7 @@ def showing(site: Site) -> Iterator[Showing]:
         ours.close()
 
 
-def _serve(listener: socket.socket, token: str, site: Site, told: Connection, others: Connection) -> None:
+def _serve(listener: socket.socket, token: str, site: WebSite, told: Connection, others: Connection) -> None:
     """What the process does, until nobody tells it anything any more."""
     for number in INTERRUPTS:  # whoever started it decides what they mean
         signal.signal(number, signal.SIG_IGN)

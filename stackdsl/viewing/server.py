@@ -34,7 +34,7 @@ FRAME_STYLE: Final = "html,body,iframe{margin:0;border:0;width:100%;height:100%;
 _FRAME_POLICY: Final = f"{policy_of((RELOADER,), (FRAME_STYLE,))}; frame-src 'self'; connect-src 'self'"
 
 
-class Site(Protocol):
+class WebSite(Protocol):
     """What answers for the addresses below the token."""
 
     def page(self, path: str) -> bytes | None:
@@ -176,7 +176,7 @@ class PageServer(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, listener: socket.socket, token: str, site: Site, board: Board) -> None:
+    def __init__(self, listener: socket.socket, token: str, site: WebSite, board: Board) -> None:
         super().__init__((HOST, 0), Handler, bind_and_activate=False)
         self.socket.close()
         self.socket = listener

@@ -15,7 +15,7 @@ import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.bench.journal import Journal
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import Goldens, checked
 from stackdsl.cli import bench
@@ -707,7 +707,7 @@ def test_a_directory_of_goldens_that_becomes_a_link_is_no_way_out(
 
 
 def test_a_root_that_becomes_a_link_is_no_place_to_remember_in(project: Path) -> None:
-    memory = Memory(project / ".stackdsl")
+    memory = ResultCache(project / ".stackdsl")
     memory.keep_failed(["a"], ["a"])
     project.rename(project.parent / "p0")
     (project.parent / "out").mkdir()

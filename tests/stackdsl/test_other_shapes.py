@@ -6,7 +6,7 @@ from stability.model import AT_REST, GROUND, BodyState, Brick, ConvexShape, Plan
 from stackdsl.compiler.fit import Sited, fits
 from stackdsl.language.claims.height import Height
 from stackdsl.results import observations
-from stackdsl.simulation.brick_tracks import Watched
+from stackdsl.simulation.brick_tracks import TrackedBrick
 from stackdsl.simulation.measurements import kinetic_energy
 from stackdsl.timeline import Placement
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace
@@ -25,8 +25,8 @@ def standing(brick: Brick, pose: Pose) -> Trace:
     return Trace((placed,), {brick.id: track}, (), None, Cost(0.1, 1.0, 0, 1), {})
 
 
-def watched(brick: Brick, shift: float) -> Watched:
-    one = Watched(Placement(0.0, brick, 1, ON_GROUND), 0, rest=ON_GROUND, last=ON_GROUND)
+def watched(brick: Brick, shift: float) -> TrackedBrick:
+    one = TrackedBrick(Placement(0.0, brick, 1, ON_GROUND), 0, rest=ON_GROUND, last=ON_GROUND)
     x, y, z = ON_GROUND.position_W
     one.see(1.0, BodyState(Pose((x + shift, y, z))))
     return one

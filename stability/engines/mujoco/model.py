@@ -80,7 +80,7 @@ LEAST_ROOM = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Body:
+class MjBody:
     """One brick, or several that move as one."""
 
     bricks: tuple[tuple[Brick, Pose], ...]  # each with its place in the body
@@ -90,14 +90,14 @@ class Body:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class MjScene:
     """All that a model is made of."""
 
     settings: MuJoCoSettings
     gravity: float  # [m/s2], along -z
     friction: GivenFriction  # of brick on brick
     planes: Collection[Plane]
-    bodies: Mapping[BodyId, Body]
+    bodies: Mapping[BodyId, MjBody]
 
 
 @dataclass(eq=False)
@@ -186,7 +186,7 @@ class Model:
         return self._bounds
 
 
-def made(scene: Scene) -> Model:
+def made(scene: MjScene) -> Model:
     """The model of a scene, with every body where it is, and as fast as it is."""
     spec = mujoco.MjSpec()
     _set_options(spec, scene)
@@ -208,7 +208,7 @@ def made(scene: Scene) -> Model:
     return Model(model, data, free, tuple(_owners(scene)))
 
 
-def _set_options(spec: mujoco.MjSpec, scene: Scene) -> None:
+def _set_options(spec: mujoco.MjSpec, scene: MjScene) -> None:
     option, settings = spec.option, scene.settings
     option.timestep = settings.time_step
     option.gravity = (0.0, 0.0, -scene.gravity)
@@ -237,8 +237,8 @@ def _add_plane(world: mujoco.MjsBody, plane: Plane, settings: MuJoCoSettings, ru
 
 def _add_body(
     world: mujoco.MjsBody,
-    body: Body,
-    scene: Scene,
+    body: MjBody,
+    scene: MjScene,
     hulls: Mapping[ConvexShape, str],
     rubbing: Mapping[BodyId, Rubbing],
 ) -> None:
@@ -283,7 +283,7 @@ def _set_state(data: mujoco.MjData, turn: int, state: BodyState) -> None:
     data.qvel[6 * turn : 6 * turn + 6] = (*state.velocity_W, *spin)
 
 
-def _owners(scene: Scene) -> Iterator[BodyId]:
+def _owners(scene: MjScene) -> Iterator[BodyId]:
     yield from (plane.id for plane in scene.planes)
     yield from (brick.id for body in scene.bodies.values() for brick, _ in body.bricks)
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 from stability.contact_law import GivenFriction
-from stability.dynamics.rigid_body import Pressed, pushed
+from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.dynamics.rigid_group import RigidGroup, grouped, member_state
 from stability.engines.bodies import OwnBodies
-from stability.engines.mujoco.model import Body, Model, Scene, made
+from stability.engines.mujoco.model import MjBody, MjScene, Model, made
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.pressing import Presses
 from stability.engines.protocol import PrescribedMotion, StepClock
@@ -31,7 +31,7 @@ class RemadeBodies:
     gravity: float  # [m/s2], along -z
     friction: GivenFriction  # of brick on brick
     own: OwnBodies
-    _bodies: dict[BodyId, Body] = field(default_factory=dict, init=False)  # as they were when the model was made
+    _bodies: dict[BodyId, MjBody] = field(default_factory=dict, init=False)  # as they were when the model was made
     _groups: dict[BodyId, tuple[BodyId, RigidGroup]] = field(default_factory=dict, init=False)  # by joined brick
     _model: Model | None = field(default=None, init=False)  # None when it has to be made anew
 
@@ -39,7 +39,7 @@ class RemadeBodies:
         """A model of all that is there."""
         if self._model is None:
             planes = list(self.own.planes.values())
-            self._model = made(Scene(self.settings, self.gravity, self.friction, planes, self._bodies))
+            self._model = made(MjScene(self.settings, self.gravity, self.friction, planes, self._bodies))
         return self._model
 
     def take_over(self) -> None:
@@ -52,7 +52,7 @@ class RemadeBodies:
     def add(self, brick: Brick, state: BodyState) -> None:
         """Let a brick come."""
         self.take_over()
-        self._bodies[brick.id] = Body(((brick, CENTRED),), state)
+        self._bodies[brick.id] = MjBody(((brick, CENTRED),), state)
 
     def remove(self, brick: BodyId) -> None:
         """Let a brick go, parted from all others."""
@@ -92,7 +92,7 @@ class RemadeBodies:
         """The bricks of the group that a brick is in; none if it is by itself."""
         return self._groups[brick][1].bricks.keys() if brick in self._groups else ()
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         """Let bricks that are held be one body from now on, at rest."""
         group = grouped((self.own.bricks[brick], self.state(brick).pose) for brick in bricks)
         self.take_over()
@@ -100,10 +100,10 @@ class RemadeBodies:
             del self._bodies[brick]
         name = f"group of {next(iter(group.bricks))}"
         members = tuple((brick, group.places_G[brick.id]) for brick in group.bricks.values())
-        self._bodies[name] = Body(members, BodyState(group.pose))
+        self._bodies[name] = MjBody(members, BodyState(group.pose))
         self._groups |= dict.fromkeys(group.bricks, (name, group))
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Let all that a brick is joined to be bodies by themselves; these are they."""
         name, group = self._groups[brick]
         states = {member: self.state(member) for member in group.bricks}
@@ -111,13 +111,13 @@ class RemadeBodies:
         del self._bodies[name]
         for member, state in states.items():
             del self._groups[member]
-            self._bodies[member] = Body(((self.own.bricks[member], CENTRED),), state)
+            self._bodies[member] = MjBody(((self.own.bricks[member], CENTRED),), state)
         return tuple(states)
 
     def part_from_others(self, brick: BodyId) -> None:
         """Part a brick from what it is joined to, if it is."""
         if brick in self._groups:
-            self.part(brick)
+            self.unweld(brick)
 
 
 # A MuJoCo world of one's own; bricks can be joined in it, to move as one rigid body.
@@ -153,10 +153,10 @@ class MuJoCoWorld:
     def skip(self, duration: float) -> None:
         self.clock.time += duration
 
-    def limit_travel(self, fastest: float) -> None:
-        self.clock.limit_travel(fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.clock.set_max_speed(fastest)
 
-    def ease_in(self) -> None:
+    def substep_next_contact(self) -> None:
         """No step is split for it: the settings were chosen without."""
 
     def masses(self) -> Mapping[BodyId, float]:
@@ -183,9 +183,9 @@ class MuJoCoWorld:
         there = self.own.bricks.keys() | self.own.planes.keys()
         return [point for point in points if point.a in there and point.b in there]
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         boxes, fellows = self.bodies.model().bounds(planes=len(self.own.planes)), self.bodies.fellows(brick)
-        return [other for other in self.own.near(brick, boxes, within) if other not in fellows]
+        return [other for other in self.own.neighbours(brick, boxes, within) if other not in fellows]
 
     def add_plane(self, plane: Plane) -> None:
         self.bodies.take_over()
@@ -203,8 +203,8 @@ class MuJoCoWorld:
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.set_state(brick, pushed(self.bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
-        self.presses.press(self.own.bricks[brick], self.bodies.state(brick), pressed)
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
+        self.presses.apply_forces(self.own.bricks[brick], self.bodies.state(brick), pressed)
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         self.bodies.part_from_others(brick)
@@ -224,10 +224,10 @@ class MuJoCoWorld:
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         self.bodies.put(brick, BodyState(pose), held=True)
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         for brick in bricks:
             self.presses.leave(brick)
-        self.bodies.join(bricks)
+        self.bodies.weld(bricks)
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
-        return self.bodies.part(brick)
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.bodies.unweld(brick)

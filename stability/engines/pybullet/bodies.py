@@ -8,7 +8,7 @@ from math import dist, sqrt
 from tempfile import NamedTemporaryFile
 
 from stability.contact_law import Friction, GivenFriction, law_of
-from stability.dynamics.rigid_body import Pressed
+from stability.dynamics.rigid_body import AppliedForce
 from stability.dynamics.rigid_group import RigidGroup
 from stability.engines.bodies import OwnBodies
 from stability.engines.pybullet.binding import pybullet
@@ -465,9 +465,9 @@ class BrickBodies:
         """Give a brick that is not held so many times its mass."""
         self.maker.weigh_brick(self.own.bricks[brick], times)
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
         """Let forces act on a brick that is not held."""
-        self.stepper.presses.press(self.own.bricks[brick], self.states([brick])[brick], pressed)
+        self.stepper.presses.apply_forces(self.own.bricks[brick], self.states([brick])[brick], pressed)
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Put a brick somewhere else."""

@@ -100,7 +100,7 @@ class ClientBodies:
         """Give a body that was held its mass back [kg]."""
         pybullet.changeDynamics(self.numbers[name], -1, mass=mass * self.mass_unit, physicsClientId=self.client)
 
-    def near(self, name: BodyId, within: float) -> set[BodyId]:
+    def neighbours(self, name: BodyId, within: float) -> set[BodyId]:
         """The bodies whose bounding boxes are so close to that of one [m]."""
         low, high = pybullet.getAABB(self.numbers[name], -1, self.client)
         margin = within * self.scale
@@ -315,8 +315,8 @@ class PyBulletBodies:
             self._warned_of.add((fixed, what))
             warn_of_unknown(body, what, fixed)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return sorted(self._bodies.near(brick, within))
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return sorted(self._bodies.neighbours(brick, within))
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return self._bodies.states(bodies)

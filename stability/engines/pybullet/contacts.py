@@ -310,7 +310,7 @@ class EdgeReshaper:
         found: set[BodyId] = set()
         for name, one in leaning.items():
             thin = self.bricks.own.bricks[name].shape.least_thickness
-            for other in self.groups.near(name, NEAR * thin + AHEAD * one.fastest):
+            for other in self.groups.neighbours(name, NEAR * thin + AHEAD * one.fastest):
                 if other not in self.bricks.own.bricks or (other in leaning and other < name):
                     continue  # every pair once
                 box = self._box(other)

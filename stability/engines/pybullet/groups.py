@@ -4,8 +4,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from stability.dynamics.rigid_group import (
+    GroupSurfaces,
     RigidGroup,
-    Surfaces,
     common_motion,
     grouped,
     member_state,
@@ -34,7 +34,7 @@ class Joined:
     """A group in the engine."""
 
     group: RigidGroup
-    surfaces: Surfaces
+    surfaces: GroupSurfaces
     name: BodyId  # of its body
     own_bodies: dict[BodyId, int]  # of its bricks
 
@@ -49,7 +49,7 @@ class JoinedGroups:
     _told_at: float = field(default=NEVER, init=False)  # the clock when these were asked for [s]
     _told_points: dict[BodyId, list[ContactPoint]] = field(default_factory=dict, init=False)  # by body
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         """Let these bricks move from now on as one, with the momentum and angular momentum that they have."""
         states, single = self.states(bricks), self.single
         group = grouped((single.own.bricks[brick], states[brick].pose) for brick in bricks)
@@ -74,7 +74,7 @@ class JoinedGroups:
         self._told_at = NEVER
         return joined
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Let all that a brick is joined to move one by one, each with the motion that it has; these are they."""
         joined, single = self.by_brick[brick], self.single
         states, flew = self.states(joined.group.bricks), joined.name in single.stepper.fall.flying
@@ -91,7 +91,7 @@ class JoinedGroups:
     def part_from_others(self, brick: BodyId) -> None:
         """Part a brick from what it is joined to, if it is."""
         if brick in self.by_brick:
-            self.part(brick)
+            self.unweld(brick)
 
     def _remove(self, joined: Joined) -> None:
         self._told_at = NEVER
@@ -163,11 +163,11 @@ class JoinedGroups:
         """The bricks of a body of the engine: those of a group, or the one that it is."""
         return self._by_name[body].group.bricks if body in self._by_name else (body,)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         """The bodies that may be as close to a brick as this [m]; not those that it is joined to."""
         bodies = self.single.bodies
         if not self._by_name:
-            return sorted(bodies.near(brick, within))
+            return sorted(bodies.neighbours(brick, within))
         low, high = self._bounds(brick, self.states([brick])[brick].pose, within)
         names = bodies.around(scale(bodies.scale, low), scale(bodies.scale, high))
         others = {name for name in names if name in bodies.numbers} - self._by_name.keys()

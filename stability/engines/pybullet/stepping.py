@@ -513,11 +513,11 @@ class Stepper:
         """How long a step of the engine is [s], as far as it knows."""
         return self.settings.time_step / self._stepping.parts
 
-    def limit_travel(self, fastest: float) -> None:
+    def set_max_speed(self, fastest: float) -> None:
         """Say how fast the bodies of the coming steps are at most [m/s]; steps are taken to suit that."""
         self._fastest, self._suited = fastest, False
 
-    def ease_in(self) -> None:
+    def substep_next_contact(self) -> None:
         """Say that bodies which did not press on each other begin to: split the first steps, as the settings say.
 
         What is hit is woken some ten of them before, and may be pushed for twice as many: then as many follow.

@@ -9,7 +9,7 @@ from math import log10
 from typing import Self, TypeAlias
 
 from stability.contact_law import GivenFriction
-from stability.dynamics.rigid_body import Pressed, pushed
+from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
 from stability.engines.protocol import FrictionRecord, PrescribedMotion
 from stability.engines.pybullet.binding import pybullet
@@ -92,11 +92,11 @@ class PyBulletWorld:
         self.stepper.step()
         self.cones.look()
 
-    def limit_travel(self, fastest: float) -> None:
-        self.stepper.limit_travel(fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.stepper.set_max_speed(fastest)
 
-    def ease_in(self) -> None:
-        self.stepper.ease_in()
+    def substep_next_contact(self) -> None:
+        self.stepper.substep_next_contact()
 
     def skip(self, duration: float) -> None:
         self.stepper.time += duration
@@ -112,8 +112,8 @@ class PyBulletWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body) if body in self.own.bricks else self.planes.shape()
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return self.groups.near(brick, within)
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.groups.neighbours(brick, within)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return self.groups.states(bodies)
@@ -157,14 +157,14 @@ class PyBulletWorld:
         if brick in self.stepper.fall.flying:
             self.bricks.comes_free(brick)
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
-        self.bricks.press(brick, pressed)
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
+        self.bricks.apply_forces(brick, pressed)
 
-    def join(self, bricks: Collection[BodyId]) -> None:
-        self.groups.join(bricks)
+    def weld(self, bricks: Collection[BodyId]) -> None:
+        self.groups.weld(bricks)
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
-        return self.groups.part(brick)
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
+        return self.groups.unweld(brick)
 
 
 def _client(settings: PyBulletSettings, gravity: float) -> int:

@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from stability.contact_law import Friction, GivenFriction, Surface, law_of
-from stability.dynamics.rigid_body import Pressed, pushed
+from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
 from stability.engines.pressing import shortest_turn
 from stability.engines.protocol import Guided, PrescribedMotion, StepClock
@@ -363,10 +363,10 @@ class SapienWorld:
     def skip(self, duration: float) -> None:
         self.clock.time += duration
 
-    def limit_travel(self, fastest: float) -> None:
-        self.clock.limit_travel(fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.clock.set_max_speed(fastest)
 
-    def ease_in(self) -> None:
+    def substep_next_contact(self) -> None:
         """No step is split for it: the settings were chosen without."""
 
     def masses(self) -> Mapping[BodyId, float]:
@@ -388,8 +388,8 @@ class SapienWorld:
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         return self.bodies.contacts(brick)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return self.own.near(brick, self.bodies.boxes(self.own.bricks.values()), within)
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return self.own.neighbours(brick, self.bodies.boxes(self.own.bricks.values()), within)
 
     def add_plane(self, plane: Plane) -> None:
         self.own.add_plane(plane)
@@ -421,11 +421,11 @@ class SapienWorld:
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         self.bodies.put_at(brick, pose)
 
-    def press(self, brick: BodyId, pressed: Sequence[Pressed]) -> None:
+    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
         raise NotImplementedError("nothing presses on bricks in SAPIEN but bricks; give an extension no presser")
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")

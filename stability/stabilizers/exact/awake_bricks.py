@@ -126,7 +126,7 @@ class AwakeBricks(BrickObserver):
             member
             for brick in self.in_order(slow)
             if brick in self.rigid_groups
-            for member in self.rigid_groups.part(brick)
+            for member in self.rigid_groups.unweld(brick)
         ]
         single = [brick for brick in slow if brick not in ridden]
         return dict(solids(self.engine, self.engine.states(self.in_order([*single, *ridden]))))

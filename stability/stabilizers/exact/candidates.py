@@ -36,7 +36,9 @@ def clear_of_strangers(
     engine: Engine, resting: Mapping[BodyId, Placed], known: Collection[BodyId], states: Mapping[BodyId, BodyState]
 ) -> list[Placed]:
     """Those of the resting bricks that touch only each other and what is known: no robots, and nothing that moves."""
-    strange = {brick: [o for o in engine.near(brick, _reach(at)) if o not in known] for brick, at in resting.items()}
+    strange = {
+        brick: [o for o in engine.neighbours(brick, _reach(at)) if o not in known] for brick, at in resting.items()
+    }
     kept = dict(resting)
     while True:
         out = [b for b in kept if any(o not in kept and _hangs_on(engine, kept[b], o, states) for o in strange[b])]

@@ -110,14 +110,16 @@ MEAN_BY_ROOT = 0.816
 
 
 @dataclass(frozen=True, slots=True)
-class Flying:
+class IncomingBrick:
     """A brick that is about to hit another one."""
 
     brick: Brick
     state: BodyState
 
 
-def friction_stops(assembly: Assembly, hit: Hit, flying: Flying, beside: Sequence[Placed], holding: Holding) -> bool:
+def friction_stops(
+    assembly: Assembly, hit: Hit, flying: IncomingBrick, beside: Sequence[Placed], holding: Holding
+) -> bool:
     """Whether a hit on a brick of an assembly moves it by less than what counts; `beside`: other bricks near it.
 
     Of boxes only: what any other solid meets, and how, is left to an engine.
@@ -142,7 +144,7 @@ def friction_stops(assembly: Assembly, hit: Hit, flying: Flying, beside: Sequenc
     return holding.at_least(assembly, hit.brick, enough)
 
 
-def _as_it_meets(hit: Hit, flying: Flying, struck: Placed, beside: Sequence[Placed]) -> tuple[Vec3, Vec3, float]:
+def _as_it_meets(hit: Hit, flying: IncomingBrick, struck: Placed, beside: Sequence[Placed]) -> tuple[Vec3, Vec3, float]:
     """The normal of a hit [unit, W], the point that meets the struck brick [m, W], and the speed there [m/s].
 
     Where the next brick lies flush on a face, nothing comes onto the edge of that face: it meets the faces beside it.
@@ -161,7 +163,7 @@ def _as_it_meets(hit: Hit, flying: Flying, struck: Placed, beside: Sequence[Plac
     return normal_W, at_W, dot(velocity_at(flying.state, at_W), normal_W)
 
 
-def _foremost(flying: Flying, along_W: Vec3) -> Vec3:
+def _foremost(flying: IncomingBrick, along_W: Vec3) -> Vec3:
     """The point of a brick that goes ahead along a direction: a corner, or that of several which is most in its way."""
     reached = sorted(((dot(c, along_W), c) for c in corners_W(flying.brick.shape, flying.state.pose)), reverse=True)
     within = AT_ONCE * flying.brick.shape.least_thickness
@@ -242,7 +244,7 @@ class Disturbed:
 
 
 @dataclass(frozen=True, slots=True)
-class Either:
+class UnionContainer:
     """The bricks that one or the other knows; nothing is copied, as there may be thousands, asked for at every step."""
 
     one: Container[BodyId]
@@ -293,9 +295,9 @@ class Disturbances(BrickObserver):
         if shape is None or hit.brick not in assembly.bricks:
             return False
         masses = self.engine.masses()
-        flying = Flying(Brick(hit.by, shape, masses[hit.by]), state)
+        flying = IncomingBrick(Brick(hit.by, shape, masses[hit.by]), state)
         within = reach_beside(assembly.bricks[hit.brick])
-        near = [name for name in self.engine.near(hit.brick, within) if name not in (hit.brick, hit.by)]
+        near = [name for name in self.engine.neighbours(hit.brick, within) if name not in (hit.brick, hit.by)]
         # What is fixed is no brick, and has no mass.
         beside = [placed for _, placed in solids(self.engine, self.engine.states([n for n in near if n in masses]))]
         return friction_stops(assembly, hit, flying, beside, self._holding)

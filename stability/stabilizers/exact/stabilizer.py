@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import inf
 
 from stability.contact_law import GivenFriction
-from stability.engines.protocol import Engine, Joining, Pressing
+from stability.engines.protocol import AcceptsForces, Engine, Joining
 from stability.geometry.vectors import norm, scale
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
@@ -17,7 +17,7 @@ from stability.stabilizers.exact.candidates import (
     release_until_stable,
     solids,
 )
-from stability.stabilizers.exact.hits import Disturbances, Disturbed, Either, hit_by_bricks, is_level
+from stability.stabilizers.exact.hits import Disturbances, Disturbed, UnionContainer, hit_by_bricks, is_level
 from stability.stabilizers.exact.woken_region import DeadLoads, RigidGroups, region, wake
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
 from stability.stabilizers.protocol import Observers, Update
@@ -28,7 +28,7 @@ from stability.statics.assembly import Assembly
 
 
 @dataclass(frozen=True, slots=True)
-class Site:
+class FixedBodies:
     """The fixed bodies of a world."""
 
     planes: Sequence[Plane]
@@ -44,7 +44,9 @@ class Changed:
     pushed: Mapping[BodyId, Pose]  # bricks that move, and so are no longer part of the assembly
 
 
-def changed(assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[BodyId, BodyState], site: Site) -> Changed:
+def changed(
+    assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[BodyId, BodyState], site: FixedBodies
+) -> Changed:
     """Remove the bricks that are lost or pushed, move those that were moved, and take in new fixed bodies."""
     pushed = {brick: state.pose for brick, state in disturbed.items() if _moves(state)}
     verdict = assembly.remove([*lost, *pushed]) if lost or pushed else None
@@ -88,7 +90,7 @@ class ProvenStability:
     # What lets bricks ride along as one rigid body; None if the engine cannot, and all bricks move one by one.
     joiner: Joining | None = None
     # What lets frozen bricks press on woken ones; None if the engine cannot, and all that they carry is woken too.
-    presser: Pressing | None = None
+    presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
     assembly: Assembly = field(init=False)
     _awake: AwakeBricks = field(init=False)
@@ -183,7 +185,7 @@ class ProvenStability:
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
         """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
         if brick in self._rigid_groups:
-            self._rigid_groups.part(brick)  # a push moves one brick of a group, however gently
+            self._rigid_groups.unweld(brick)  # a push moves one brick of a group, however gently
         speed = norm(impulse_W) / self.engine.masses()[brick]
         if speed < self._disturbances.least_push(brick) or not self.is_frozen(brick):
             return Update()
@@ -287,11 +289,11 @@ class ProvenStability:
         if not states:
             return Update()
         for first in self._rigid_groups.moved_too_far(states):
-            self._rigid_groups.part(first)
+            self._rigid_groups.unweld(first)
         found = Update()
         # Where nothing is still, flights are followed all the same: what is far away changes nothing.
         nothing_still = not self.assembly.bricks and not self._rigid_groups.bricks
-        still = () if nothing_still else Either(self.assembly.bricks, self._rigid_groups)
+        still = () if nothing_still else UnionContainer(self.assembly.bricks, self._rigid_groups)
         if hits := self._disturbances.hits(self.assembly, states, still):
             found = self._wake_struck(hit_by_bricks(hits))
         stepped = self._awake.names - self._awake.announced
@@ -314,7 +316,7 @@ class ProvenStability:
         self._awake.rest_poses.remember(poses, {brick for brick, along_W in struck.items() if is_level(along_W)})
         for group in woken.riding:
             side = min(woken.placed[brick].brick.shape.least_thickness for brick in group)
-            self._rigid_groups.join({brick: poses[brick] for brick in group}, woken.touched, side)
+            self._rigid_groups.weld({brick: poses[brick] for brick in group}, woken.touched, side)
         self._wake(poses, self._rigid_groups)
         if woken.forces is not None:
             self._dead_loads.take_over(woken.forces, woken.placed.values(), self.assembly.bricks)
@@ -353,5 +355,9 @@ class ProvenStability:
         woken = self._give_back({**now.pushed, **judgement.released})
         return Update((), woken, judgement.lowest, judgement.first.reason or "moved by somebody else" if woken else "")
 
-    def _site(self) -> Site:
-        return Site(self.planes, ()) if self.planes is not None else Site(*fixed_bodies(self.engine, self.friction))
+    def _site(self) -> FixedBodies:
+        return (
+            FixedBodies(self.planes, ())
+            if self.planes is not None
+            else FixedBodies(*fixed_bodies(self.engine, self.friction))
+        )

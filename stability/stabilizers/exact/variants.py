@@ -30,7 +30,7 @@ class HandledStability(ProvenStability):
         """Say that a hand takes a brick: what cannot stand without it is woken."""
         woken: tuple[BodyId, ...] = ()
         if brick in self._rigid_groups:
-            self._rigid_groups.part(brick)
+            self._rigid_groups.unweld(brick)
         if self.is_frozen(brick):
             judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
             woken = self._give_back(judgement.released)
@@ -61,7 +61,7 @@ class HandledStability(ProvenStability):
         self._awake.handled(bricks)
         for brick in bricks:
             if brick in self._rigid_groups:
-                self._rigid_groups.part(brick)
+                self._rigid_groups.unweld(brick)
         woken = self.wake([brick for brick in bricks if self.is_frozen(brick)])
         self._awake.rest_poses.remember_driven({brick: s.pose for brick, s in self.engine.states(woken).items()})
         return Update((), woken, reason=reason if woken else "")

@@ -8,8 +8,8 @@ from typing import Self
 
 from stability.contacts.bodies import solid
 from stability.contacts.detection import contact_between
-from stability.dynamics.rigid_body import Pressed
-from stability.engines.protocol import Engine, Joining, Pressing
+from stability.dynamics.rigid_body import AppliedForce
+from stability.engines.protocol import AcceptsForces, Engine, Joining
 from stability.geometry.placed_shape import apart
 from stability.geometry.vectors import add, dot, norm, scale, turn_between
 from stability.graph import components, reached
@@ -29,7 +29,7 @@ TURNED = 0.0175  # [rad], 1 deg: a group that has turned further is taken apart
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class RidingGroup:
     """Bricks that ride as one."""
 
     starts: Mapping[BodyId, Pose]  # where they stood, from the lowest on
@@ -47,7 +47,7 @@ class RigidGroups(BrickObserver):
     """The joined bricks of one engine, in groups, each watched through its first brick."""
 
     joiner: Joining | None  # None if nothing ever rides
-    _groups: dict[BodyId, Group] = field(default_factory=dict, init=False)  # by the first of its members
+    _groups: dict[BodyId, RidingGroup] = field(default_factory=dict, init=False)  # by the first of its members
     _first: dict[BodyId, BodyId] = field(default_factory=dict, init=False)  # of the group of each rider
 
     def __contains__(self, brick: object) -> bool:
@@ -58,31 +58,31 @@ class RigidGroups(BrickObserver):
         """All bricks that ride."""
         return frozenset(self._first)
 
-    def join(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
+    def weld(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
         """Let bricks ride as one, from where they stand; `side` is their smallest [m]."""
         lowest = sorted(starts, key=lambda brick: starts[brick].position_W[::-1])
-        self._form(Group({brick: starts[brick] for brick in lowest}, touching, MOVED * side))
+        self._form(RidingGroup({brick: starts[brick] for brick in lowest}, touching, MOVED * side))
 
-    def _form(self, group: Group) -> None:
+    def _form(self, group: RidingGroup) -> None:
         if self.joiner is None:
             raise TypeError("this engine joins no bricks")
-        self.joiner.join(tuple(group.starts))
+        self.joiner.weld(tuple(group.starts))
         self._groups[group.first] = group
         self._first |= dict.fromkeys(group.starts, group.first)
 
     def release(self, brick: BodyId) -> None:
         """Let a brick, and those that touch it, move one by one; what else rode with it rides on, in parts."""
         group = self._groups[self._first[brick]]
-        self.part(brick)
+        self.unweld(brick)
         left = {name for name in group.starts if name != brick and name not in group.touching[brick]}
         for part in components(left, lambda name: group.touching[name]):
             if len(part) >= FEWEST:
                 self._form(replace(group, starts={name: pose for name, pose in group.starts.items() if name in part}))
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         """Take apart the group of a brick; these are its bricks."""
         if self.joiner is not None:
-            self.joiner.part(brick)
+            self.joiner.unweld(brick)
         return self._strike(brick)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
@@ -266,21 +266,21 @@ NOTHING: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Load:
+class DeadLoad:
     """What a frozen brick presses on a woken one with."""
 
     by: Placed
     size: float  # along the normal of their contact [N]
     friction: float  # Coulomb coefficient
 
-    def on(self, carrying: Placed) -> list[Pressed]:
+    def on(self, carrying: Placed) -> list[AppliedForce]:
         """What acts on the brick that carries, where it is; nothing where the two are not in touch any more."""
         contact = contact_between(solid(carrying), solid(self.by), self.friction, Tolerances())
         if contact is None:
             return []
         down_W = _normal(contact, seen_from=self.by.brick.id)
         force_W = scale(self.size / len(contact.points_W), down_W)
-        return [Pressed(force_W, at_W, self.friction) for at_W in contact.points_W]
+        return [AppliedForce(force_W, at_W, self.friction) for at_W in contact.points_W]
 
 
 @dataclass
@@ -288,9 +288,9 @@ class DeadLoads(BrickObserver):
     """The loads of frozen bricks on the woken ones of one engine."""
 
     engine: Engine
-    presser: Pressing | None  # None: what is frozen presses with nothing
+    presser: AcceptsForces | None  # None: what is frozen presses with nothing
     _carrying: dict[BodyId, Placed] = field(default_factory=dict, init=False)  # woken bricks, where they were frozen
-    _loads: dict[BodyId, list[Load]] = field(default_factory=dict, init=False)  # by the brick that carries them
+    _loads: dict[BodyId, list[DeadLoad]] = field(default_factory=dict, init=False)  # by the brick that carries them
 
     def take_over(self, forces: Tally, woken: Iterable[Placed], frozen: Mapping[BodyId, Placed]) -> None:
         """Bricks are woken that carried frozen ones with these forces."""
@@ -305,7 +305,7 @@ class DeadLoads(BrickObserver):
             return
         for brick, state in self._states().items():
             carrying = replace(self._carrying[brick], pose=state.pose)
-            self.presser.press(brick, [each for load in self._loads[brick] for each in load.on(carrying)])
+            self.presser.apply_forces(brick, [each for load in self._loads[brick] for each in load.on(carrying)])
 
     def reactions(self) -> Mapping[BodyId, list[ContactPoint]]:
         """What the woken bricks press back with on the frozen ones that they still carry."""
@@ -349,7 +349,7 @@ class DeadLoads(BrickObserver):
             self._loads[brick] = [load for load in loads if load.by.brick.id not in pressing]
 
 
-def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> Iterator[Load]:
+def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> Iterator[DeadLoad]:
     """What presses on a brick by the forces of a proof."""
     for contact, at_points in forces.onto(brick):
         up_W, size = _normal(contact, seen_from=brick), 0.0
@@ -357,7 +357,7 @@ def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> 
             for force_W in in_cones:
                 size += dot(force_W, up_W)
         if contact.upper in frozen and size > 0.0:
-            yield Load(frozen[contact.upper], size, contact.law.friction)
+            yield DeadLoad(frozen[contact.upper], size, contact.law.friction)
 
 
 def _normal(contact: Contact, seen_from: BodyId) -> Vec3:

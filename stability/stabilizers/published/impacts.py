@@ -10,7 +10,15 @@ from stability.model import BodyId, Vec3
 from stability.stabilizers.approach import Approaches, Attention
 from stability.stabilizers.protocol import BrickObserver
 from stability.stabilizers.published.leaning import LeaningBrick, height
-from stability.stabilizers.published.support import AS_READ, ActsAt, Load, Readings, SecondObjects, StackedBrick, shares
+from stability.stabilizers.published.support import (
+    AS_READ,
+    ActsAt,
+    CarriedLoad,
+    Readings,
+    SecondObjects,
+    StackedBrick,
+    shares,
+)
 from stability.stabilizers.rest import RestLimits
 
 # The published impact model: has a hit the energy to disturb the brick that it meets, and all that rests on it?
@@ -33,7 +41,7 @@ MILLI = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Impact:
+class ImpactEnergy:
     """What a hit brings, and what it is held against [J]."""
 
     kinetic: float
@@ -62,7 +70,7 @@ def energy_of_push(mass: float, impulse_W: Vec3) -> float:
 def energy_of_load(  # noqa: PLR0913, PLR0917 -- what the method knows of a stack, and how it is read
     brick: BodyId,
     stack: Mapping[BodyId, StackedBrick],
-    loads: Mapping[BodyId, Load],
+    loads: Mapping[BodyId, CarriedLoad],
     leaning: LeaningBrick | None,
     gravity: float,
     readings: Readings = AS_READ,
@@ -82,7 +90,7 @@ def footing(brick: StackedBrick, leaning: LeaningBrick | None) -> float:
 def height_above(
     brick: BodyId,
     stack: Mapping[BodyId, StackedBrick],
-    loads: Mapping[BodyId, Load],
+    loads: Mapping[BodyId, CarriedLoad],
     readings: Readings = AS_READ,
 ) -> float:
     """The height of com above of one brick [m]: Eq. 1 and 10 upright, with the shares that the plan gives.

@@ -13,7 +13,7 @@ from stability.geometry.box_distance import PARALLEL, in_world
 from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subtract, unit
 from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, Shape, Vec3, convex
 from stability.problem import ZERO, Contact, Placed, Tolerances
-from stability.stabilizers.published.support import AS_READ, Closest, Load, Readings, Square, reach_of
+from stability.stabilizers.published.support import AS_READ, CarriedLoad, Closest, Readings, Square, reach_of
 
 # The published leaning model: do two contacts with friction hold a brick that the base model finds unstable?
 #
@@ -102,13 +102,13 @@ def leaning_brick(areas: Sequence[LeaningArea], smallest_side: float) -> Leaning
     return LeaningBrick(lower, upper)
 
 
-def holds(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> bool:
+def holds(brick: LeaningBrick, load: CarriedLoad, readings: Readings = AS_READ) -> bool:
     """Section 3.4.3: is a leaning brick stable under what it carries, itself included?"""
     forces = leaning_forces(brick, load, readings)
     return forces is not None and forces.hold
 
 
-def leaning_forces(brick: LeaningBrick, load: Load, readings: Readings = AS_READ) -> LeaningForces | None:
+def leaning_forces(brick: LeaningBrick, load: CarriedLoad, readings: Readings = AS_READ) -> LeaningForces | None:
     """The forces of section 3.4.3; None if the upper contact lies on the axis about which the weight turns."""
     pressing = _force_on_contact(brick, load, readings)
     if pressing is None:
@@ -131,13 +131,13 @@ def leaning_forces(brick: LeaningBrick, load: Load, readings: Readings = AS_READ
 
 
 def failing_leaning(
-    bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, Load], readings: Readings = AS_READ
+    bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, CarriedLoad], readings: Readings = AS_READ
 ) -> tuple[BodyId, ...]:
     """The stack test of leaning bricks: every one that no longer holds what it carries, by name."""
     return tuple(name for name in sorted(bricks) if not holds(bricks[name], loads[name], readings))
 
 
-def _force_on_contact(brick: LeaningBrick, load: Load, readings: Readings) -> Vec3 | None:
+def _force_on_contact(brick: LeaningBrick, load: CarriedLoad, readings: Readings) -> Vec3 | None:
     """What the torque of the weight about the pivot presses with on the upper contact."""
     x, y = load.com
     pivot = _nearest_in_plan(brick.pivot.points_W, (x, y), readings.leaning_pivot)
@@ -220,7 +220,7 @@ ON_TOP = -0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Surfaces:
+class LeaningFrictions:
     """How bricks rub on each other, and on what never moves."""
 
     friction: Friction
@@ -238,11 +238,11 @@ def smallest_side(engine: Engine, brick: BodyId) -> float | None:
     return None if shape is None else shape.least_thickness
 
 
-def touching_areas(engine: Engine, brick: BodyId, surfaces: Surfaces) -> Sequence[LeaningArea]:
+def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) -> Sequence[LeaningArea]:
     """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
     known = engine.masses().keys() | engine.fixed()
     shape = engine.shape(brick)
-    near = engine.near(brick, reach_of(shape))
+    near = engine.neighbours(brick, reach_of(shape))
     if not known.issuperset(near):
         return ()
     states = engine.states([brick, *near])

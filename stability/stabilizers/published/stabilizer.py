@@ -10,10 +10,16 @@ from stability.model import BodyId, BodyState, Plane, Vec3
 from stability.problem import Verdict
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
 from stability.stabilizers.protocol import Observers, Update
-from stability.stabilizers.published.impacts import DirectHits, Impact, energy_of_flight, energy_of_load, energy_of_push
+from stability.stabilizers.published.impacts import (
+    DirectHits,
+    ImpactEnergy,
+    energy_of_flight,
+    energy_of_load,
+    energy_of_push,
+)
 from stability.stabilizers.published.leaning import (
     LeaningBrick,
-    Surfaces,
+    LeaningFrictions,
     differ_in_height,
     failing_leaning,
     holds,
@@ -23,9 +29,9 @@ from stability.stabilizers.published.leaning import (
 )
 from stability.stabilizers.published.support import (
     AS_READ,
+    CarriedLoad,
     ContactArea,
     ContactLimits,
-    Load,
     Readings,
     StackedBrick,
     contact_area,
@@ -66,19 +72,19 @@ class StackStability:
     readings: Readings = AS_READ  # of what the published text leaves open
     stack: dict[BodyId, StackedBrick] = field(default_factory=dict, init=False)
     leaning: dict[BodyId, LeaningBrick] = field(default_factory=dict, init=False)  # those of the stack that lean
-    loads: dict[BodyId, Load] = field(default_factory=dict, init=False)
+    loads: dict[BodyId, CarriedLoad] = field(default_factory=dict, init=False)
     in_hands: set[BodyId] = field(default_factory=set, init=False)  # of somebody who moves them: no part of the stack
     _gravity: float = field(init=False)
     _stillness: Stillness = field(init=False)
     _held: HeldBodies = field(init=False)
-    _surfaces: Surfaces = field(init=False)
+    _surfaces: LeaningFrictions = field(init=False)
     _hits: DirectHits = field(init=False)
     _refusals: Refusals = field(init=False)  # of the leaning test, which costs too much to be done at every step
     _observers: Observers = field(init=False)  # all of these: who hears what becomes of bricks, in this order
 
     def __post_init__(self) -> None:
         self._gravity = gravity_of(self.engine, self.gravity)
-        self._surfaces = Surfaces(law_of(self.friction), {plane.id: plane for plane in self.planes})
+        self._surfaces = LeaningFrictions(law_of(self.friction), {plane.id: plane for plane in self.planes})
         self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest, self.readings.second_objects)
@@ -160,7 +166,7 @@ class StackStability:
         """Say that a brick is about to be given an impulse [N s]: if that is enough, it is woken before."""
         if brick not in self.stack:
             return Update()
-        impact = Impact(energy_of_push(self.stack[brick].mass, impulse_W), self._energy_of_load(brick))
+        impact = ImpactEnergy(energy_of_push(self.stack[brick].mass, impulse_W), self._energy_of_load(brick))
         return Update((), self.wake([brick]) if impact.disturbs else (), reason=f"{brick} pushed: {impact}")
 
     def _wake_hit(self) -> tuple[tuple[BodyId, ...], str]:
@@ -169,7 +175,7 @@ class StackStability:
         blows = {}
         for hit in self._hits.coming(self.awake(), self.stack):
             kinetic = energy_of_flight(masses[hit.by], hit.velocity_W)
-            impact = Impact(kinetic, self._energy_of_load(hit.brick))
+            impact = ImpactEnergy(kinetic, self._energy_of_load(hit.brick))
             if impact.disturbs:
                 blows[hit.brick] = f"{hit.brick} hit by {hit.by}: {impact}"
         return self._wake(sorted(blows)), "; ".join(blows[brick] for brick in sorted(blows))
@@ -253,7 +259,7 @@ class StackStability:
         if all(area.on in states for area in slow):
             return None
         leaning = leaning_brick(slow, side)
-        own = Load(tested.mass, tested.com_W[:2])
+        own = CarriedLoad(tested.mass, tested.com_W[:2])
         return leaning if leaning and holds(leaning, own, self.readings) else None
 
     def _freeze(self, added: Collection[tuple[StackedBrick, LeaningBrick | None]]) -> None:

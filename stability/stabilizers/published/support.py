@@ -237,7 +237,7 @@ def resting_points(
 ) -> Mapping[BodyId, Sequence[Vec3]]:
     """The points at which a brick rests on each of the `supports` that carry it [m, in W]."""
     shape = engine.shape(brick)
-    near = [body for body in engine.near(brick, reach_of(shape)) if body in supports]
+    near = [body for body in engine.neighbours(brick, reach_of(shape)) if body in supports]
     states = engine.states(near)
     found: dict[BodyId, Sequence[Vec3]] = {}
     unclear = []
@@ -418,18 +418,18 @@ class StackedBrick:
 
 
 @dataclass(frozen=True, slots=True)
-class Load:
+class CarriedLoad:
     """What a brick carries, itself included: mass above [kg] and com above, in plan [m]."""
 
     mass: float
     com: Point2
 
-    def plus(self, mass: float, at: Point2) -> "Load":
+    def plus(self, mass: float, at: Point2) -> "CarriedLoad":
         """This load and another one: Eq. 1 and 2, and with an equivalent mass Eq. 10 and 11."""
         total = self.mass + mass
         x = (self.com[0] * self.mass + at[0] * mass) / total
         y = (self.com[1] * self.mass + at[1] * mass) / total
-        return Load(total, (x, y))
+        return CarriedLoad(total, (x, y))
 
 
 def lies_above(com: Point2, contact: Polygon) -> bool:
@@ -437,7 +437,7 @@ def lies_above(com: Point2, contact: Polygon) -> bool:
     return signed_distance(com, contact) >= -ON_THE_BORDER
 
 
-def shares(load: Load, areas: tuple[ContactArea, ...], readings: Readings = AS_READ) -> tuple[Share, ...]:
+def shares(load: CarriedLoad, areas: tuple[ContactArea, ...], readings: Readings = AS_READ) -> tuple[Share, ...]:
     """How a load is distributed over the supports: single branch, or one of the three merge cases of section 3.3.6.
 
     A brick that leans has no areas of this kind, and passes nothing on.
@@ -456,9 +456,9 @@ def shares(load: Load, areas: tuple[ContactArea, ...], readings: Readings = AS_R
     return tuple(shares_of_two(load.mass, load.com, one, other, readings))
 
 
-def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_READ) -> dict[BodyId, Load]:
+def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_READ) -> dict[BodyId, CarriedLoad]:
     """Mass above and com above of every brick, from the top down (single, split and merge branches alike)."""
-    loads = {name: Load(brick.mass, (brick.com_W[0], brick.com_W[1])) for name, brick in stack.items()}
+    loads = {name: CarriedLoad(brick.mass, (brick.com_W[0], brick.com_W[1])) for name, brick in stack.items()}
     for name in from_the_top({name: brick.rests_on for name, brick in stack.items()}):
         for share in shares(loads[name], stack[name].areas, readings):
             if share.on in loads:
@@ -466,12 +466,12 @@ def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_RE
     return loads
 
 
-def tipping_margin(brick: StackedBrick, load: Load) -> float:
+def tipping_margin(brick: StackedBrick, load: CarriedLoad) -> float:
     """How far com above lies inside the main contact [m]; negative if it tips."""
     return signed_distance(load.com, brick.main)
 
 
-def failing(stack: Mapping[BodyId, StackedBrick], loads: Mapping[BodyId, Load]) -> tuple[BodyId, ...]:
+def failing(stack: Mapping[BodyId, StackedBrick], loads: Mapping[BodyId, CarriedLoad]) -> tuple[BodyId, ...]:
     """The stack test of section 3.3.5: every brick whose com above is not above its main contact, by name."""
     resting = (name for name in sorted(stack) if stack[name].areas)
     return tuple(name for name in resting if not lies_above(loads[name].com, stack[name].main))

@@ -17,8 +17,18 @@ from stability.statics.structure import Structure
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.results import KINDS, Seen
 from stackdsl.simulation.after_collapse import time_of
-from stackdsl.timeline import Hold, LetGo, Move, Placement, Push, Removal, Shake, Timeline, leaves_to_engine
-from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, Verdict
+from stackdsl.timeline import (
+    HoldAction,
+    LetGo,
+    MoveAction,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+    leaves_to_engine,
+)
+from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, RunVerdict
 
 MOVES = "something is dropped, thrown or pushed"
 Setting = float | bool | str | None
@@ -70,7 +80,9 @@ class Assessment:
     @property
     def observations(self) -> Mapping[str, Seen]:
         """Whether it stands, and the level: all else would take motion to see."""
-        told = Verdict.STANDS if self.level is None else NUMERICAL_COLLAPSE if self.numerical else Verdict.COLLAPSES
+        told = (
+            RunVerdict.STANDS if self.level is None else NUMERICAL_COLLAPSE if self.numerical else RunVerdict.COLLAPSES
+        )
         level = None if self.level is None else float(self.level)
         return dict.fromkeys(KINDS) | {"verdict": str(told), "collapse level": level}
 
@@ -101,7 +113,7 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case Push() | Shake() | Move() | Hold() | LetGo():
+            case PushAction() | ShakeAction() | MoveAction() | HoldAction() | LetGo():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}

@@ -6,10 +6,10 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind
-from stackdsl.language.model_base import Choice
+from stackdsl.language.model_base import ExactlyOneKey
 
 
-class Claim(Choice):
+class Claim(ExactlyOneKey):
     """One statement about what happened, less the keys of the kinds of claims, which `schema` adds."""
 
     repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")

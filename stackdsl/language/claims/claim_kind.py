@@ -11,7 +11,7 @@ from inspect import isabstract
 from typing import ClassVar, Final, Literal, Self, TypeVar
 
 from stability.model import BodyId
-from stackdsl.language.claims.finding import Finding
+from stackdsl.language.claims.claim_result import ClaimResult
 from stackdsl.language.model_base import AuthorModel, Kinds
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
@@ -27,7 +27,7 @@ class Count:
 
 
 @dataclass(frozen=True, slots=True)
-class Fate:
+class ImpliedOutcome:
     """What becomes of the structure as a whole, as far as a claim says so."""
 
     stands: bool
@@ -40,19 +40,23 @@ class ClaimKind(ABC):
     """One statement about what happened. A kind that says nothing else answers as it stands here."""
 
     needs_statics: ClassVar[bool] = False  # only a system with proofs can tell
-    needs_aftermath: ClassVar[bool] = True  # what becomes of a structure that collapses
+    needs_post_collapse_run: ClassVar[bool] = True  # what becomes of a structure that collapses
     needs_close_looks: ClassVar[bool] = False  # how something begins to fall, or where it lands
     told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, that it tells of few bricks without depending on them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # what takes time to measure, such as `sway`
-    of_collapses: ClassVar[bool] = False  # void where the only collapse is the solver's
+    requires_physical_collapse: ClassVar[bool] = False  # void where the only collapse is the solver's
     of_the_engine: ClassVar[bool] = False  # measures how well an engine plays, so that its faults do not void it
-    of_what_is_gone: ClassVar[bool] = False  # may speak of bricks that are pulled out
-    scored_apart: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, and as no error beside these
-    of_creep: ClassVar[bool] = False  # scored apart as creep, unless something is hit: then it is a length as others
+    allows_removed_bricks: ClassVar[bool] = False  # may speak of bricks that are pulled out
+    scored_separately: ClassVar[bool] = (
+        False  # a bench counts it as a verdict or as creep, and as no error beside these
+    )
+    measures_drift: ClassVar[bool] = (
+        False  # scored apart as creep, unless something is hit: then it is a length as others
+    )
     same: ClassVar[tuple[str, ...]] = ()  # keys that two of a kind share if they speak of one and the same thing
 
     @abstractmethod
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """What the claim comes to, held against what happened."""
 
     def is_decided(self, trace: Trace) -> bool:
@@ -64,7 +68,7 @@ class ClaimKind(ABC):
         return False
 
     @property
-    def of_the_watch(self) -> bool:
+    def final_once_watched(self) -> bool:
         """Whether it speaks of what was seen as long as it was watched, so that nothing that follows changes it."""
         return False
 
@@ -91,14 +95,14 @@ class ClaimKind(ABC):
         """How many bricks or levels there must be, or else it fails, or holds, whatever happens."""
         return iter(())
 
-    def stays(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
+    def must_stand(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
         """The bricks that must stand to the end, of all by level; None if it says of none that they must.
 
         `hold` is how long the structure is watched after the last action [s].
         """
         return None
 
-    def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+    def must_fall(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         """Groups of bricks, of all by level, of each of which at least one must fall."""
         return ()
 
@@ -117,7 +121,7 @@ class ClaimKind(ABC):
         return any(isinstance(a, Tolerance) and isinstance(b, Tolerance) and not a.meets(b) for a, b in pairs)
 
     @property
-    def fate(self) -> Fate | None:
+    def fate(self) -> ImpliedOutcome | None:
         """What it says of the structure as a whole, if it does."""
         return None
 

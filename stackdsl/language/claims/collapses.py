@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 
 from stability.model import BodyId
 from stackdsl.language import value_types as t
-from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
-from stackdsl.language.claims.finding import Finding, margin_to_collapse, placed, within
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
+from stackdsl.language.claims.claim_result import ClaimResult, margin_to_collapse, placed, within
 from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.tolerances import Tolerance
@@ -28,10 +28,10 @@ class Collapses(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="in this share of the samples")
 
     scalar_word: ClassVar[str] = "any"
-    needs_aftermath: ClassVar[bool] = False
-    of_collapses: ClassVar[bool] = True
-    of_what_is_gone: ClassVar[bool] = True
-    scored_apart: ClassVar[bool] = True
+    needs_post_collapse_run: ClassVar[bool] = False
+    requires_physical_collapse: ClassVar[bool] = True
+    allows_removed_bricks: ClassVar[bool] = True
+    scored_separately: ClassVar[bool] = True
 
     @property
     def wanted_share(self) -> Tolerance | None:
@@ -49,16 +49,16 @@ class Collapses(Shorthand, ClaimKind):
         return self
 
     @property
-    def fate(self) -> Fate | None:
+    def fate(self) -> ImpliedOutcome | None:
         if self.share is not None:
             return None
-        return Fate(stands=False, level=self.at, time=self.time, seen=True)
+        return ImpliedOutcome(stands=False, level=self.at, time=self.time, seen=True)
 
     def counts(self) -> Iterator[Count]:
         if self.at is not None:
             yield Count("at", self.at.least_count, "levels")
 
-    def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+    def must_fall(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         if self.share is not None:
             return
         yield [name for name in levels if self.brick in (None, name)]  # every brick that may be the first
@@ -66,21 +66,21 @@ class Collapses(Shorthand, ClaimKind):
     def is_decided(self, trace: Trace) -> bool:
         return trace.collapse is not None  # there is one first
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """Whether something fell, and when, and what first."""
         if trace.collapse is None:
             margin, unit = min((margin_to_collapse(track) for track in placed(trace)), default=(inf, "mm"))
-            return Finding("nothing fell", -margin, unit, passed=False)
+            return ClaimResult("nothing fell", -margin, unit, passed=False)
         level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
         broke = broke_text(trace.collapse.broke, trace.collapse.gave_way)
         measured = f"{level_text(level, trace.collapse.step)}, {brick} at {time:.3f} s{broke}"
-        parts = [Finding(measured, inf, "", passed=True)]
+        parts = [ClaimResult(measured, inf, "", passed=True)]
         if self.at is not None:
             parts.append(within(self.at, level, "levels"))
         if self.time is not None:
             parts.append(within(self.time, time, "s"))
         if self.brick is not None:
-            parts.append(Finding("", 0.0 if self.brick == brick else -1.0, "bricks", passed=self.brick == brick))
+            parts.append(ClaimResult("", 0.0 if self.brick == brick else -1.0, "bricks", passed=self.brick == brick))
         worst = min(parts, key=lambda part: (part.passed, part.margin))
         numbers = tuple(number for part in parts for number in part.numbers)
-        return Finding(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts), numbers)
+        return ClaimResult(parts[0].measured, worst.margin, worst.unit, all(part.passed for part in parts), numbers)

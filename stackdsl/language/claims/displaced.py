@@ -6,7 +6,7 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.language.claims.claim_result import ClaimResult, placed, within
 from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
@@ -23,7 +23,7 @@ class Displaced(AuthorModel, ClaimKind):
     def is_decided(self, trace: Trace) -> bool:
         return self.bricks.same_for(self._count(trace), len(placed(trace)))  # the largest shift of each only grows
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How many bricks moved by so much."""
         count = self._count(trace)
         return within(self.bricks, count, "bricks", f"{count} bricks")

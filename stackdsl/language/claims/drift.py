@@ -7,7 +7,7 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.language.claims.claim_result import ClaimResult, placed, within
 from stackdsl.language.model_base import Shorthand
 from stackdsl.trace import BrickTrack, Trace
 from stackdsl.wording import mm
@@ -22,18 +22,18 @@ class Drift(Shorthand, ClaimKind):
 
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("bricks",)
-    scored_apart: ClassVar[bool] = True
-    of_creep: ClassVar[bool] = True
+    scored_separately: ClassVar[bool] = True
+    measures_drift: ClassVar[bool] = True
 
     def is_decided(self, trace: Trace) -> bool:
         worst = self._worst(trace)
         return worst is None or self.within.same_for(worst.shift, inf)  # it only grows
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """The largest shift of a brick."""
         worst = self._worst(trace)
         if worst is None:
-            return Finding("never placed", 0.0, "mm", passed=False)
+            return ClaimResult("never placed", 0.0, "mm", passed=False)
         return within(self.within, worst.shift, "mm", f"{mm(worst.shift)} ({worst.brick.id})")
 
     def _worst(self, trace: Trace) -> BrickTrack | None:

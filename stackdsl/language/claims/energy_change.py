@@ -7,7 +7,7 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import PERCENT, Finding, within
+from stackdsl.language.claims.claim_result import PERCENT, ClaimResult, within
 from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
@@ -23,11 +23,11 @@ class EnergyChange(AuthorModel, ClaimKind):
     of_the_engine: ClassVar[bool] = True
 
     @property
-    def of_the_watch(self) -> bool:
+    def final_once_watched(self) -> bool:
         return True
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How much both together rose after the last action, as a share of what those that moved had just after it."""
         if trace.energy is None:
-            return Finding("nothing was placed", -inf, "%", passed=False)
+            return ClaimResult("nothing was placed", -inf, "%", passed=False)
         return within(self.gain, trace.energy.gain, "%", f"gain {PERCENT * trace.energy.gain:.3g} %")

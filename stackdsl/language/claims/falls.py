@@ -8,14 +8,14 @@ from pydantic import Field
 from stability.model import BodyId
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
-from stackdsl.language.claims.finding import Finding, in_time, is_over, placed, remaining, within
-from stackdsl.language.model_base import Choice
+from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, placed, remaining, within
+from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import names_text
 
 
 @claim("falls", "which bricks fall, or how many")
-class Falls(Choice, ClaimKind):
+class Falls(ExactlyOneKey, ClaimKind):
     """What of the structure falls."""
 
     bricks: t.BodyNames | None = Field(None, description="these bricks, and no other")
@@ -26,7 +26,7 @@ class Falls(Choice, ClaimKind):
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
-    of_collapses: ClassVar[bool] = True
+    requires_physical_collapse: ClassVar[bool] = True
     same: ClassVar[tuple[str, ...]] = ("for_",)
 
     @property
@@ -34,14 +34,14 @@ class Falls(Choice, ClaimKind):
         return self.for_
 
     @property
-    def of_the_watch(self) -> bool:
+    def final_once_watched(self) -> bool:
         return self.for_ is not None
 
     def counts(self) -> Iterator[Count]:
         if self.count is not None:
             yield Count("count", self.count.least_count, "bricks")
 
-    def goes(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
+    def must_fall(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         return ([name] for name in self.bricks or () if name in levels)
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
@@ -56,14 +56,14 @@ class Falls(Choice, ClaimKind):
         wanted = frozenset(self.bricks or ())
         return not fallen <= wanted <= able or fallen == able
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """Which bricks fell, or how many."""
         fallen = self._fallen(trace)
         measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
         if self.count is not None:
             return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
         wrong = set(fallen).symmetric_difference(self.bricks or ())
-        return Finding(measured, -float(len(wrong)), "bricks", passed=not wrong)
+        return ClaimResult(measured, -float(len(wrong)), "bricks", passed=not wrong)
 
     def _fallen(self, trace: Trace) -> list[BodyId]:
         fallen = [(name, track) for name, track in remaining(trace) if track.state is BrickState.FALLEN]

@@ -7,7 +7,7 @@ from pydantic import Field
 from stability.geometry.placed_shape import top_W
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, placed, within
+from stackdsl.language.claims.claim_result import ClaimResult, placed, within
 from stackdsl.language.model_base import Shorthand
 from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import mm
@@ -23,11 +23,11 @@ class Height(Shorthand, ClaimKind):
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("of",)
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How high what stands reaches, or one brick."""
         meant = [track for track in placed(trace) if self.of in (None, track.brick.id)]
         if not meant:
-            return Finding("never placed", 0.0, "mm", passed=False)
+            return ClaimResult("never placed", 0.0, "mm", passed=False)
         if self.of is None:
             meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
         top = max((top_W(track.brick.shape, track.final) for track in meant), default=0.0)

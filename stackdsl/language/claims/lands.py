@@ -9,14 +9,14 @@ from pydantic import Field
 from stability.model import BodyId
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, all_of, at_most, within
-from stackdsl.language.model_base import Asking, default
+from stackdsl.language.claims.claim_result import ClaimResult, all_of, at_most, within
+from stackdsl.language.model_base import AtLeastOneKey, default
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
 
 @claim("lands", "where what fell comes down")
-class Lands(Asking, ClaimKind):
+class Lands(AtLeastOneKey, ClaimKind):
     """Where the common centre of mass of what fell comes down, sideways from where it had been."""
 
     reach: t.LengthTolerance | None = Field(None, description="how far")
@@ -25,7 +25,7 @@ class Lands(Asking, ClaimKind):
 
     defaults: ClassVar[tuple[str, ...]] = ("within",)
     needs_close_looks: ClassVar[bool] = True
-    of_collapses: ClassVar[bool] = True
+    requires_physical_collapse: ClassVar[bool] = True
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
         return True
@@ -33,11 +33,11 @@ class Lands(Asking, ClaimKind):
     def is_decided(self, trace: Trace) -> bool:
         return trace.landing is not None and trace.landing.over and not trace.undone
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How far sideways, and which way, the centre of mass of what fell gets until the ground takes it."""
         landing = trace.landing
         if landing is None:
-            return Finding("nothing fell", -1.0, "", passed=False)
+            return ClaimResult("nothing fell", -1.0, "", passed=False)
         parts = []
         if self.reach is not None:
             parts.append(within(self.reach, landing.reach, "mm", f"reach {mm(landing.reach)}"))

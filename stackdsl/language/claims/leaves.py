@@ -9,20 +9,20 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
-from stackdsl.language.claims.finding import Finding, remaining, within
-from stackdsl.language.model_base import Choice
+from stackdsl.language.claims.claim_result import ClaimResult, remaining, within
+from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import STAND, BrickState, Trace
 
 
 @claim("leaves", "how much of the structure stands at the end")
-class Leaves(Choice, ClaimKind):
+class Leaves(ExactlyOneKey, ClaimKind):
     """How much of the structure stands at the end."""
 
     levels: t.CountTolerance | None = Field(None, description="levels, from the lowest, all of whose bricks stand")
     bricks: t.CountTolerance | None = Field(None, description="bricks, whichever they are")
 
     one_of: ClassVar[tuple[str, ...]] = ("levels", "bricks")
-    of_collapses: ClassVar[bool] = True
+    requires_physical_collapse: ClassVar[bool] = True
 
     def counts(self) -> Iterator[Count]:
         if self.levels is not None:
@@ -38,7 +38,7 @@ class Leaves(Choice, ClaimKind):
         assert self.bricks is not None  # it is a choice
         return self.bricks.same_for(0.0, _bricks_standing(trace, may_stand))
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How much stands at the end."""
         if self.levels is not None:
             count = _levels_standing(trace, STAND)

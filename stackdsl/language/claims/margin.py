@@ -8,14 +8,14 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import SHOWN_PER_SI, Finding, all_of, within
-from stackdsl.language.model_base import Asking
+from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all_of, within
+from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 
 
 @claim("margin", "how much the proof that it stands would survive")
-class Margin(Asking, ClaimKind):
+class Margin(AtLeastOneKey, ClaimKind):
     """How much the proof that the structure stands would survive."""
 
     acceleration: t.GravityTolerance | None = Field(
@@ -26,20 +26,20 @@ class Margin(Asking, ClaimKind):
     placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")
 
     needs_statics: ClassVar[bool] = True
-    needs_aftermath: ClassVar[bool] = False
+    needs_post_collapse_run: ClassVar[bool] = False
 
     @property
     def needed_margins(self) -> Collection[str]:
         return self.asked
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """How much the proof that it stands would survive."""
         return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.asked])
 
 
-def _part(key: str, wanted: Tolerance, value: float | None) -> Finding:
+def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:
     """One kind of margin."""
     unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
     if value is None:
-        return Finding(f"no {key} is proven", -inf, unit, passed=False)
+        return ClaimResult(f"no {key} is proven", -inf, unit, passed=False)
     return within(wanted, value, unit, f"{key} {SHOWN_PER_SI.get(unit, 1.0) * value:.4g} {unit}".rstrip())

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, within
+from stackdsl.language.claims.claim_result import ClaimResult, within
 from stackdsl.language.model_base import Shorthand
 from stackdsl.trace import Trace
 from stackdsl.wording import mm
@@ -22,9 +22,9 @@ class Penetrates(Shorthand, ClaimKind):
     scalar_key: ClassVar[str] = "is"
     needed_measures: ClassVar[tuple[str, ...]] = ("penetration",)
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """The deepest that two were in each other."""
         found = trace.penetration
         if found is None:
-            return Finding("nothing was placed", -inf, "mm", passed=False)
+            return ClaimResult("nothing was placed", -inf, "mm", passed=False)
         return within(self.depth, found.depth, "mm", f"{mm(found.depth)} ({found.brick} in {found.other})")

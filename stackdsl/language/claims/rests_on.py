@@ -7,7 +7,7 @@ from pydantic import Field
 
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, within
+from stackdsl.language.claims.claim_result import ClaimResult, within
 from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
@@ -22,16 +22,16 @@ class RestsOn(AuthorModel, ClaimKind):
 
     same: ClassVar[tuple[str, ...]] = ("brick", "support")
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """Whether one brick is carried by another, and how much of its load."""
         edge = next((edge for edge in trace.edges if (edge.upper, edge.lower) == (self.brick, self.support)), None)
         share = 0.0 if edge is None else edge.share
         if edge is None:
             margin = share if self.share is None else self.share.margin(share)
-            return Finding("it does not rest there", min(margin, 0.0), "of its load", passed=False)
+            return ClaimResult("it does not rest there", min(margin, 0.0), "of its load", passed=False)
         if isnan(share):
             known = "it rests there, and its share is not known: friction, leaning or a counterweight holds it"
-            return Finding(known, inf if self.share is None else -inf, "", passed=self.share is None)
+            return ClaimResult(known, inf if self.share is None else -inf, "", passed=self.share is None)
         if self.share is None:
-            return Finding(f"share {share:.3f}", share, "of its load", passed=True)
+            return ClaimResult(f"share {share:.3f}", share, "of its load", passed=True)
         return within(self.share, share, "of its load", f"share {share:.3f}")

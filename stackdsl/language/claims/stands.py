@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 
 from stability.model import BodyId
 from stackdsl.language import value_types as t
-from stackdsl.language.claims.claim_kind import ClaimKind, Count, Fate, claim
-from stackdsl.language.claims.finding import Finding, in_time, is_over, margin_to_collapse, remaining
+from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
+from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, margin_to_collapse, remaining
 from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.tolerances import Tolerance
@@ -28,8 +28,8 @@ class Stands(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="in this share of the samples, all of it")
 
     scalar_word: ClassVar[str] = "all"
-    needs_aftermath: ClassVar[bool] = False
-    scored_apart: ClassVar[bool] = True
+    needs_post_collapse_run: ClassVar[bool] = False
+    scored_separately: ClassVar[bool] = True
     told_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 
     @property
@@ -37,8 +37,8 @@ class Stands(Shorthand, ClaimKind):
         return self.for_
 
     @property
-    def fate(self) -> Fate | None:
-        return Fate(stands=True) if self.bricks is None and self.share is None else None
+    def fate(self) -> ImpliedOutcome | None:
+        return ImpliedOutcome(stands=True) if self.bricks is None and self.share is None else None
 
     @property
     def wanted_share(self) -> Tolerance | None:
@@ -57,14 +57,14 @@ class Stands(Shorthand, ClaimKind):
         return self
 
     @property
-    def of_the_watch(self) -> bool:
+    def final_once_watched(self) -> bool:
         return self.for_ is not None
 
     def counts(self) -> Iterator[Count]:
         if self.levels is not None:
             yield Count("levels", self.levels, "levels")
 
-    def stays(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
+    def must_stand(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
         if self.share is not None or (self.for_ is not None and self.for_ < hold):
             return None  # what stands for a while may fall after it
         named = levels.keys() if self.bricks is None else levels.keys() & self.bricks
@@ -78,7 +78,7 @@ class Stands(Shorthand, ClaimKind):
         """Whether the time is over that it speaks of."""
         return self.for_ is not None and is_over(self.for_, trace)
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """Whether bricks are where they came to rest, or were shifted to by a hit."""
         meant = self._meant(trace)
         found = self._missing(meant, trace) or _stand(self._in_time(meant, trace))
@@ -92,19 +92,19 @@ class Stands(Shorthand, ClaimKind):
     def _reaches(self, level: int) -> bool:
         return self.levels is None or level <= self.levels
 
-    def _missing(self, meant: Sequence[BrickTrack], trace: Trace) -> Finding | None:
+    def _missing(self, meant: Sequence[BrickTrack], trace: Trace) -> ClaimResult | None:
         """What says already that they do not stand: too few, never placed, still on the move, or none at all."""
         levels = max((track.level for track in trace.tracks.values()), default=0)
         if self.levels is not None and levels < self.levels:
-            return Finding(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
+            return ClaimResult(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
         missing = sum(track.state is BrickState.UNPLACED for track in meant)
         if missing:
             why = f"it fell at {level_text(fell.level, fell.step)}; " if (fell := trace.collapse) is not None else ""
-            return Finding(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
+            return ClaimResult(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
         if unsettled:
-            return Finding(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
-        return None if meant else Finding("all of it was pulled out or thrown", -1, "bricks", passed=False)
+            return ClaimResult(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
+        return None if meant else ClaimResult("all of it was pulled out or thrown", -1, "bricks", passed=False)
 
     def _in_time(self, meant: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
         """Without those that fall later than this claim speaks of."""
@@ -113,17 +113,17 @@ class Stands(Shorthand, ClaimKind):
         return [track for track in meant if track.left_at is None or in_time(self.for_, track, trace)]
 
 
-def _stand(meant: Sequence[BrickTrack]) -> Finding:
+def _stand(meant: Sequence[BrickTrack]) -> ClaimResult:
     fallen = [track.brick.id for track in meant if track.state is BrickState.FALLEN]
     shifted = sum(track.state is BrickState.DISPLACED for track in meant)
     which = f": {names_text(fallen)}" if len(fallen) < len(meant) else ""
     measured = f"{len(fallen)} of {len(meant)} bricks fell{which}" if fallen else f"{len(meant)} bricks stand"
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in meant), default=(inf, ""))
-    return Finding(measured, margin, unit, passed=not fallen)
+    return ClaimResult(measured, margin, unit, passed=not fallen)
 
 
-def _with_margin_of_proof(found: Finding, trace: Trace) -> Finding:
+def _with_margin_of_proof(found: ClaimResult, trace: Trace) -> ClaimResult:
     """The same with what the proof survives, in place of how far bricks may shift before that counts as fallen."""
     margins = trace.margins
     if margins.placement is not None and 0.0 < margins.placement < inf:

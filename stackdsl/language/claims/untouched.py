@@ -9,8 +9,8 @@ from pydantic import Field
 from stability.geometry.vectors import turn_between
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
-from stackdsl.language.claims.finding import Finding, remaining
-from stackdsl.language.model_base import Choice
+from stackdsl.language.claims.claim_result import ClaimResult, remaining
+from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, mm
 
@@ -18,7 +18,7 @@ EXACTLY: Final = 1e-9  # [m] and [rad]: more than a pose loses on its way into a
 
 
 @claim("untouched", "bricks are exactly where they came to rest")
-class Untouched(Choice, ClaimKind):
+class Untouched(ExactlyOneKey, ClaimKind):
     """Bricks are exactly where they came to rest."""
 
     bricks: t.BodyNames | None = Field(None, description="these bricks")
@@ -31,18 +31,18 @@ class Untouched(Choice, ClaimKind):
         if self.levels is not None:
             yield Count("levels", self.levels, "levels")
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """Whether bricks are exactly where they came to rest, at the end."""
         named = frozenset(trace.tracks if self.bricks is None else self.bricks).difference(self.except_ or ())
         meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
         if not meant or any(track.state is BrickState.UNPLACED for track in meant):
-            return Finding("never placed", 0.0, "mm", passed=False)
+            return ClaimResult("never placed", 0.0, "mm", passed=False)
         moved = [track for track in meant if not _is_where_it_was(track)]
         if not moved:
-            return Finding(f"{len(meant)} bricks are where they were", inf, "", passed=True)
+            return ClaimResult(f"{len(meant)} bricks are where they were", inf, "", passed=True)
         worst = max(moved, key=_moved_by)
         measured = f"{len(moved)} of {len(meant)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
-        return Finding(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)
+        return ClaimResult(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)
 
     def _reaches(self, level: int) -> bool:
         return self.levels is None or level <= self.levels

@@ -8,8 +8,8 @@ from typing import ClassVar, Final, Literal, Self, TypeAlias
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from stackdsl.language.claims.claim_kind import ClaimKind, Fate, claim
-from stackdsl.language.claims.finding import Finding
+from stackdsl.language.claims.claim_kind import ClaimKind, ImpliedOutcome, claim
+from stackdsl.language.claims.claim_result import ClaimResult
 from stackdsl.trace import Trace
 from stackdsl.wording import touching_text
 
@@ -26,8 +26,8 @@ class Verdict(ClaimKind):
     word: Word
 
     needs_statics: ClassVar[bool] = True
-    needs_aftermath: ClassVar[bool] = False
-    scored_apart: ClassVar[bool] = True
+    needs_post_collapse_run: ClassVar[bool] = False
+    scored_separately: ClassVar[bool] = True
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -35,8 +35,8 @@ class Verdict(ClaimKind):
         return core_schema.no_info_after_validator_function(cls, word)
 
     @property
-    def fate(self) -> Fate | None:
-        return None if self.word == "undecided" else Fate(stands=self.word != "unstable")
+    def fate(self) -> ImpliedOutcome | None:
+        return None if self.word == "undecided" else ImpliedOutcome(stands=self.word != "unstable")
 
     @property
     def needed_margins(self) -> Collection[str]:
@@ -52,14 +52,14 @@ class Verdict(ClaimKind):
     def is_decided(self, trace: Trace) -> bool:
         return not trace.gone  # it is asked anew when something is pulled out
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """What statics says."""
         if trace.statics is None:
-            return Finding("nothing was set down at rest", inf, "", passed=False)
+            return ClaimResult("nothing was set down at rest", inf, "", passed=False)
         reason = f": {trace.statics.reason}" if trace.statics.reason else ""
         said, sure, within = str(trace.statics.stability), trace.margins.guaranteed, trace.statics.touching_within
         if self.word in CERTAINTY and said == "stable":
             said = "stable, of which nothing stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
             reason = f": {trace.margins.certainty}" if trace.margins.certainty else ""
         passed = said == self.word or (self.word == WITHOUT_GAPS and said == "stable" and within == 0.0)
-        return Finding(f"{said}{touching_text(within)}{reason}", inf, "", passed=passed)
+        return ClaimResult(f"{said}{touching_text(within)}{reason}", inf, "", passed=passed)

@@ -11,7 +11,7 @@ from typing import Final
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
 from stackdsl.disk import read_file
 from stackdsl.language.yaml.parsing import MAX_VALUES
-from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, Places, Plain, Source, load
+from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
 
 # Which files a scenario may be made of: those inside the root of its project, and no other.
@@ -254,7 +254,7 @@ class _Composing:
     # --- include ------------------------------------------------------------------------------------------------------
 
     def _with_included(self, source: Source, key: str, trail: tuple[Source, ...]) -> Source:
-        places = Places()
+        places = PlaceBuilder()
         places.keep(source, {(key,): None})
         places.note(source, (key,), (key,))
         values = {**source.values, key: self._list(source, source.values[key], (key,), (key,), places, trail)}
@@ -263,7 +263,7 @@ class _Composing:
         )
 
     def _list(  # noqa: PLR0913, PLR0917 -- a value, where it comes from and where it goes
-        self, source: Source, items: Plain, old: KeyPath, new: KeyPath, places: Places, trail: tuple[Source, ...]
+        self, source: Source, items: Plain, old: KeyPath, new: KeyPath, places: PlaceBuilder, trail: tuple[Source, ...]
     ) -> list[Plain]:
         made: list[Plain] = []
         for index, item in enumerate(items if isinstance(items, list) else ()):
@@ -310,7 +310,7 @@ class _Composing:
         merged = [key for key in MERGED if isinstance(own.get(key), dict) and isinstance(theirs.get(key), dict)]
         replaced = {key: value for key, value in theirs.items() if key not in own or key in merged}
         where = f"extended from {source.key_span_of((EXTENDS,))}"
-        places = Places()
+        places = PlaceBuilder()
         for key in [key for key in replaced if key not in merged]:
             self._take(base, replaced[key], (key,), (key,), places, where)
         for key in merged:
@@ -390,7 +390,7 @@ class _Composing:
         return loaded.sources
 
     def _take(  # noqa: PLR0913, PLR0917 -- likewise
-        self, part: Source, value: Plain, old: KeyPath, new: KeyPath, places: Places, where: str
+        self, part: Source, value: Plain, old: KeyPath, new: KeyPath, places: PlaceBuilder, where: str
     ) -> None:
         self.taken += _size(value)
         if self.taken > MAX_TAKEN:

@@ -234,7 +234,7 @@ def _count_aliased(reading: Reading, alias: Span) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class PlaceBuilder:
     """As those of a source, in the making."""
 
     value_spans: dict[KeyPath, Span] = field(default_factory=dict)

@@ -20,7 +20,7 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class ChartAxis:
     """From a least to a largest value, which lie at two places [px]."""
 
     least: float
@@ -73,7 +73,7 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class ChartPoint:
     """What was measured of one case."""
 
     at: tuple[str, ...]  # the values of the variables, as written
@@ -90,7 +90,7 @@ class Study:
     quantity: str
     unit: str
     variables: tuple[Variable, ...]
-    series: Mapping[str, Sequence[Point]]  # by system, and by what else differs
+    series: Mapping[str, Sequence[ChartPoint]]  # by system, and by what else differs
 
     @property
     def title(self) -> str:
@@ -179,18 +179,18 @@ def _measured(runs: Sequence[VariantResult]) -> _Measured | None:
 
 def _series(
     runs: Sequence[VariantResult], variables: Sequence[Variable], measured: _Measured
-) -> Mapping[str, Sequence[Point]]:
+) -> Mapping[str, Sequence[ChartPoint]]:
     names = [variable.name for variable in variables]
     others = {name for run in runs for name, _ in run.parameters if name not in names}
     differing = {name for name in others if len({dict(run.parameters).get(name) for run in runs}) > 1}
-    series: defaultdict[str, list[Point]] = defaultdict(list)
+    series: defaultdict[str, list[ChartPoint]] = defaultdict(list)
     for run in runs:
         chosen = dict(run.parameters)
         if not chosen.keys() >= {*names}:
             continue
         name = ", ".join([run.system, *(f"{key} {text}" for key, text in chosen.items() if key in differing)])
         at = tuple(chosen[key] for key in names)
-        series[name].append(Point(at, measured.of(run), measured.passed(run), _told(run, measured)))
+        series[name].append(ChartPoint(at, measured.of(run), measured.passed(run), _told(run, measured)))
     return series
 
 
@@ -215,8 +215,8 @@ def line_chart(study: Study) -> str:
     variable = study.variables[0]
     points = [point for of_series in study.series.values() for point in of_series]
     measured = [0.0, *(point.value for point in points if point.value is not None)]
-    across = Axis(min(variable.values.values()), max(variable.values.values()), LEFT, RIGHT)
-    frame = _Frame(variable, across, Axis(min(measured), max(measured), BOTTOM, TOP))
+    across = ChartAxis(min(variable.values.values()), max(variable.values.values()), LEFT, RIGHT)
+    frame = _Frame(variable, across, ChartAxis(min(measured), max(measured), BOTTOM, TOP))
     named = list(zip(study.series.items(), COLOURS * len(study.series), strict=False))
     shapes = [*frame.drawn(study.title)]
     for (name, of_series), colour in named:
@@ -239,8 +239,8 @@ class _Frame:
     """The axes."""
 
     variable: Variable
-    across: Axis
-    up: Axis
+    across: ChartAxis
+    up: ChartAxis
 
     def drawn(self, title: str) -> Iterator[str]:
         """Lines, numbers and units."""
@@ -256,7 +256,7 @@ class _Frame:
         yield f"<text {middle}>{escape(self.variable.title)}</text>"
         yield f'<text x="4" y="13">{escape(title)}</text>'
 
-    def placed(self, points: Sequence[Point]) -> list[tuple[float, Point]]:
+    def placed(self, points: Sequence[ChartPoint]) -> list[tuple[float, ChartPoint]]:
         """The points of a series from left to right, each with where it is [px]."""
         found = [(self.across.place(self.variable.values[point.at[0]]), point) for point in points]
         return sorted(found, key=lambda item: item[0])
@@ -270,7 +270,7 @@ class _Series:
     name: str
     colour: str
 
-    def drawn(self, points: Sequence[Point]) -> Iterator[str]:
+    def drawn(self, points: Sequence[ChartPoint]) -> Iterator[str]:
         placed, stretch = self.frame.placed(points), list[str]()
         for x, point in placed:
             if point.value is not None:
@@ -285,7 +285,7 @@ class _Series:
         title = f"<title>{escape(self.name)}</title>"
         return f'<polyline points="{" ".join(places)}" stroke="{self.colour}">{title}</polyline>' if places[1:] else ""
 
-    def _mark(self, x: float, point: Point) -> str:
+    def _mark(self, x: float, point: ChartPoint) -> str:
         title = f"<title>{escape(point.told)}</title>"
         if point.value is not None:
             y = self.frame.up.place(point.value)
@@ -321,7 +321,7 @@ def _maps(study: Study) -> str:
     return "".join(drawn) + (f"<p>and {more} more of {escape(study.scenario)}</p>" if more > 0 else "")
 
 
-def _map(study: Study, name: str, points: Sequence[Point]) -> str:
+def _map(study: Study, name: str, points: Sequence[ChartPoint]) -> str:
     cells = {point.at: point for point in points}
     across, down = study.variables
     most = max((abs(point.value) for point in points if point.value is not None), default=0.0)
@@ -335,7 +335,7 @@ def _map(study: Study, name: str, points: Sequence[Point]) -> str:
     return f'<table class="map">{caption}{head}{body}</table>'
 
 
-def _cell(point: Point | None, most: float) -> str:
+def _cell(point: ChartPoint | None, most: float) -> str:
     """Of a point without a number only whether it passed."""
     if point is None:
         return "<td></td>"

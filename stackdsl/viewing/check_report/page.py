@@ -12,12 +12,12 @@ from urllib.parse import quote
 
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case
-from stackdsl.checking.check import Terms
+from stackdsl.checking.check import CheckConfig
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import judged
 from stackdsl.judging.judge import known_of
 from stackdsl.report.text import closing_line, outcome_text, significant, unchecked_text
-from stackdsl.results import UNCHECKED, GoldenResult, Outcome, Report, VariantResult
+from stackdsl.results import UNCHECKED, ClaimOutcome, GoldenResult, Report, VariantResult
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
@@ -144,7 +144,7 @@ def _outcomes(result: VariantResult) -> str:
     return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{told}</ul></details>"
 
 
-def _outcome(outcome: Outcome) -> str:
+def _outcome(outcome: ClaimOutcome) -> str:
     text = f"{outcome.span}: {outcome_text(outcome)}"
     return escape(text) if outcome.passed else f'<span class="failed">{escape(text)}</span>'
 
@@ -188,7 +188,7 @@ def write_folder(
     report: Report,
     cases: Sequence[Case],
     folder: Path,
-    terms: Terms,
+    terms: CheckConfig,
     on_done: Callable[[Case], None] = lambda case: None,
 ) -> Path:
     """Write the replays of all cases and the index of them; returns the index. Raises OSError.

@@ -53,10 +53,10 @@ class ExampleWorld:
     def skip(self, duration: float) -> None:
         self.clock.time += duration
 
-    def limit_travel(self, fastest: float) -> None:
-        self.clock.limit_travel(fastest)
+    def set_max_speed(self, fastest: float) -> None:
+        self.clock.set_max_speed(fastest)
 
-    def ease_in(self) -> None: ...
+    def substep_next_contact(self) -> None: ...
 
     def step(self) -> None:
         if self.prescribed != PrescribedMotion():
@@ -96,7 +96,7 @@ class ExampleWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted({*self.own.bricks, *self.own.planes} - {brick})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
@@ -137,10 +137,10 @@ class ExampleWorld:
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         self._states[brick] = BodyState(pose)
 
-    def join(self, bricks: Collection[BodyId]) -> None:
+    def weld(self, bricks: Collection[BodyId]) -> None:
         raise NotImplementedError("bricks cannot be joined here")
 
-    def part(self, brick: BodyId) -> tuple[BodyId, ...]:
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         raise NotImplementedError("bricks cannot be joined here")
 
 

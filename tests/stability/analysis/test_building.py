@@ -5,7 +5,7 @@ from contextlib import suppress
 import pytest
 
 from stability.analysis.building_order import OrderSearch, building_order, least_props
-from stability.analysis.subset_search import Parts, props_of
+from stability.analysis.subset_search import Subsets, props_of
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Placed, Stability
@@ -34,14 +34,14 @@ def cantilever() -> Assembly:
 def test_a_leaning_column_is_built_from_below_without_props() -> None:
     design = Assembly((FLOOR,), WOOD, GRAVITY)
     design.add_all([Placed(plank(f"L{level}"), lying(level, 0.01 * level)) for level in range(1, 9)])
-    found = building_order(Parts(design, props_of(design)), most=100)
+    found = building_order(Subsets(design, props_of(design)), most=100)
     assert [step.brick for step in found.steps] == [f"L{level}" for level in range(1, 9)]
     assert (found.props, found.props_at_least) == ((), 0)
 
 
 def test_a_plank_that_only_a_weight_holds_needs_one_prop_until_the_weight_is_there() -> None:
     design = cantilever()
-    found = building_order(Parts(design, props_of(design)), most=100)
+    found = building_order(Subsets(design, props_of(design)), most=100)
     assert found.without is not None
     assert found.without.impossible
     assert (found.props, found.props_at_least, found.props_at_once) == (("plank",), 1, 1)
@@ -51,7 +51,7 @@ def test_a_plank_that_only_a_weight_holds_needs_one_prop_until_the_weight_is_the
 
 
 def test_without_props_it_is_proven_that_there_is_no_order() -> None:
-    found = building_order(Parts(cantilever()), most=100)
+    found = building_order(Subsets(cantilever()), most=100)
     assert (found.steps, found.impossible) == ((), True)
 
 
@@ -73,13 +73,13 @@ def test_what_lies_on_a_plank_takes_none_of_the_room_under_it() -> None:
     props = props_of(design)
     xs = [point[0] for contact in props["plank"].contacts for point in contact.points_W]
     assert (min(xs), max(xs)) == pytest.approx((0.1, 0.35))
-    parts = Parts(design, props)
+    parts = Subsets(design, props)
     assert least_props(parts, [parts.whole]) == ("plank",)
 
 
 def test_beyond_its_verdicts_it_finds_an_order_whose_props_are_not_said_to_be_the_fewest() -> None:
     design = cantilever()
-    found = building_order(Parts(design, props_of(design)), most=1)
+    found = building_order(Subsets(design, props_of(design)), most=1)
     assert found.props == ("plank",)
     assert found.props_at_least < len(found.props)
 
@@ -91,9 +91,9 @@ def test_a_search_that_is_interrupted_keeps_an_order_and_what_is_proven() -> Non
         sizes = (("base", (0.2, 0.1, 0.1), 0.0, 0.05, 1.0), ("plank", (0.4, 0.1, 0.02), 0.15, 0.11, 1.0))
         design.add_all([box(f"{what} {name}", size, x + dx, z, mass) for what, size, dx, z, mass in sizes])
         design.add_all([box(f"weight {name}", (0.1, 0.1, 0.1), x, 0.17, 2.0)])
-    assert building_order(Parts(design, props_of(design)), most=100).props == ("plank a", "plank b")
+    assert building_order(Subsets(design, props_of(design)), most=100).props == ("plank a", "plank b")
     for at in range(1, 30):
-        parts = Parts(design, props_of(design))
+        parts = Subsets(design, props_of(design))
 
         def press(asked: int, at: int = at) -> None:
             if asked >= at:
@@ -112,5 +112,5 @@ def test_a_search_that_is_interrupted_keeps_an_order_and_what_is_proven() -> Non
 def test_what_falls_stands_on_the_fewest_props() -> None:
     falling = Assembly()
     falling.add_all([box("base", (0.2, 0.1, 0.1), 0.0, 0.05), box("plank", (0.4, 0.1, 0.02), 0.15, 0.11)])
-    parts = Parts(falling, props_of(falling))
+    parts = Subsets(falling, props_of(falling))
     assert least_props(parts, [parts.whole]) == ("plank",)

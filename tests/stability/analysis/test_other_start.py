@@ -8,19 +8,19 @@ import pytest
 from stability.contact_law import Coulomb
 from stability.model import EARTH
 from stability.problem import Forces, Motion, Problem, Tolerances
-from stability.statics.initial_motion import Start, check_start
+from stability.statics.initial_motion import InitialMotion, check_start
 from tests.stability.analysis.leaning_scenes import aslant_between_walls, pile_on_a_slope
 
 SLIPPERY = pile_on_a_slope(1, 20.0, 0.5).problem()
 
 
-def free(problem: Problem, fall: float = EARTH) -> Start:
+def free(problem: Problem, fall: float = EARTH) -> InitialMotion:
     """Every brick falls, and nothing presses."""
     nothing = Forces(tuple(tuple(((0.0, 0.0, 0.0),) for _ in contact.points_W) for contact in problem.contacts))
-    return Start(Motion(dict.fromkeys(problem.bricks, ((0.0, 0.0, -fall), (0.0, 0.0, 0.0)))), nothing)
+    return InitialMotion(Motion(dict.fromkeys(problem.bricks, ((0.0, 0.0, -fall), (0.0, 0.0, 0.0)))), nothing)
 
 
-def holds(problem: Problem, start: Start) -> bool:
+def holds(problem: Problem, start: InitialMotion) -> bool:
     return check_start(problem, start, Tolerances()).holds
 
 
@@ -42,7 +42,7 @@ def test_rest_is_no_other_start() -> None:
     made = pile_on_a_slope(1, 20.0, 0.5)
     forces = made.forces()
     assert forces is not None
-    assert not holds(SLIPPERY, Start(Motion({}), forces))
+    assert not holds(SLIPPERY, InitialMotion(Motion({}), forces))
 
 
 @pytest.mark.parametrize(("share", "lawful"), [(1.0, True), (0.9, False)])
@@ -64,4 +64,4 @@ def test_what_slides_is_braked_by_all_the_friction_there_is(share: float, lawful
             ((pressed * (sin(angle) - braked * cos(angle)), 0.0, pressed * (cos(angle) + braked * sin(angle))),)
         )
     motion = Motion({"b0": ((down * cos(angle), 0.0, -down * sin(angle)), (0.0, 0.0, 0.0))})
-    assert holds(problem, Start(motion, Forces((tuple(forces),)))) is lawful
+    assert holds(problem, InitialMotion(motion, Forces((tuple(forces),)))) is lawful

@@ -5,7 +5,7 @@ from math import cos, radians, sin, tan
 import pytest
 
 from stability import outcome
-from stability.analysis.uniqueness import Outcome
+from stability.analysis.uniqueness import RestOutcome
 from stability.geometry.box import Box
 from stability.geometry.solid_making import prism
 from stability.model import EARTH, Brick, Pose
@@ -25,7 +25,7 @@ from tests.stability.analysis.leaning_scenes import (
 ASLANT = 20.0  # [deg]
 
 
-def of(assembly: Assembly) -> Outcome:
+def of(assembly: Assembly) -> RestOutcome:
     return outcome(assembly.problem(), assembly.forces())
 
 

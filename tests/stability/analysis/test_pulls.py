@@ -8,7 +8,7 @@ from benchmarks.equilibrium_programs import answer
 from benchmarks.mending import FRICTION, GAP, jenga
 from benchmarks.random_piles import upright
 from stability.analysis.removal_order import LongestSearch, carrying, longest_order, single_pulls, soonest_fall
-from stability.analysis.subset_search import Parts
+from stability.analysis.subset_search import Subsets
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Placed, Stability
@@ -53,7 +53,7 @@ def test_each_single_pull_is_as_a_linear_programme_has_it(levels: int, without: 
 
 def test_of_each_level_but_the_top_two_blocks_can_be_pulled_and_no_more() -> None:
     design = tower(4)
-    parts = Parts(design)
+    parts = Subsets(design)
     found = longest_order(parts, parts.part_of(carrying(design)), most=1000)
     assert (len(found.order), found.at_most, found.proven) == (6, 6, True)
     rest = tower(4)  # each step once more, from scratch
@@ -64,7 +64,7 @@ def test_of_each_level_but_the_top_two_blocks_can_be_pulled_and_no_more() -> Non
 
 
 def test_a_search_that_is_interrupted_keeps_its_longest_order_and_its_bound() -> None:
-    parts = Parts(tower(4))
+    parts = Subsets(tower(4))
 
     def press(asked: int) -> None:
         if asked >= 3:  # two blocks of level 3 are pulled by then, and the third holds the top
@@ -78,10 +78,10 @@ def test_a_search_that_is_interrupted_keeps_its_longest_order_and_its_bound() ->
 
 def test_a_tower_falls_soonest_with_two_blocks_of_one_level_and_a_table_with_one_post() -> None:
     design = tower(4)
-    parts = Parts(design)
+    parts = Subsets(design)
     soonest = soonest_fall(parts, parts.part_of(carrying(design)), most=1000)
     assert (soonest.at_least, len({name.split(".")[0] for name in soonest.order}), len(soonest.order)) == (2, 1, 2)
-    posts = Parts(table())
+    posts = Subsets(table())
     assert soonest_fall(posts, posts.part_of(["post1", "post2"]), most=100).order in {("post1",), ("post2",)}
     longest = longest_order(posts, posts.part_of(["post1", "post2"]), most=100)
     assert (longest.order, longest.at_most) == ((), 0)
@@ -93,7 +93,7 @@ def test_what_carries_nothing_is_told_apart_from_blocks_side_by_side() -> None:
 
 def test_a_fall_that_settles_another_part_is_what_a_cold_verdict_says() -> None:
     design = tower(4, gap=GAP)
-    parts, draw = Parts(design), random.Random(3)
+    parts, draw = Subsets(design), random.Random(3)
     settled = 0
     for _ in range(60):
         part = parts.part_of(name for name in parts.names if draw.random() < 0.7)

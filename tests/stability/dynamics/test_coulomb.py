@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from stability.dynamics.coulomb import Meeting, miss, pressed
+from stability.dynamics.coulomb import FrictionProblem, miss, pressed
 
 FRICTION = 0.5
 
 
-def point(*free: float, gap: float = 0.0, friction: float = FRICTION) -> Meeting:
+def point(*free: float, gap: float = 0.0, friction: float = FRICTION) -> FrictionProblem:
     """One unit mass at one point of contact, with the velocity that it would have: off the face, and along it twice."""
-    return Meeting(np.identity(3), np.identity(3), np.array(free), np.array([gap]), np.array([friction]))
+    return FrictionProblem(np.identity(3), np.identity(3), np.array(free), np.array([gap]), np.array([friction]))
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stability.dynamics.rigid_body import Pressed, friction_impulses, pushed
+from stability.dynamics.rigid_body import AppliedForce, friction_impulses, pushed
 from stability.geometry.vectors import add, norm
 from stability.model import BodyState, Pose, Vec3
 from tests.planks import LENGTH, MASS, THICKNESS, WIDTH, plank
@@ -21,13 +21,13 @@ def moving(velocity_W: Vec3, spin_W: Vec3 = (0.0, 0.0, 0.0)) -> BodyState:
     return BodyState(Pose((0.0, 0.0, 0.0)), velocity_W, spin_W)
 
 
-def corners(force: float, height: float = 0.0) -> list[Pressed]:
+def corners(force: float, height: float = 0.0) -> list[AppliedForce]:
     """A load spread evenly over the corners of a plank."""
     places = [(x, y, height) for x in (-0.5 * LENGTH, 0.5 * LENGTH) for y in (-0.5 * WIDTH, 0.5 * WIDTH)]
-    return [Pressed((0.0, 0.0, -0.25 * force), place, FRICTION) for place in places]
+    return [AppliedForce((0.0, 0.0, -0.25 * force), place, FRICTION) for place in places]
 
 
-def after(state: BodyState, pressed: list[Pressed]) -> BodyState:
+def after(state: BodyState, pressed: list[AppliedForce]) -> BodyState:
     for each, impulse in zip(pressed, friction_impulses(BRICK, state, pressed, STEP), strict=True):
         state = pushed(state, BRICK, impulse, each.at_W)
     return state

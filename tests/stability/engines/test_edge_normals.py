@@ -60,7 +60,7 @@ def put_up_v(engine: PyBulletWorld, angle: float, height: float = 0.0) -> None:
 
 
 def played(engine: PyBulletWorld, seconds: float, fastest: float = 0.0) -> None:
-    engine.limit_travel(fastest + 0.1)
+    engine.set_max_speed(fastest + 0.1)
     for _ in range(round(seconds / engine.settings.time_step)):
         engine.step()
 

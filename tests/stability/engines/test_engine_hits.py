@@ -22,7 +22,7 @@ def after_hit(shot: Pose, velocity_W: Vec3) -> dict[BodyId, BodyState]:
     world.add_brick(Brick("target", Box(SIZE), MASS), Pose((0.0, 0.0, 0.0)))
     world.add_brick(Brick("shot", Box(SIZE), MASS), shot, velocity_W)
     for _ in range(round(0.04 / MOVING.time_step)):
-        world.limit_travel(norm(velocity_W))
+        world.set_max_speed(norm(velocity_W))
         world.step()
     states = dict(world.states(["target", "shot"]))
     world.close()
@@ -85,10 +85,10 @@ def finely_stepped(beside: float) -> float:
     world.add_brick(Brick("hit", Box(SIZE), MASS), Pose((0.0, -0.5 * WIDTH, height)))
     shot = Pose((beside, 0.5 * WIDTH + 0.005, height))
     world.add_brick(Brick("shot", Box(SIZE), MASS), shot, (0.0, -1.0, 0.0))
-    world.ease_in()
+    world.substep_next_contact()
     fine = 0
     for _ in range(2 * MOVING.first_steps + 2):
-        world.limit_travel(1.0)
+        world.set_max_speed(1.0)
         world.step()
         fine += world.stepper.part <= MOVING.time_step / MOVING.first_parts
     world.close()

@@ -36,7 +36,7 @@ def world(friction: float) -> Iterator[PyBulletWorld]:
 
 def worst_normal(engine: PyBulletWorld, seconds: float, fastest: float) -> float:
     """The largest angle by which a normal was wrong while time passed [rad]; 0 if none was."""
-    engine.limit_travel(fastest)
+    engine.set_max_speed(fastest)
     worst = 0.0
     for _ in range(round(seconds / MOVING.time_step)):
         engine.step()
@@ -119,7 +119,7 @@ def test_a_plank_that_slides_off_broadside_stands_on_no_point_behind_it() -> Non
         engine.add_brick(Brick("block", Box((2.0 * edge, 0.2, high)), 1.0), Pose((0.0, 0.0, high / 2.0)))
         centre = (edge - WIDTH / 2.0 - 0.003, 0.0, high + THICKNESS / 2.0)
         engine.add_brick(Brick("plank", Box((WIDTH, LENGTH, THICKNESS)), MASS), Pose(centre), (speed, 0.0, 0.0))
-        engine.limit_travel(1.2 * speed)
+        engine.set_max_speed(1.2 * speed)
         while (place := engine.states(["plank"])["plank"].pose.position_W)[2] > high:
             engine.step()
             behind = place[0] - WIDTH / 2.0
@@ -196,7 +196,7 @@ def test_a_plank_that_slides_over_an_edge_tips_as_fast_as_its_equations_of_motio
         engine.freeze("block")
         start = Pose((0.0, 0.5 * friction * THICKNESS, high + 0.5 * THICKNESS))
         engine.add_brick(Brick("plank", Box(SIZE), MASS), start, (0.0, -speed, 0.0))
-        engine.limit_travel(speed)
+        engine.set_max_speed(speed)
         spin = 0.0
         for _ in range(round(0.08 / MOVING.time_step)):
             engine.step()

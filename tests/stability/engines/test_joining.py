@@ -106,7 +106,7 @@ def test_a_joined_pair_slides_like_one_brick_of_twice_the_mass(joined: bool) -> 
     with world(tilt) as engine:
         put(engine, {n: Pose((h * sin(tilt), 0.0, h * cos(tilt)), turn) for n, h in heights.items()}, size)
         if joined:
-            engine.join(["low", "top"])
+            engine.weld(["low", "top"])
         else:
             engine.wake("low")
         stepped(engine, round(seconds / MOVING.time_step))
@@ -124,7 +124,7 @@ def test_a_joined_column_tips_as_one_where_its_centre_passes_its_edge(beyond: fl
         heights = [THICKNESS * (level + 0.5) for level in range(4)]
         put(engine, {f"{h:.4f}": Pose((h * sin(tilt), 0.0, h * cos(tilt)), lean) for h in heights}, size)
         names = list(engine.masses())
-        engine.join(names)
+        engine.weld(names)
         stepped(engine, 480)
         states = engine.states(names)
         turning = {state.angular_velocity_W for state in states.values()}
@@ -140,12 +140,12 @@ def test_parting_keeps_momentum_angular_momentum_and_energy() -> None:
     }
     with world() as engine:
         put(engine, poses)
-        engine.join(names)
+        engine.weld(names)
         joined = engine.groups.by_brick["a"]
         engine.bodies.set_motion(joined.name, (0.3, -0.2, 0.5), (4.0, 5.0, -6.0))
         before = engine.states(names)
         whole = engine.states([joined.name])[joined.name]
-        assert engine.part("b") == ("a", "b", "c")
+        assert engine.unweld("b") == ("a", "b", "c")
         after = engine.states(names)
     for name in names:
         assert after[name].velocity_W == pytest.approx(before[name].velocity_W, rel=1e-9)
@@ -168,8 +168,8 @@ def test_parting_keeps_momentum_angular_momentum_and_energy() -> None:
 def test_parted_bricks_fall_and_collide_each_by_itself() -> None:
     with world() as engine:
         put(engine, {"low": Pose((0.0, 0.0, 0.1)), "top": Pose((0.3, 0.0, 0.1))})
-        engine.join(["low", "top"])
-        engine.part("top")
+        engine.weld(["low", "top"])
+        engine.unweld("top")
         engine.freeze("low")
         stepped(engine, 480)
         states = engine.states(["low", "top"])
@@ -182,7 +182,7 @@ def test_a_joined_tower_presses_on_an_awake_level_with_its_weight(levels: int) -
     carried, awake = four_stack(range(2, levels + 1)), four_stack([1])
     with world() as engine:
         put(engine, awake | carried)
-        engine.join(list(carried))
+        engine.weld(list(carried))
         for name in awake:
             engine.wake(name)
         stepped(engine, 240)
@@ -190,8 +190,8 @@ def test_a_joined_tower_presses_on_an_awake_level_with_its_weight(levels: int) -
         assert {name for point in pressed for name in (point.a, point.b)} == {*awake, "L02.1", "L02.2"}
         weight = 9.81 * MASS * len(carried)
         assert sum(point.normal_force for point in pressed) == pytest.approx(weight, rel=0.01)
-        assert engine.near("L01.1", 5e-4) == ["L02.1", "L02.2", GROUND]
-        assert engine.near("L02.1", 5e-4) == ["L01.1", "L01.2"]
+        assert engine.neighbours("L01.1", 5e-4) == ["L02.1", "L02.2", GROUND]
+        assert engine.neighbours("L02.1", 5e-4) == ["L01.1", "L01.2"]
         for name, state in engine.states(carried).items():
             assert state.pose.position_W == pytest.approx(carried[name].position_W, abs=1e-4)
 
@@ -202,7 +202,7 @@ def test_a_hit_turns_a_joined_tower_as_its_inertia_says() -> None:
     carried, speed, height = four_stack(range(1, 14)), 2.0, 12.5 * THICKNESS
     opened = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
     put(opened, carried)
-    opened.join(list(carried))
+    opened.weld(list(carried))
     group, name = opened.groups.by_brick["L01.1"].group, opened.groups.by_brick["L01.1"].name
     opened.add_brick(Brick("shot", Box(SIZE), MASS), Pose((0.0, LENGTH + 0.003, height), CROSSED), (0.0, -speed, 0.0))
     stepped(opened, 48)
@@ -232,19 +232,19 @@ def test_a_plank_that_lands_on_a_group_lies_on_the_brick_under_it() -> None:
     carried = four_stack(range(1, 21))
     with world() as engine:
         put(engine, carried)
-        engine.join(list(carried))
+        engine.weld(list(carried))
         engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, 20.5 * THICKNESS + 0.001)))
         stepped(engine, 240)
         assert engine.states(["plank"])["plank"].pose.position_W[2] == pytest.approx(20.5 * THICKNESS, abs=2e-4)
         assert {p.b if p.a == "plank" else p.a for p in engine.contacts("plank")} == {"L20.1", "L20.2"}
-        assert engine.near("plank", 5e-4) == ["L20.1", "L20.2"]
+        assert engine.neighbours("plank", 5e-4) == ["L20.1", "L20.2"]
 
 
 def test_taking_a_brick_out_of_a_group_lets_the_others_go_on_by_themselves() -> None:
     names = ["a", "b", "c"]
     with world() as engine:
         put(engine, {name: Pose((0.3 * i, 0.0, 0.5)) for i, name in enumerate(names)})
-        engine.join(names)
+        engine.weld(names)
         stepped(engine, 96)  # a tenth of a second of free fall
         before = engine.states(["a", "c"])
         engine.remove_brick("b")
@@ -262,8 +262,8 @@ def test_joining_and_parting_prints_nothing_on_the_terminal(capfd: pytest.Captur
     with world() as engine:
         put(engine, four_stack([1, 2]))
         for _ in range(2):
-            engine.join(list(engine.masses()))
-            engine.part("L01.1")
+            engine.weld(list(engine.masses()))
+            engine.unweld("L01.1")
             for name in engine.masses():
                 engine.freeze(name)
     assert capfd.readouterr() == ("", "")

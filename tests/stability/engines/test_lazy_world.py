@@ -41,7 +41,7 @@ def test_nothing_is_opened_while_nothing_is_stepped() -> None:
     world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 0.004)))
     world.freeze("a")
     world.skip(3.0)
-    world.limit_travel(5.0)
+    world.set_max_speed(5.0)
     assert world.time() == 3.0
     assert dict(world.masses()) == {"a": 0.012}
     assert world.fixed() == {GROUND}
@@ -57,9 +57,9 @@ def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told: list[float] = []
-    monkeypatch.setattr(PyBulletWorld, "limit_travel", lambda _, fastest: told.append(fastest))
+    monkeypatch.setattr(PyBulletWorld, "set_max_speed", lambda _, fastest: told.append(fastest))
     world = Opened().world()
-    world.limit_travel(20.0)
+    world.set_max_speed(20.0)
     assert told == []
     world.step()
     assert told == [20.0]
@@ -138,7 +138,7 @@ def test_a_brick_that_is_frozen_when_the_engine_opens_has_its_mass_when_it_is_wo
         world.step()
     assert world.states(["a"])["a"].velocity_W[2] == pytest.approx(-0.981, rel=1e-3)
     assert world.contacts("a") == []
-    assert world.near("a", 5e-4) == []
+    assert world.neighbours("a", 5e-4) == []
     world.close()
 
 
@@ -147,11 +147,11 @@ def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted(
     for name, height in (("low", 1.0), ("top", 1.008)):
         world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.0, 0.0, height)))
         world.freeze(name)
-    world.join(["low", "top"])
+    world.weld(["low", "top"])
     assert not world.holds("low")
     for _ in range(96):
         world.step()
-    assert world.part("top") == ("low", "top")
+    assert world.unweld("top") == ("low", "top")
     heights = {name: state.pose.position_W[2] for name, state in world.states(["low", "top"]).items()}
     world.freeze("low")
     assert world.holds("low")
@@ -175,7 +175,7 @@ def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come
     for name, height in (("low", 1.0), ("top", 1.008)):
         other.add_brick(Brick(name, Box(SIZE), 0.012), Pose((0.5, 0.4, height)))
         other.freeze(name)
-    other.join(["low", "top"])
+    other.weld(["low", "top"])
     for _ in range(96):
         one.step()
         other.step()
@@ -191,7 +191,7 @@ def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come
         assert states[f"falls at {x}"].pose.position_W == pytest.approx((x + 0.06, 0.2, 1.0 - fall), abs=1e-6)
         assert states[f"falls at {x}"].velocity_W == pytest.approx((0.3, 0.0, -1.962), abs=1e-6)
     assert states["top"].pose.position_W[2] - states["low"].pose.position_W[2] == pytest.approx(0.008, abs=1e-9)
-    assert one.part("top") == ("low", "top")
+    assert one.unweld("top") == ("low", "top")
     assert one.time() == pytest.approx(0.2)
     one.close()
 

@@ -51,7 +51,7 @@ def go(world: RestingWorld, seconds: float, fastest: float) -> None:
     """Let time pass; how fast all is, is said a hundred times a second."""
     for step in range(round(960 * seconds)):
         if step % 10 == 0:
-            world.limit_travel(fastest)
+            world.set_max_speed(fastest)
         world.step()
 
 
@@ -86,9 +86,9 @@ def test_neighbours_are_told_as_far_away_as_they_are_asked_for() -> None:
     world = Opened().world()
     row(world, 9)
     world.wake("4")
-    assert world.near("4", 0.01) == []
-    assert world.near("4", 0.6) == ["3", "5"]
-    assert world.near("4", 1.2) == ["2", "3", "5", "6"]
+    assert world.neighbours("4", 0.01) == []
+    assert world.neighbours("4", 0.6) == ["3", "5"]
+    assert world.neighbours("4", 1.2) == ["2", "3", "5", "6"]
     world.close()
 
 
@@ -100,7 +100,7 @@ def test_a_thin_brick_far_away_changes_no_settings_and_near_it_does_while_all_go
     world.freeze("sheet")
     for name, y in (("a", 0.0), ("b", 0.06)):
         world.add_brick(cube(name), Pose((0.0, y, 0.0)), (2.0, 0.0, 0.0))
-    world.join(["a", "b"])
+    world.weld(["a", "b"])
     go(world, 0.5, fastest=2.0)
     assert world.settings == replace(SETTINGS, most_travel=0.02 * CUBE)
     before = world.states(["a", "b"])
@@ -112,7 +112,7 @@ def test_a_thin_brick_far_away_changes_no_settings_and_near_it_does_while_all_go
     for name in ("a", "b"):
         way = after[name].pose.position_W[0] - before[name].pose.position_W[0]
         assert way == pytest.approx(0.45 * before[name].velocity_W[0], rel=1e-6)
-    assert set(world.part("a")) == {"a", "b"}
+    assert set(world.unweld("a")) == {"a", "b"}
     world.close()
 
 
@@ -134,10 +134,10 @@ def test_a_group_is_parted_in_the_engine_that_is_opened_anew_for_what_comes_at_t
     world = Opened().world()
     for name, y in (("a", 0.0), ("b", 0.06)):
         world.add_brick(cube(name), Pose((0.0, y, 0.0)), (1.0, 0.0, 0.0))
-    world.join(["a", "b"])
+    world.weld(["a", "b"])
     go(world, 0.01, fastest=1.0)
     world.add_brick(Brick("chip", Box((0.0005, 0.004, 0.004)), 1e-5), Pose((5.0, 0.0, 0.0)), (0.1, 0.0, 0.0))
-    assert set(world.part("a")) == {"a", "b"}
+    assert set(world.unweld("a")) == {"a", "b"}
     go(world, 0.01, fastest=1.0)
     for name in ("a", "b"):
         assert world.states([name])[name].pose.position_W[0] == pytest.approx(world.time(), rel=1e-6)
@@ -150,7 +150,7 @@ def test_what_is_set_down_elsewhere_and_frozen_before_a_step_never_comes_in() ->
     world.add_brick(cube("moving"), Pose((0.0, 0.0, 0.0)), (1.0, 0.0, 0.0))
     go(world, 0.01, fastest=1.0)
     world.add_brick(Brick("sheet", Box((0.0005, CUBE, CUBE)), 1e-3), Pose((5.0, 0.0, 0.0)))
-    assert world.near("moving", 0.1) == []
+    assert world.neighbours("moving", 0.1) == []
     world.freeze("sheet")
     go(world, 0.01, fastest=1.0)
     assert set(opened.engines[0].masses()) == {"moving"}

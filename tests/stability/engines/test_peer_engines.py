@@ -95,7 +95,7 @@ def test_steps_are_split_until_what_is_fast_gets_no_further_than_allowed(opened:
     with opened() as engine:
         settings = engine.settings
         assert settings.most_travel is not None
-        engine.limit_travel(1.5 * settings.most_travel / settings.time_step)
+        engine.set_max_speed(1.5 * settings.most_travel / settings.time_step)
         engine.add_brick(plank(), Pose((0.0, 0.0, 1.0)))
         t = play(engine, 0.1) * settings.time_step
         fallen = 1.0 - position(engine, "plank")[2]
@@ -205,9 +205,9 @@ def test_joined_bricks_stand_with_the_weight_of_all_and_are_no_neighbours(opened
         column(engine, "a", "b", "c")
         for brick in ("b", "c"):
             engine.freeze(brick)
-        engine.join(["b", "c"])
+        engine.weld(["b", "c"])
         play(engine, 0.3)
-        assert list(engine.near("b", 5e-4)) == ["a"]
+        assert list(engine.neighbours("b", 5e-4)) == ["a"]
         assert not engine.holds("b")
         forces = [point.normal_force for point in engine.contacts("b") if "a" in (point.a, point.b)]
         assert sum(forces) == pytest.approx(2.0 * WEIGHT, rel=0.01)
@@ -223,14 +223,14 @@ def test_parted_bricks_go_on_with_the_motion_that_they_had(opened: Opened) -> No
         for number, brick in enumerate(("near", "far")):
             engine.add_brick(plank(brick), Pose((number * LENGTH, 0.0, 0.3 + (WIDTH + THICKNESS) / 2.0)))
             engine.freeze(brick)
-        engine.join(["near", "far"])
+        engine.weld(["near", "far"])
         play(engine, 0.15)
         before = engine.states(["near", "far"])
         turning = before["near"].angular_velocity_W
         arm = subtract(before["far"].pose.position_W, before["near"].pose.position_W)
         assert turning[1] > 1.0
         assert before["far"].velocity_W == pytest.approx(add(before["near"].velocity_W, cross(turning, arm)), rel=1e-9)
-        assert engine.part("far") == ("near", "far")
+        assert engine.unweld("far") == ("near", "far")
         after = engine.states(["near", "far"])
         for brick, state in before.items():
             assert after[brick].pose.position_W == pytest.approx(state.pose.position_W, abs=1e-12)
@@ -244,7 +244,7 @@ def test_a_frozen_brick_is_exactly_where_it_was_whatever_hits_it(opened: Opened)
         engine.freeze("held")
         before = engine.states(["held"])
         engine.add_brick(plank("hits"), Pose((0.0, 0.0, 0.6)), (0.0, 0.0, -3.0))
-        engine.limit_travel(4.0)
+        engine.set_max_speed(4.0)
         play(engine, 0.2)
         assert engine.holds("held")
         assert engine.states(["held"]) == before
@@ -311,9 +311,9 @@ def test_near_are_the_bodies_whose_bounding_boxes_come_close(opened: Opened) -> 
     with opened() as engine:
         column(engine, "a", "b", "c")
         engine.add_brick(plank("far"), Pose((0.5, 0.0, THICKNESS / 2.0)))
-        assert list(engine.near("a", 5e-4)) == ["b", GROUND]
-        assert list(engine.near("b", 5e-4)) == ["a", "c"]
-        assert list(engine.near("far", within=0.4)) == ["a", "b", "c", GROUND]
+        assert list(engine.neighbours("a", 5e-4)) == ["b", GROUND]
+        assert list(engine.neighbours("b", 5e-4)) == ["a", "c"]
+        assert list(engine.neighbours("far", within=0.4)) == ["a", "b", "c", GROUND]
         assert engine.shape(GROUND) == HalfSpace((0.0, 0.0, 1.0))
         assert engine.fixed() == {GROUND}
 
@@ -323,7 +323,7 @@ def test_a_fast_plank_does_not_pass_through_another(opened: Opened) -> None:
         engine.add_brick(plank("wall"), Pose((0.2, 0.0, 1.0), (0.0, 0.5**0.5, 0.0, 0.5**0.5)))
         engine.freeze("wall")
         engine.add_brick(plank("shot"), Pose((0.0, 0.0, 1.0)), (8.0, 0.0, 0.0))
-        engine.limit_travel(8.0)
+        engine.set_max_speed(8.0)
         play(engine, 0.05)
         assert position(engine, "shot")[0] < 0.2
 

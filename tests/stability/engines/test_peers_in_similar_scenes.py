@@ -54,7 +54,7 @@ def test_a_thrown_plank_slides_v_squared_by_two_mu_g(peer: str, length: float, g
     try:
         world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION))
         world.add_brick(Brick("plank", Box(size), mass), Pose((0.0, 0.0, size[2] / 2.0)), (speed, 0.0, 0.0))
-        world.limit_travel(speed)
+        world.set_max_speed(speed)
         for _ in range(round(1.2 * speed / (FRICTION * gravity) / settings.time_step)):
             world.step()
         slid = world.states(["plank"])["plank"].pose.position_W[0]

@@ -5,7 +5,7 @@ from math import hypot
 
 import pytest
 
-from stability.dynamics.rigid_body import Pressed
+from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
@@ -24,22 +24,22 @@ def world(request: pytest.FixtureRequest) -> Iterator[World]:
     world = stepped_world(settings, GRAVITY, WOOD, MASS)
     world.add_plane(FLOOR)
     world.add_brick(plank("a"), lying(1))
-    world.ease_in()
+    world.substep_next_contact()
     yield world
     world.close()
 
 
-def pressed(friction: float, x: float = 0.0) -> list[Pressed]:
+def pressed(friction: float, x: float = 0.0) -> list[AppliedForce]:
     """The load, spread over the top of a plank, or over one end of it."""
     half = 0.5 * LENGTH - abs(x)
     places = [(x + along, across, THICKNESS) for along in (-half, half) for across in (-0.5 * WIDTH, 0.5 * WIDTH)]
-    return [Pressed((0.0, 0.0, -0.25 * LOAD), place, friction) for place in places]
+    return [AppliedForce((0.0, 0.0, -0.25 * LOAD), place, friction) for place in places]
 
 
 def slid(world: World, friction: float, speed: float, brick: BodyId = "a") -> float:
     """How far a loaded plank slides that was pushed [m]."""
     for _ in range(20):
-        world.press(brick, pressed(friction))
+        world.apply_forces(brick, pressed(friction))
         world.step()
     world.push(brick, (0.0, speed * MASS, 0.0), world.states([brick])[brick].pose.position_W)
     start = world.states([brick])[brick].pose.position_W[1]
@@ -57,11 +57,11 @@ def test_a_loaded_plank_slides_against_the_friction_below_and_that_of_its_load(w
 
 
 def test_a_load_presses_until_it_is_taken_off(world: World) -> None:
-    world.press("a", pressed(WOOD))
+    world.apply_forces("a", pressed(WOOD))
     for _ in range(40):
         world.step()
     assert sum(point.normal_force for point in world.contacts("a")) == pytest.approx(11.0 * MASS * GRAVITY, rel=0.05)
-    world.press("a", ())
+    world.apply_forces("a", ())
     for _ in range(40):
         world.step()
     assert sum(point.normal_force for point in world.contacts("a")) == pytest.approx(MASS * GRAVITY, rel=0.05)
@@ -69,7 +69,7 @@ def test_a_load_presses_until_it_is_taken_off(world: World) -> None:
 
 def test_a_plank_that_is_pressed_on_one_half_stays_where_it_is(world: World) -> None:
     for _ in range(200):
-        world.press("a", pressed(WOOD, x=0.25 * LENGTH))
+        world.apply_forces("a", pressed(WOOD, x=0.25 * LENGTH))
         world.step()
     x, y, _ = world.states(["a"])["a"].pose.position_W
     assert hypot(x, y) < 0.05 * THICKNESS

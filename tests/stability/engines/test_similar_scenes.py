@@ -92,7 +92,7 @@ def test_a_small_plank_that_hits_another_squarely_does_not_pass_through_it() -> 
     with world(length, EARTH) as engine:
         engine.add_brick(plank("a", length), Pose((-8.0 / 15.0 * length - 0.0009, 0.0, 5.0)), (speed, 0.0, 0.0))
         engine.add_brick(plank("b", length), Pose((0.0, 0.0, 5.0), FLAT_ON))
-        engine.limit_travel(speed)
+        engine.set_max_speed(speed)
         for _ in range(3):
             engine.step()
         after = [state.velocity_W[0] for state in engine.states(["a", "b"]).values()]

@@ -44,7 +44,7 @@ def test_a_plate_that_slides_is_dragged_aside_by_what_slides_across_it() -> None
         }
         for name, (shape, height, velocity_W) in starts.items():
             engine.add_brick(Brick(name, shape, MASS), Pose((0.0, 0.0, height)), velocity_W)
-        engine.limit_travel(2.0 * SPEED)
+        engine.set_max_speed(2.0 * SPEED)
         for _ in range(round(SECONDS / MOVING.time_step)):
             engine.step()
         x, y, _ = engine.states(["below"])["below"].pose.position_W

@@ -95,7 +95,7 @@ def test_the_shape_and_the_neighbours_of_a_solid_are_known(opened: Opened) -> No
     world.add_brick(Brick("near", CARTON, MASS), Pose((0.0, 0.09, 1.0)))
     world.add_brick(Brick("far", CARTON, MASS), Pose((0.0, 0.5, 1.0)))
     assert world.shape("roof") == ROOF.shape
-    assert list(world.near("roof", 0.045)) == ["near"]
+    assert list(world.neighbours("roof", 0.045)) == ["near"]
 
 
 @pytest.mark.parametrize("name", ["exact", "mujoco"])
@@ -107,7 +107,7 @@ def test_joined_solids_fall_as_one(name: str) -> None:
     a, b, c = ROOF.centre_of_mass
     world.add_brick(Brick("roof", ROOF.shape, MASS), Pose((a, b, 1.0 + c)))
     world.add_brick(Brick("carton", CARTON, MASS), Pose((0.06, 0.0, 0.98)))
-    world.join(["roof", "carton"])
+    world.weld(["roof", "carton"])
     starts = {"roof": (a, b, 1.0 + c), "carton": (0.06, 0.0, 0.98)}
     before = world.states(["roof", "carton"])
     for brick, state in before.items():

@@ -32,7 +32,7 @@ def world(settings: PyBulletSettings, heaviest: float = MASS) -> Iterator[PyBull
 
 
 def played(engine: PyBulletWorld, seconds: float, fastest: float = 0.0) -> Mapping[str, BodyState]:
-    engine.limit_travel(fastest)
+    engine.set_max_speed(fastest)
     for _ in range(round(seconds / engine.settings.time_step)):
         engine.step()
     return engine.states(engine.masses())

@@ -21,13 +21,13 @@ def row_of_cubes(turn: float = 0.0) -> BoundingBoxes:
 
 @pytest.mark.parametrize(("within", "near"), [(0.49, []), (0.51, ["a"]), (1.99, ["a"]), (2.01, ["a", "b"])])
 def test_cubes_in_a_row_are_near_when_asked_as_far_as_the_gap_between_them(within: float, near: list[str]) -> None:
-    assert row_of_cubes().near("c", within) == near
+    assert row_of_cubes().neighbours("c", within) == near
 
 
 def test_a_cube_on_its_edge_reaches_half_a_diagonal_out() -> None:
     gap = 1.5 - 0.5 - np.sqrt(0.5)
-    assert row_of_cubes(pi / 4.0).near("a", gap - 0.001) == []
-    assert row_of_cubes(pi / 4.0).near("a", gap + 0.001) == ["b", "c"]
+    assert row_of_cubes(pi / 4.0).neighbours("a", gap - 0.001) == []
+    assert row_of_cubes(pi / 4.0).neighbours("a", gap + 0.001) == ["b", "c"]
 
 
 @pytest.mark.parametrize(("within", "near"), [(0.24, False), (0.26, True)])

@@ -31,7 +31,7 @@ def near(brick: Solid, neighbours: Neighbours[str]) -> list[str]:
     """What it may touch, whether it is one of them or not."""
     reach = reach_between(brick.shortest)
     if brick.id in neighbours:
-        return neighbours.near(brick.id, reach)
+        return neighbours.neighbours(brick.id, reach)
     return neighbours.around(brick.low_W, brick.high_W, reach)
 
 

@@ -33,7 +33,7 @@ def test_a_hit_is_told_before_the_engine_takes_the_speed_away(speed: float) -> N
     approaches = Approaches(world, lambda _: Attention(0.005))
     try:
         while not (found := hits_of(world, approaches)):
-            world.limit_travel(speed)
+            world.set_max_speed(speed)
             world.step()
             assert world.time() < 1.0
         ((by, brick, told),) = found
@@ -101,7 +101,7 @@ def test_a_brick_that_flies_past_another_hits_only_what_is_in_its_way(speed: flo
         world.freeze("above")
         approaches = Approaches(world, lambda _: Attention(0.005))
         while not (found := approaches.hits(world.states(["shot"]), {"target", "above"})):
-            world.limit_travel(speed)
+            world.set_max_speed(speed)
             world.step()
         assert [hit.brick for hit in found] == ["target"]
     finally:

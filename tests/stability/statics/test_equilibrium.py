@@ -11,7 +11,7 @@ from stability.contact_law import Coulomb
 from stability.geometry.rows import Array
 from stability.model import GROUND
 from stability.problem import UP, Contact, Problem, Tolerances, Wrench
-from stability.statics.conic_program import ConicProgram, Point, clarabel_solve
+from stability.statics.conic_program import ConicProgram, SolverPoint, clarabel_solve
 from stability.statics.equilibrium import Balance, balance
 from stability.statics.proof import check_forces, check_motion
 from tests.stability.statics.hand_built import (
@@ -175,7 +175,9 @@ def test_a_wall_with_friction_carries_part_of_a_ladder() -> None:
 # --- whatever a solver says -------------------------------------------------------------------------------------------
 
 
-def answered(change: Callable[[Point, ConicProgram], Point]) -> Callable[[ConicProgram, float], Point]:
+def answered(
+    change: Callable[[SolverPoint, ConicProgram], SolverPoint],
+) -> Callable[[ConicProgram, float], SolverPoint]:
     return lambda program, accuracy: change(clarabel_solve(program, accuracy), program)
 
 
@@ -184,14 +186,14 @@ def garbage(program: ConicProgram) -> tuple[Array, Array]:
     return random.normal(size=len(program.cost)), random.normal(size=len(program.offset))
 
 
-WRONG: dict[str, Callable[[Point, ConicProgram], Point]] = {
-    "zeros": lambda point, _: Point(0.0 * point.x, 0.0 * point.dual, "Solved"),
-    "not numbers": lambda point, _: Point(nan * point.x, nan * point.dual, "Solved"),
-    "garbage": lambda _, program: Point(*garbage(program), "Solved"),
-    "wrong shape": lambda point, _: Point(point.x[:-1], point.dual[:-1], "Solved"),
-    "all sink": lambda point, program: Point(-program.cost, 0.0 * point.dual, "DualInfeasible"),
-    "turned round": lambda point, _: Point(-point.x, -point.dual, "Solved"),
-    "forces doubled": lambda point, _: Point(0.0 * point.x, 2.0 * point.dual, "Solved"),
+WRONG: dict[str, Callable[[SolverPoint, ConicProgram], SolverPoint]] = {
+    "zeros": lambda point, _: SolverPoint(0.0 * point.x, 0.0 * point.dual, "Solved"),
+    "not numbers": lambda point, _: SolverPoint(nan * point.x, nan * point.dual, "Solved"),
+    "garbage": lambda _, program: SolverPoint(*garbage(program), "Solved"),
+    "wrong shape": lambda point, _: SolverPoint(point.x[:-1], point.dual[:-1], "Solved"),
+    "all sink": lambda point, program: SolverPoint(-program.cost, 0.0 * point.dual, "DualInfeasible"),
+    "turned round": lambda point, _: SolverPoint(-point.x, -point.dual, "Solved"),
+    "forces doubled": lambda point, _: SolverPoint(0.0 * point.x, 2.0 * point.dual, "Solved"),
 }
 
 
@@ -206,15 +208,15 @@ def test_wrong_points_prove_nothing_whatever_their_status(wrong: str) -> None:
 
 @pytest.mark.parametrize("status", ["Solved", "PrimalInfeasible", "DualInfeasible", "NumericalError", ""])
 def test_right_points_prove_whatever_their_status(status: str) -> None:
-    solve = answered(lambda point, _: Point(point.x, point.dual, status))
+    solve = answered(lambda point, _: SolverPoint(point.x, point.dual, status))
     assert balance(stepped(8, 0.0135), solver=solve).forces is not None
     assert balance(stepped(9, 0.0135), solver=solve).motion is not None
 
 
 def test_the_points_of_a_standing_structure_do_not_pass_for_those_of_a_falling_one() -> None:
-    remembered: list[Point] = []
+    remembered: list[SolverPoint] = []
 
-    def remember(program: ConicProgram, accuracy: float) -> Point:
+    def remember(program: ConicProgram, accuracy: float) -> SolverPoint:
         remembered.append(clarabel_solve(program, accuracy))
         return remembered[-1]
 
@@ -226,17 +228,17 @@ def test_the_points_of_a_standing_structure_do_not_pass_for_those_of_a_falling_o
 def test_small_errors_of_a_solver_are_corrected() -> None:
     random = np.random.default_rng(7)
 
-    def shaken(point: Point, _: ConicProgram) -> Point:
+    def shaken(point: SolverPoint, _: ConicProgram) -> SolverPoint:
         noise = 1.0 + 1e-6 * random.normal(size=len(point.dual))
-        return Point(point.x, point.dual * noise, "AlmostSolved")
+        return SolverPoint(point.x, point.dual * noise, "AlmostSolved")
 
     assert balance(stepped(8, 0.0135), solver=answered(shaken)).forces is not None
     assert balance(ladder(1.2, 0.5, 0.3), solver=answered(shaken)).forces is not None
 
 
 def test_a_motion_that_closes_contacts_by_a_hair_is_mended() -> None:
-    def sunk(point: Point, program: ConicProgram) -> Point:
-        return Point(point.x * (1.0 - 1e-9 * np.arange(len(point.x))), point.dual, point.status)
+    def sunk(point: SolverPoint, program: ConicProgram) -> SolverPoint:
+        return SolverPoint(point.x * (1.0 - 1e-9 * np.arange(len(point.x))), point.dual, point.status)
 
     found = balance(stepped(9, 0.0135), solver=answered(sunk))
     assert found.motion is not None
@@ -244,7 +246,7 @@ def test_a_motion_that_closes_contacts_by_a_hair_is_mended() -> None:
 
 
 def test_a_solver_that_dies_is_a_note() -> None:
-    def dies(_: ConicProgram, __: float) -> Point:
+    def dies(_: ConicProgram, __: float) -> SolverPoint:
         raise RuntimeError("out of luck")
 
     found = balance(stepped(3, 0.01), solver=dies)
@@ -256,10 +258,10 @@ def test_a_solver_that_dies_is_a_note() -> None:
 def test_the_solver_is_asked_again_where_its_first_points_prove_nothing() -> None:
     accuracies: list[float] = []
 
-    def late(program: ConicProgram, accuracy: float) -> Point:
+    def late(program: ConicProgram, accuracy: float) -> SolverPoint:
         accuracies.append(accuracy)
         point = clarabel_solve(program, accuracy)
-        return point if len(accuracies) > 2 else Point(0.0 * point.x, 0.0 * point.dual, "Solved")
+        return point if len(accuracies) > 2 else SolverPoint(0.0 * point.x, 0.0 * point.dual, "Solved")
 
     assert balance(stepped(8, 0.0135), solver=late).forces is not None
     accuracies.clear()

@@ -11,7 +11,7 @@ from stability.model import GROUND, BodyId, Brick, Plane, Pose
 from stability.problem import Placed, Stability, Stage, Tolerances
 from stability.statics import cascade, conic_program, equilibrium
 from stability.statics.assembly import Assembly
-from stability.statics.conic_program import Point
+from stability.statics.conic_program import SolverPoint
 from stability.statics.equilibrium import separating_motion
 from stability.statics.proof import check_forces
 from stability.statics.structure import Structure
@@ -87,7 +87,7 @@ def test_one_box_too_far_out_falls_however_many_are_asked_together() -> None:
 
 def test_layers_of_boxes_side_by_side_are_opened_without_a_solver_also_where_some_rest_on_none_of_the_group() -> None:
     #   Two side by side, of which only one rests on a box of the problem: they must rise alike, or they rub.
-    def never_asked(*question: object) -> Point:
+    def never_asked(*question: object) -> SolverPoint:
         raise AssertionError("asked a solver")
 
     assembly = Assembly((FLOOR,), 0.5, 9.81)

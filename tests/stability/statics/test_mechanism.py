@@ -10,7 +10,7 @@ from stability.contact_law import Coulomb
 from stability.model import GROUND, BodyId
 from stability.problem import UP, Contact, Motion, Problem, Tolerances
 from stability.statics import mechanism
-from stability.statics.conic_program import ConicProgram, Point
+from stability.statics.conic_program import ConicProgram, SolverPoint
 from stability.statics.equilibrium import balance, falling_motion
 from stability.statics.fall_description import described
 from stability.statics.mechanism import smallest_mechanism
@@ -188,7 +188,7 @@ def test_what_was_found_to_stand_is_not_asked_about_again(monkeypatch: pytest.Mo
 
 
 def test_without_a_solver_the_motion_stays_proven() -> None:
-    def dies(_: ConicProgram, __: float) -> Point:
+    def dies(_: ConicProgram, __: float) -> SolverPoint:
         raise RuntimeError
 
     problem = side_by_side(stepped(4, 0.0299), stepped(4, 0.0303), 1.0)

@@ -8,10 +8,10 @@ import pytest
 from stability.contact_law import Coulomb
 from stability.model import GROUND
 from stability.problem import UP, Contact, Forces, Problem, Tolerances
-from stability.statics.conic_program import ConicProgram, Point
+from stability.statics.conic_program import ConicProgram, SolverPoint
 from stability.statics.equilibrium import balance, separating_motion, separating_velocities, widest_separation
 from stability.statics.proof import check_forces, least_separating_speed
-from stability.statics.self_stress import honest_forces
+from stability.statics.self_stress import forces_without_self_stress
 from tests.stability.statics.hand_built import (
     EAST,
     LENGTH,
@@ -33,7 +33,7 @@ EXACT = Tolerances()
 def honest(problem: Problem) -> Forces | None:
     forces = balance(problem).forces
     assert forces is not None
-    found = honest_forces(problem, forces, EXACT)
+    found = forces_without_self_stress(problem, forces, EXACT)
     assert found is None or check_forces(problem, found, EXACT).holds
     return found
 
@@ -101,7 +101,7 @@ def test_what_can_be_opened_everywhere_is_honest(name: str) -> None:
     assert least_separating_speed(problem, motion) > 0.0
     forces = balance(problem).forces
     assert forces is not None
-    assert honest_forces(problem, forces, EXACT) is forces
+    assert forces_without_self_stress(problem, forces, EXACT) is forces
 
 
 def test_a_plank_wedged_between_two_walls_rests_on_self_stress() -> None:
@@ -158,13 +158,13 @@ def test_a_block_in_a_groove_needs_no_more_than_its_normals_whatever_the_frictio
 
 
 def test_without_a_solver_nothing_is_honest_but_what_can_be_lifted() -> None:
-    def dies(_: ConicProgram, __: float) -> Point:
+    def dies(_: ConicProgram, __: float) -> SolverPoint:
         raise RuntimeError
 
     problem = between_walls(column([0.0]))
     forces = balance(problem).forces
     assert forces is not None
-    assert honest_forces(problem, forces, EXACT, dies) is None
+    assert forces_without_self_stress(problem, forces, EXACT, dies) is None
     assert separating_motion(stepped(3, 0.0), dies) is not None
 
 

@@ -29,7 +29,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.cli.main import app
 from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.supervising.processes import OnWait, PoolResult
-from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, WorkerStart
 from stackdsl.timeline import Timeline
 from tests.scenes import compiled, scene, timeline_of
 
@@ -161,7 +161,7 @@ def on_the_spot(entrants: Mapping[str, Entrant]) -> Callable[..., PoolResult]:
     """A pool that plays in this process."""
 
     def supervised(
-        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: Start
+        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: WorkerStart
     ) -> PoolResult:
         results = []
         for index, task in enumerate(tasks):

@@ -16,7 +16,7 @@ from stackdsl.results import RunStatus
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.supervising.processes import OnWait, PoolResult
-from stackdsl.supervising.worker import Start, Task, TaskResult, TaskStatus
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, WorkerStart
 from tests.stackdsl.bench.runs import RECORD, case_of
 
 
@@ -28,7 +28,7 @@ def doing(only: int, asked: list[Task]) -> Callable[..., PoolResult]:
     """A pool that is interrupted after so many tasks."""
 
     def supervised(
-        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: Start
+        tasks: Sequence[Task], workers: int, on_done: Callable[..., None], on_wait: OnWait, start: WorkerStart
     ) -> PoolResult:
         asked.extend(tasks)
         results = [TaskResult(TaskStatus.CRASHED, message="for want of an engine")] * len(tasks)

@@ -10,7 +10,7 @@ from stackdsl.simulation.runner import play
 from stackdsl.simulation.stabilizer_calls import UpdateClock
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.supervising.processes import run_supervised
-from stackdsl.supervising.worker import Start, Task
+from stackdsl.supervising.worker import Task, WorkerStart
 from stackdsl.trace import Cost, Updates
 from tests.scenes import timeline_of
 
@@ -21,8 +21,10 @@ def test_what_takes_no_time_is_measured_several_times() -> None:
     assert len(enough(1e-6, iter([1e-6] * 100))) == MOST_RUNS
 
 
-@pytest.mark.parametrize(("start", "processes"), [(Start.PREPARED, 3), (Start.COPY, 1), (Start.NEW, 1)])
-def test_each_measurement_has_a_process_of_its_own(start: Start, processes: int) -> None:
+@pytest.mark.parametrize(
+    ("start", "processes"), [(WorkerStart.PREPARED, 3), (WorkerStart.COPY, 1), (WorkerStart.NEW, 1)]
+)
+def test_each_measurement_has_a_process_of_its_own(start: WorkerStart, processes: int) -> None:
     pool = run_supervised([Task(os.getpid, (), 60.0)] * 3, 1, start=start)
     assert len({result.value for result in pool.results}) == processes
 

@@ -14,11 +14,11 @@ import pytest
 from stability.stabilizers.known_motion import FallingParts
 from stackdsl.checking import check as checking
 from stackdsl.checking.cases import Case, Gathered, gather
-from stackdsl.checking.check import Terms, check
+from stackdsl.checking.check import CheckConfig, check
 from stackdsl.checking.play_case import play_case
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.supervising.processes import OnDone, OnWait, PoolResult, run_supervised
-from stackdsl.supervising.worker import Start, Task
+from stackdsl.supervising.worker import Task, WorkerStart
 from stackdsl.trace import Event, EventKind, Trace
 from tests.paths import ROOT
 from tests.stackdsl.checking.bits import Bits, bits_of, compiled_under, differences, played, with_golden
@@ -181,7 +181,7 @@ def test_a_process_with_other_hashes_compiles_the_same(
     scenes: Path, cases: tuple[Case, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", HASHES)
-    (result,) = run_supervised([Task(compiled_under, (scenes,), LIMIT)], 1, start=Start.NEW).results
+    (result,) = run_supervised([Task(compiled_under, (scenes,), LIMIT)], 1, start=WorkerStart.NEW).results
     assert result.value == {case.name: bits_of(case.timeline) for case in cases}
 
 
@@ -194,7 +194,7 @@ def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_a
     names = {scene: f"{place * (-1) ** workers % 7}-{scene}" for place, scene in enumerate(SCENES, 1)}
     cases = gather([written(tmp_path / "scenarios", names)]).cases
     assert [case.name for case in cases] != list(bits), "the files should be found in another order"
-    terms = Terms(tmp_path / "golden", update=True, though_it_fails=True, workers=workers)
+    terms = CheckConfig(tmp_path / "golden", update=True, accept_failing=True, workers=workers)
     traces = checked(cases, terms, monkeypatch)
     assert_same({case.name: with_golden(case, trace) for case, trace in zip(cases, traces, strict=True)}, bits)
     golden = tmp_path / "golden"
@@ -202,13 +202,13 @@ def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_a
     assert goldens == {golden_name(case.identity): bits[case.name]["golden"] for case in cases}
 
 
-def checked(cases: Sequence[Case], terms: Terms, monkeypatch: pytest.MonkeyPatch) -> list[Trace]:
+def checked(cases: Sequence[Case], terms: CheckConfig, monkeypatch: pytest.MonkeyPatch) -> list[Trace]:
     """Check these cases, which writes their golden files; the traces that its workers handed back."""
     pools: list[PoolResult] = []
 
     def overheard(tasks: Sequence[Task], workers: int, on_done: OnDone, on_wait: OnWait) -> PoolResult:
         # A copy of this process would have its hashes.
-        pools.append(run_supervised(tasks, workers, on_done, on_wait, Start.NEW))
+        pools.append(run_supervised(tasks, workers, on_done, on_wait, WorkerStart.NEW))
         return pools[0]
 
     monkeypatch.setattr(checking, "run_supervised", overheard)

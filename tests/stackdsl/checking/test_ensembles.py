@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.checking import ensembles
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
 from stackdsl.checking.ensembles import CHUNK, Chunk, Drawing, Run, draw, drawn_alone, judged_chunk, judged_samples
 from stackdsl.sampling.samples import Draws
@@ -64,7 +64,7 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
 
     monkeypatch.setattr(ensembles, "_asked", counted)
     whole, ended = case(2000, ">= 80 %"), list[Drawing]()
-    memory = Memory(tmp_path)
+    memory = ResultCache(tmp_path)
     draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing), run=run_here)
     assert sorted(asked) == [0, 125, 250, 500, 1000, 1500]
     records = sorted(tmp_path.rglob("*.json"), key=lambda file: file.stat().st_size)
@@ -80,7 +80,7 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
 
 def test_what_is_remembered_beyond_what_decides_is_not_counted(tmp_path: Path) -> None:
     """So that a case comes to the same whether it was drawn further before or not."""
-    memory, ended = Memory(tmp_path), list[Drawing]()
+    memory, ended = ResultCache(tmp_path), list[Drawing]()
     for share in (">= 80 %", ">= 50 %"):
         drawing = Drawing(case(2000, share), "digest")
         draw({0: drawing}, 1, LIMIT, memory, lambda _, drawn: ended.append(drawn), run=run_here)

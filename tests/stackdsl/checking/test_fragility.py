@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.fragility import CURVES, drawn, true_median
-from stackdsl.checking.cache import Memory
+from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.studies import fragility
-from stackdsl.studies.fragility import Plan, draw
+from stackdsl.studies.fragility import FragilityPlan, draw
 from stackdsl.studies.fragility_curve import UndeterminedError, through_capacities, through_fates
 from stackdsl.studies.fragility_intensity import NoIntensityError, intensity_of
 from tests.stackdsl.checking.in_process import run_here
@@ -89,7 +89,7 @@ def test_a_call_that_was_interrupted_goes_on_with_what_is_remembered(tmp_path: P
     text = f"scenario: s\nsamples: 50\n{CURVES['plank near an edge, over its offset'].text}"
     cases, _ = cases_of(parse(text + "expect: [stands: {share: '>= 1 %'}]\n", "s.yaml"))
     intensity = intensity_of("step", cases[0].variant, cases[0].timeline)
-    plan, memory = Plan(cases[0], intensity, (0.05, 0.06), 2, 50, 1, 0.95), Memory(tmp_path)
+    plan, memory = FragilityPlan(cases[0], intensity, (0.05, 0.06), 2, 50, 1, 0.95), ResultCache(tmp_path)
     first = draw(plan, 1, memory, lambda _: None)
     asked: list[int] = []
     again = draw(plan, 1, memory, asked.append)
@@ -107,8 +107,8 @@ def test_points_that_nobody_chose_go_to_where_samples_fall_apart() -> None:
     cases, mistakes = cases_of(parse(text, "a.yaml"))
     assert mistakes == []
     intensity = intensity_of("acceleration", cases[0].variant, cases[0].timeline)
-    plan = Plan(cases[0], intensity, (), 11, 20, 1, 0.95, None)
-    found = draw(plan, 1, Memory(Path(), used=False), lambda _: None).fragility()
+    plan = FragilityPlan(cases[0], intensity, (), 11, 20, 1, 0.95, None)
+    found = draw(plan, 1, ResultCache(Path(), used=False), lambda _: None).fragility()
     assert found is not None
     assert found.points[0].value == 0.0
     assert found.points[1].fell == 0

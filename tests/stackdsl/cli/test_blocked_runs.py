@@ -13,7 +13,7 @@ from stackdsl.checking.results import held_up
 from stackdsl.exits import ExitCode
 from stackdsl.report.text import report_text
 from stackdsl.results import Report, RunStatus, exit_code
-from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, Watch, keep_clear
+from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, BrickTracker, require_clearance
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import Trace
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
@@ -92,11 +92,11 @@ def test_the_depth_is_that_of_the_slide() -> None:
 
 def test_what_lies_deepest_in_the_way_is_named() -> None:
     #   Two dropped planks lie 6 mm above and 2 mm below the place of a third, 7.8 mm thick: 1.8 and 5.8 mm into it.
-    watch = Watch()
+    watch = BrickTracker()
     for name, height in (("above", 0.006), ("below", -0.002), ("beyond", 0.1)):
         watch.add(placed(name, height, Arrival.LET_GO))
     with pytest.raises(BlockedPlacementError) as raised:
-        keep_clear(placed("late", 0.0), watch)
+        require_clearance(placed("late", 0.0), watch)
     assert raised.value.blocked.by == "below"
     assert raised.value.blocked.depth == pytest.approx(0.0058)
 
@@ -104,16 +104,16 @@ def test_what_lies_deepest_in_the_way_is_named() -> None:
 @pytest.mark.parametrize(("lift", "told"), [(0.005, True), (0.003, False)])
 def test_what_tipped_without_falling_is_in_the_way_where_it_is_halfway_in(lift: float, told: bool) -> None:
     #   A plank on the ground comes up by 5 mm, which is more than half of the 7.8 mm that the next one is thick.
-    watch = Watch()
+    watch = BrickTracker()
     watch.add(placed("first", 0.0039))
     pose = Pose((0.0, 0.0, 0.0039 + lift), (0.0, 0.0, 0.0, 1.0))
     watch.see(1.0, {"first": BodyState(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))})
     second = placed("second", 0.0117)
     if not told:
-        keep_clear(second, watch)
+        require_clearance(second, watch)
         return
     with pytest.raises(BlockedPlacementError) as raised:
-        keep_clear(second, watch)
+        require_clearance(second, watch)
     assert raised.value.blocked.by == "first"
     assert raised.value.blocked.depth == pytest.approx(lift)
 

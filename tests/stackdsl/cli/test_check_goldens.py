@@ -216,11 +216,11 @@ def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(stack
         result = stackdsl("check", *options)
         assert (result.code, locked.read_text()) == (1, was)
         assert (
-            "1 of these fails what is expected, and would be accepted only by --update --though-it-fails" in result.out
+            "1 of these fails what is expected, and would be accepted only by --update --accept-failing" in result.out
         )
         assert "accept with" not in result.out
-    assert stackdsl("check", "--though-it-fails").code == 4
-    assert stackdsl("check", "--update", "--though-it-fails").code == 1
+    assert stackdsl("check", "--accept-failing").code == 4
+    assert stackdsl("check", "--update", "--accept-failing").code == 1
     assert locked.read_text() != was
 
 

@@ -120,7 +120,7 @@ def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(
     change(tmp_path, FAILING)
     assert stackdsl("check").code == 1
     refused = stackdsl("golden", "accept")
-    assert (refused.code, "--though-it-fails" in refused.err, locked.read_text()) == (3, True, was)
+    assert (refused.code, "--accept-failing" in refused.err, locked.read_text()) == (3, True, was)
     assert "A accepts it all the same" in stackdsl("golden", "review", keys="aq").err
     assert locked.read_text() == was
     assert stackdsl("golden", "review", keys="A").code == 0
@@ -238,13 +238,13 @@ def fifty_waiting(folder: Path) -> dict[Path, tuple[str, str]]:
 
 
 def offer(folder: Path, texts: dict[Path, tuple[str, str]]) -> None:
-    from stackdsl.goldens.golden import Waiting, text_digest  # noqa: PLC0415 -- as the next
+    from stackdsl.goldens.golden import PendingStore, text_digest  # noqa: PLC0415 -- as the next
     from stackdsl.results import GoldenResult, GoldenStatus  # noqa: PLC0415 -- as the next
 
     for golden, (old, new) in texts.items():
         digest = text_digest(old.encode())
         result = GoldenResult(GoldenStatus.DIFFERENT, golden.as_posix(), digest=digest, offered=new)
-        Waiting(folder / ".stackdsl").note(f"{golden.parent.name}[exact]", result, ())
+        PendingStore(folder / ".stackdsl").note(f"{golden.parent.name}[exact]", result, ())
 
 
 @pytest.mark.parametrize("kills", [3, pytest.param(200, marks=pytest.mark.slow)])

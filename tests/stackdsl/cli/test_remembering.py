@@ -159,16 +159,16 @@ def test_code_that_was_written_after_the_start_is_not_what_played(
     monkeypatch.setattr(cache, "program_digest", cache.program_digest)
     os.utime(source, (time.time() - 60.0, time.time() - 60.0))
     monkeypatch.setattr(cache, "LOADED", time.time() - 30.0)
-    held = cache.Memory(tmp_path / ".stackdsl")
+    held = cache.ResultCache(tmp_path / ".stackdsl")
     held.remember(key := held.key("case"), "passed")
     held.settle()
     assert held.recall(key) == "passed"
-    assert cache.Memory(tmp_path / ".stackdsl").key("case") == key
+    assert cache.ResultCache(tmp_path / ".stackdsl").key("case") == key
     source.write_text("x = 2\n")  # while something is played
     held.remember(other := held.key("other"), "passed")
     held.settle()
     assert held.recall(other) is None
-    assert cache.Memory(tmp_path / ".stackdsl").key("case") != key
+    assert cache.ResultCache(tmp_path / ".stackdsl").key("case") != key
 
 
 def test_two_scenarios_of_one_name_are_told_though_both_files_are_remembered(

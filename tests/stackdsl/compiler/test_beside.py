@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from stability.geometry.box import Box
 from stability.model import Plane, Pose, Vec3
-from stackdsl.compiler.bricks import Standing, WrittenBrick, footings_of, levels_of, names_of
+from stackdsl.compiler.bricks import IncrementalNaming, WrittenBrick, footings_of, levels_of, names_of
 from stackdsl.language.bricks import BrickKind
 from tests.scenes import mistakes_of, timeline_of
 
@@ -134,7 +134,7 @@ def test_a_brick_has_one_place(brick: str, code: str) -> None:
 @settings(max_examples=60, deadline=None)
 def test_names_by_place_are_those_of_all_bricks_at_once(heap: list[tuple[int, int, bool]]) -> None:
     planes = [Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)]
-    written, step, one_by_one = list[WrittenBrick](), 0, Standing(planes)
+    written, step, one_by_one = list[WrittenBrick](), 0, IncrementalNaming(planes)
     kapla = BrickKind.model_validate("kapla")
     for x, z, begins_a_step in heap:
         step += begins_a_step

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from stackdsl.compiler import hands
-from stackdsl.timeline import Action, Arrival, Hold, LetGo, Move, Placement, Timeline
+from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement, Timeline
 from tests.scenes import mistakes_of, timeline_of
 
 LOWERED = 15.0 / 8.0 * 0.02 / 0.05  # [s] 20 mm at up to 50 mm/s
@@ -38,7 +38,7 @@ def test_a_hand_brings_one_brick_after_another_each_from_above_its_place() -> No
         assert placement.came.position_W[2] - placement.pose.position_W[2] == pytest.approx(0.02)
     assert list(let_go(timeline).values()) == pytest.approx([LOWERED, 2 * LOWERED, 3 * LOWERED])
     assert timeline.end == pytest.approx(3 * LOWERED + timeline.hold)
-    assert not of_kind(timeline, Hold)
+    assert not of_kind(timeline, HoldAction)
 
 
 def test_the_next_one_comes_at_the_very_moment_at_which_the_one_before_is_let_go() -> None:
@@ -52,7 +52,7 @@ def test_every_counts_from_when_a_brick_is_let_go() -> None:
     timeline = timeline_of(f"{COLUMN}\n  place: {{held: 0.5 s}}\n  every: 1 s")
     period = LOWERED + 0.5 + 1.0
     assert list(begun(timeline).values()) == pytest.approx([0.0, period, 2 * period])
-    assert [action.time for action in of_kind(timeline, Hold)] == pytest.approx(
+    assert [action.time for action in of_kind(timeline, HoldAction)] == pytest.approx(
         [LOWERED + number * period for number in range(3)]
     )
 
@@ -80,7 +80,7 @@ def test_bricks_that_come_together_are_let_go_together() -> None:
 
 def test_a_tilted_scene_tilts_the_way_of_a_hand() -> None:
     timeline = timeline_of(f"{COLUMN}\n  place: by hand", "world: {tilt: {angle: 10 deg, towards: 30 deg}}")
-    (move, *_) = (action for action in timeline.actions if isinstance(action, Move))
+    (move, *_) = (action for action in timeline.actions if isinstance(action, MoveAction))
     first = timeline.placements[0]
     assert first.came is not None
     arrived = tuple(a + b for a, b in zip(first.came.position_W, move.course.end_W, strict=True))
@@ -93,7 +93,7 @@ def test_for_statics_what_hands_bring_is_set_down_when_it_is_let_go() -> None:
     assert all(isinstance(action, Placement) and action.arrival is Arrival.SET_DOWN for action in settled.actions)
     assert [action.time for action in settled.actions] == pytest.approx([LOWERED, 2 * LOWERED, 3 * LOWERED])
     held = timeline_of(f"{COLUMN}\n  place: {{held: 1 s}}").as_set_down()
-    assert of_kind(held, Hold)  # a proof for it would have to know of hands
+    assert of_kind(held, HoldAction)  # a proof for it would have to know of hands
 
 
 # --- what is moved and held -------------------------------------------------------------------------------------------
@@ -109,7 +109,7 @@ def test_a_move_is_over_when_the_brick_is_let_go_and_what_follows_waits() -> Non
     timeline = timeline_of(COLUMN, impacts)
     way = 15.0 / 8.0 * 0.05 / 0.05
     times = [(type(action).__name__, action.time) for action in timeline.actions[3:]]
-    assert [name for name, _ in times] == ["Move", "Hold", "LetGo", "Hold", "LetGo", "Push"]
+    assert [name for name, _ in times] == ["MoveAction", "HoldAction", "LetGo", "HoldAction", "LetGo", "Push"]
     ends = [1.0, 1.0 + way, 1.3 + way, 1.5 + way, 1.9 + way, 1.9 + way]
     assert [time for _, time in times] == pytest.approx(ends)
 
@@ -118,13 +118,13 @@ def test_moves_of_one_brick_that_follow_on_each_other_do_not_overlap() -> None:
     moves = "\n".join(f"    - move: {{brick: L3.1, by: [{1 + 0.1 * i} mm, 0 mm, 0 mm], held: 0.1 s}}" for i in range(9))
     timeline = timeline_of(COLUMN, f"impacts:\n{moves}")
     kinds = [type(action).__name__ for action in timeline.actions[3:]]
-    assert kinds == ["Move", "Hold", "LetGo"] * 9
+    assert kinds == ["MoveAction", "HoldAction", "LetGo"] * 9
 
 
 def test_what_is_slid_is_free_across_the_ground_that_it_is_slid_on() -> None:
     scene = "world: {tilt: {angle: 10 deg}}\nimpacts: [move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], slid: true}]"
     timeline = timeline_of(COLUMN, scene)
-    (move,) = (action for action in timeline.actions if isinstance(action, Move))
+    (move,) = (action for action in timeline.actions if isinstance(action, MoveAction))
     assert move.free_W == pytest.approx(timeline.world.planes[0].normal_W)
 
 

@@ -5,16 +5,16 @@ from math import pi
 import pytest
 
 from stability.dynamics.ground_motion import Recorded, Sine
-from stackdsl.timeline import Shake, Timeline
+from stackdsl.timeline import ShakeAction, Timeline
 from tests.scenes import mistakes_of, timeline_of
 
 BUILD = "- column: {levels: 3}\n  every: 1 s"
 SINE = "acceleration: 2 m/s2, frequency: 3 Hz, for: 1.5 s"
 
 
-def shaking(shake: str, rest: str = "") -> tuple[Timeline, Shake]:
+def shaking(shake: str, rest: str = "") -> tuple[Timeline, ShakeAction]:
     timeline = timeline_of(BUILD, f"world: {{shake: {{{shake}}}}}\n{rest}")
-    (found,) = (action for action in timeline.actions if isinstance(action, Shake))
+    (found,) = (action for action in timeline.actions if isinstance(action, ShakeAction))
     return timeline, found
 
 

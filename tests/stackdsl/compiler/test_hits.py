@@ -7,7 +7,7 @@ import pytest
 from stability.geometry.placed_shape import apart
 from stability.geometry.vectors import add, add_scaled, body_axes, norm, scale, subtract
 from stability.model import Pose, Vec3
-from stackdsl.timeline import Arrival, Placement, Push, Timeline
+from stackdsl.timeline import Arrival, Placement, PushAction, Timeline
 from tests.scenes import assert_told_in_its_place, mistakes_of, timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
@@ -196,10 +196,10 @@ def test_in_a_tilted_scene_a_brick_falls_upright_by_its_height() -> None:
 def test_a_push_turns_with_the_scene() -> None:
     push = "{push: {brick: L2.1, impulse: [10 mN*s, 0 g*m/s, 0 kg*m/s], point: [0 mm, 11.7 mm, 0 mm]}}"
     level = timeline_of("- column: {levels: 2}", f"impacts: [{push}]").actions[-1]
-    assert level == Push(0.0, "L2.1", (0.01, 0.0, 0.0), (0.0, 0.0117, 0.0))
+    assert level == PushAction(0.0, "L2.1", (0.01, 0.0, 0.0), (0.0, 0.0117, 0.0))
     rest = f"impacts: [{push}]\nworld: {{tilt: {{angle: 30 deg, towards: 0 deg}}}}"
     tilted = timeline_of("- column: {levels: 2}", rest).actions[-1]
-    assert isinstance(tilted, Push)
+    assert isinstance(tilted, PushAction)
     assert tilted.impulse_W == pytest.approx((0.01 * cos(radians(30)), 0.0, -0.01 * sin(radians(30))), abs=1e-15)
 
 
@@ -207,7 +207,7 @@ def test_what_was_thrown_may_be_pushed_and_pulled_out() -> None:
     throw = "{throw: {at: L1.1, from: {bearing: 0 deg}, speed: 1 m/s, name: shot}}"
     push = "{after: impact 1 + 1 s, push: {brick: shot, impulse: [1 mN*s, 0 N*s, 0 N*s]}}"
     timeline = timeline_of("- column: {levels: 1}", f"impacts: [{throw}, {push}, {{remove: {{brick: shot}}}}]")
-    assert [type(action).__name__ for action in timeline.actions] == ["Placement", "Placement", "Push", "Removal"]
+    assert [type(action).__name__ for action in timeline.actions] == ["Placement", "Placement", "PushAction", "Removal"]
 
 
 # --- mistakes ---------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ import pytest
 
 from stability.model import IDENTITY
 from stackdsl.compiler.bricks import START
-from stackdsl.compiler.impact_scene import Scene
+from stackdsl.compiler.impact_scene import ImpactScene
 from stackdsl.compiler.impacts import actions_of
 from stackdsl.language.impacts import IMPACTS, ImpactKind, Insert
 
@@ -16,6 +16,6 @@ def test_a_kind_says_what_it_comes_to_or_slides_a_brick_in(key: str) -> None:
 
 
 def test_a_kind_that_says_nothing_is_named() -> None:
-    scene = Scene(START, (), {}, (), 9.81, IDENTITY)
+    scene = ImpactScene(START, (), {}, (), 9.81, IDENTITY)
     with pytest.raises(NotImplementedError, match="nothing says what Nothing comes to"):
         actions_of(type("Nothing", (ImpactKind,), {})(), scene)

@@ -7,7 +7,7 @@ import pytest
 
 from stackdsl.goldens.file_format import document
 from stackdsl.goldens.golden import check_golden, judge_text
-from stackdsl.goldens.snapshot import current_stamp, differ_in_engine
+from stackdsl.goldens.snapshot import current_stamp, made_by_other_engine
 from stackdsl.report.text import report_text
 from stackdsl.results import GoldenStatus, Report, RunStatus, VariantResult, exit_code
 from tests.engines_at_hand import needs_pybullet
@@ -37,7 +37,7 @@ def test_where_another_engine_stands_in_it_is_named_only_if_it_took_a_step() -> 
 def test_what_was_decided_without_an_engine_is_compared_whatever_the_other_was_made_with(
     expected: object, got: object, differ: bool
 ) -> None:
-    assert differ_in_engine(expected, got) is differ
+    assert made_by_other_engine(expected, got) is differ
 
 
 def of_mujoco(change: dict[str, object]) -> str:

@@ -6,7 +6,7 @@ from stability.contact_law import Friction, Rule
 from stackdsl.goldens.comparison import compare
 from stackdsl.goldens.file_format import canonical_text
 from stackdsl.goldens.snapshot import friction_told, rubbing_of, scene_of
-from stackdsl.timeline import World
+from stackdsl.timeline import FixedWorld
 from tests.stackdsl.goldens.changes import STANDS, changed, put
 
 LAW = Friction(0.5, {"sheet": 0.1}, {("sheet", "ground"): 0.6, ("L1.1", "sheet"): 0.2}, {"base": "sheet"}, Rule.MEAN)
@@ -40,4 +40,4 @@ def test_another_friction_of_a_pair_is_a_difference() -> None:
 
 
 def test_the_usual_friction_is_told_where_it_always_was() -> None:
-    assert scene_of(World(9.81, LAW, ())).friction == scene_of(World(9.81, 0.5, ())).friction == 0.5
+    assert scene_of(FixedWorld(9.81, LAW, ())).friction == scene_of(FixedWorld(9.81, 0.5, ())).friction == 0.5

@@ -8,14 +8,16 @@ import pytest
 from stackdsl.goldens.golden import check_golden
 from stackdsl.goldens.snapshot import Identity, Snapshot, snapshot_of_samples
 from stackdsl.results import GoldenStatus
-from stackdsl.timeline import World
+from stackdsl.timeline import FixedWorld
 from stackdsl.trace import Ensemble
 
 BEFORE = Ensemble(100, 200, 7, stood=90, fell={9: 4, 10: 5}, undecided=1)
 
 
 def snapshot(ensemble: Ensemble) -> Snapshot:
-    return snapshot_of_samples(ensemble, World(9.81, 0.5, ()), Identity("tower", "exact", "exact"), {"python": "3.11"})
+    return snapshot_of_samples(
+        ensemble, FixedWorld(9.81, 0.5, ()), Identity("tower", "exact", "exact"), {"python": "3.11"}
+    )
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 from stability.geometry.box import Box
 from stability.model import Brick, Plane, Pose, Vec3
 from stackdsl.goldens.snapshot import Identity, Snapshot, take
-from stackdsl.timeline import World
+from stackdsl.timeline import FixedWorld
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Event, EventKind, Trace
 
 PLANK: Vec3 = (0.120, 0.024, 0.008)
@@ -40,7 +40,7 @@ def tower(*changed: BrickTrack, collapse: Collapse | None = None) -> Trace:
     )
 
 
-WORLD = World(9.81, 0.5, (Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.4),))
+WORLD = FixedWorld(9.81, 0.5, (Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.4),))
 
 
 def taken(trace: Trace, modelled: bool = True) -> Snapshot:

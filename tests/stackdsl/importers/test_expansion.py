@@ -193,12 +193,12 @@ def test_a_step_imports_or_has_bricks_of_its_own() -> None:
 
 
 def test_what_was_checked_is_checked_again_once_the_file_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    from stackdsl.checking.cache import Memory  # noqa: PLC0415 -- as the test below it
+    from stackdsl.checking.cache import ResultCache  # noqa: PLC0415 -- as the test below it
     from stackdsl.checking.cases import survey  # noqa: PLC0415
 
     write("load.csv", TABLE)
     write("a.yaml", SCENARIO)
-    memory = Memory(Path("cache"))
+    memory = ResultCache(Path("cache"))
     first = survey([Path("a.yaml")], memory).digests
     assert survey([Path("a.yaml")], memory).digests == first
     write("load.csv", TABLE.replace("5200", "5300"))

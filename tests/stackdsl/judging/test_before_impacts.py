@@ -6,7 +6,7 @@ import pytest
 
 from stability.problem import Stability, Verdict
 from stackdsl.judging.judge import judge
-from stackdsl.results import Outcome
+from stackdsl.results import ClaimOutcome
 from stackdsl.trace import BrickState, Collapse, Event, EventKind, Trace
 from tests.scenes import compiled, scene
 from tests.stackdsl.judging.test_judge import STANDING, track
@@ -22,7 +22,7 @@ def fallen(time: float, *others: Event) -> Trace:
     return replace(STANDING, tracks=tracks, collapse=Collapse(time, level=3, brick="L3.1"), events=others)
 
 
-def failures(impacts: str, claim: str, trace: Trace, rest: str = "") -> list[Outcome]:
+def failures(impacts: str, claim: str, trace: Trace, rest: str = "") -> list[ClaimOutcome]:
     """The failures that come of no claim of the file."""
     cases, mistakes = compiled(scene(COLUMN, f"{impacts}\nexpect:\n  - {claim}\n{rest}"))
     assert mistakes == []

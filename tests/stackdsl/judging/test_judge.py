@@ -10,9 +10,20 @@ from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Stability, Verdict
 from stackdsl.judging.judge import compare_with_truth, judge
 from stackdsl.judging.proofs import ALL, margins_of
-from stackdsl.results import Outcome
-from stackdsl.timeline import World
-from stackdsl.trace import BrickState, BrickTrack, Collapse, Cost, Edge, Energy, Margins, Penetration, Sway, Trace
+from stackdsl.results import ClaimOutcome
+from stackdsl.timeline import FixedWorld
+from stackdsl.trace import (
+    BrickState,
+    BrickTrack,
+    Collapse,
+    Cost,
+    Edge,
+    Energy,
+    Penetration,
+    Sway,
+    Trace,
+    VerdictMargins,
+)
 from tests.scenes import compiled, scene
 
 SIZE = (0.1176, 0.0234, 0.0078)  # so that a brick has left its place when it shifted by more than 3.9 mm
@@ -67,7 +78,7 @@ PULLED_OUT = replace(
 )
 
 
-def outcome(claim: str, trace: Trace) -> Outcome:
+def outcome(claim: str, trace: Trace) -> ClaimOutcome:
     build = "- column: {levels: 3}\n- bricks: [{name: shot, at: [300 mm, 0 mm, 3.9 mm]}]"
     cases, mistakes = compiled(scene(build, f"expect:\n  - {claim}"))
     assert mistakes == []
@@ -218,7 +229,7 @@ def test_a_truth_is_compared_in_the_same_way() -> None:
 ONE_PLANK = replace(
     STANDING,
     tracks={"L1.1": track("L1.1", 1)},
-    world=World(9.81, 0.5, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1),)),
+    world=FixedWorld(9.81, 0.5, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.1),)),
     statics=Verdict(Stability.STABLE),
 )
 
@@ -251,12 +262,12 @@ def test_a_verdict_is_what_statics_said_when_the_last_bricks_were_set_down(
     ],
 )
 def test_what_is_stable_is_guaranteed_or_possible(guaranteed: bool | None, claim: str, passed: bool) -> None:
-    trace = replace(STANDING, statics=Verdict(Stability.STABLE), margins=Margins(guaranteed=guaranteed))
+    trace = replace(STANDING, statics=Verdict(Stability.STABLE), margins=VerdictMargins(guaranteed=guaranteed))
     assert outcome(f"verdict: {claim}", trace).passed is passed
 
 
 def test_a_verdict_says_how_what_is_possible_could_let_go() -> None:
-    margins = Margins(guaranteed=False, certainty="it could let go: plank slides on left, right")
+    margins = VerdictMargins(guaranteed=False, certainty="it could let go: plank slides on left, right")
     found = outcome("verdict: possible", replace(STANDING, statics=Verdict(Stability.STABLE), margins=margins))
     assert found.passed
     assert found.measured == "possible: it could let go: plank slides on left, right"

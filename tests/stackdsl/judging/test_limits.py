@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.judging.remedies import Limit, limits
+from stackdsl.judging.remedies import NumberLimit, limits
 
 STEPS = (0.1, 1.0, 5.0, 20.0)
 
@@ -44,7 +44,7 @@ def test_of_a_whole_number_whole_ones_are_tried() -> None:
         tried.append(value)
         return value <= 9.0
 
-    assert limits(12.0, (1.0, 2.0, 4.0, 8.0), True, holds) == (Limit(9.0, 10.0, least=False),)
+    assert limits(12.0, (1.0, 2.0, 4.0, 8.0), True, holds) == (NumberLimit(9.0, 10.0, least=False),)
     assert all(value == int(value) for value in tried)
 
 

@@ -6,13 +6,13 @@ import pytest
 
 from stackdsl.checking.play_case import MOST_FOR_TOLD_MARGINS, play_case
 from stackdsl.judging.judge import judge
-from stackdsl.results import Outcome
+from stackdsl.results import ClaimOutcome
 from tests.scenes import compiled, scene
 
 LENGTH, WIDTH = 117.6, 23.4  # of a KAPLA plank [mm]
 
 
-def stands(build: str, rest: str = "") -> Outcome:
+def stands(build: str, rest: str = "") -> ClaimOutcome:
     (case,), mistakes = compiled(scene(build, f"expect: [stands: all]\n{rest}"))
     assert mistakes == []
     trace = play_case(case.timeline, case.system)

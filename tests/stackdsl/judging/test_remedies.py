@@ -5,7 +5,7 @@ from math import cos, inf, radians, sin, tan
 import pytest
 
 from stability.problem import Stability
-from stackdsl.judging.numbers import Knobs
+from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import Remedies, remedies_of
 from tests.scenes import compiled, scene
@@ -19,7 +19,7 @@ def remedies(build: str, rest: str = "", which: int = 0) -> Remedies:
     case = cases[which]
     proofs = proofs_of(case.timeline)
     assert proofs.assembly.verdict().stability is Stability.UNSTABLE
-    return remedies_of(Knobs(case.scenario, case.variant), case.timeline, proofs)
+    return remedies_of(ScenarioNumbers(case.scenario, case.variant), case.timeline, proofs)
 
 
 def limits(found: Remedies) -> dict[tuple[str, bool], float]:
@@ -130,7 +130,7 @@ def test_a_brick_that_moves_may_be_laid_nearer() -> None:
 def test_times_and_what_is_worked_out_are_no_numbers_to_change() -> None:
     build = '- column: {levels: 3, step: "${2 * half}"}\n  every: "${pause}"'
     (case,), _ = compiled(scene(build, "let: {pause: 2 s, half: 22 mm}"))
-    assert [knob.name for knob in Knobs(case.scenario, case.variant).found(())] == ["half", "levels"]
+    assert [knob.name for knob in ScenarioNumbers(case.scenario, case.variant).found(())] == ["half", "levels"]
 
 
 def test_each_remedy_written_into_the_file_lets_it_stand() -> None:

@@ -10,7 +10,7 @@ from stability.model import BodyState, Brick, Pose
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.judging.judge import judge, known_of
-from stackdsl.results import Outcome
+from stackdsl.results import ClaimOutcome
 from stackdsl.simulation.measurements import MotionWatch
 from stackdsl.trace import BrickState, Landing, Trace
 from tests.paths import ROOT
@@ -34,7 +34,7 @@ def played(case: Case, system: str) -> Trace:
     return play_case(case.timeline, system, known_of(case.scenario, system))
 
 
-def outcome_of(claim: str, trace: Trace, count: int) -> Outcome:
+def outcome_of(claim: str, trace: Trace, count: int) -> ClaimOutcome:
     case = dominoes(count, 1.0, claim)
     return judge(trace, case.scenario, case.variant, case.source, "exact")[0]
 

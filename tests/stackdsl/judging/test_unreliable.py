@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.energy import heap
 from stackdsl.judging.judge import compare_with_truth, judge
-from stackdsl.results import Outcome
+from stackdsl.results import ClaimOutcome
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.trace import EarlyEnd, Energy, Trace, Verdict
+from stackdsl.trace import EarlyEnd, Energy, RunVerdict, Trace
 from tests.scenes import compiled, scene, timeline_of
 
 pytestmark = pytest.mark.xdist_group("unreliable")  # each heap is played once
@@ -23,7 +23,7 @@ def fallen(number: int) -> Trace:
     return play(heap(number), SYSTEMS["tuned"])
 
 
-def judged(trace: Trace, claim: str, system: str = "tuned") -> Outcome:
+def judged(trace: Trace, claim: str, system: str = "tuned") -> ClaimOutcome:
     cases, mistakes = compiled(scene("- column: {levels: 2}", f"systems: [{system}]\nexpect: [{{{claim}}}]"))
     assert mistakes == []
     return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, system)[0]
@@ -32,7 +32,7 @@ def judged(trace: Trace, claim: str, system: str = "tuned") -> Outcome:
 def test_what_gains_energy_as_it_falls_is_neither_said_to_fall_nor_to_stand() -> None:
     trace = fallen(AT_ONCE)
     assert trace.energy_gained > 0.05
-    assert trace.verdict is Verdict.COLLAPSES
+    assert trace.verdict is RunVerdict.COLLAPSES
     assert trace.reported_verdict == "unreliable"
     for claim in ("collapses: any", "stands: all", "falls: {count: '<= 2'}", "drift: '<= 1 m'"):
         outcome = judged(trace, claim)

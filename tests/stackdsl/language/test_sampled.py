@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.timeline import Jitter, Spread
+from stackdsl.timeline import ErrorSpread, Jitter
 from tests.scenes import compiled, mistakes_of, timeline_of
 
 SURE = '\nsamples: 10\nexpect: [stands: {share: ">= 1 %"}]'
@@ -12,9 +12,12 @@ JITTER = "- column: {levels: 2}\n  jitter: {position: 1 mm}"
 @pytest.mark.parametrize(
     ("written", "jitter"),
     [
-        ("{position: 1 mm}", Jitter(Spread("normal", 0.001), None)),
-        ("{position: {normal: 1 mm}}", Jitter(Spread("normal", 0.001), None)),
-        ("{position: {uniform: 2 mm}, yaw: 0.1 rad}", Jitter(Spread("uniform", 0.002), Spread("normal", 0.1))),
+        ("{position: 1 mm}", Jitter(ErrorSpread("normal", 0.001), None)),
+        ("{position: {normal: 1 mm}}", Jitter(ErrorSpread("normal", 0.001), None)),
+        (
+            "{position: {uniform: 2 mm}, yaw: 0.1 rad}",
+            Jitter(ErrorSpread("uniform", 0.002), ErrorSpread("normal", 0.1)),
+        ),
     ],
 )
 def test_errors_are_normal_unless_said_otherwise(written: str, jitter: Jitter) -> None:

@@ -9,15 +9,15 @@ from pydantic import Field
 
 from stability.geometry.vectors import rotate
 from stability.model import Vec3
-from stackdsl.compiler.impact_scene import MissError, Scene
+from stackdsl.compiler.impact_scene import ImpactScene, MissError
 from stackdsl.compiler.impacts import actions_of
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
-from stackdsl.language.claims.finding import Finding, within
+from stackdsl.language.claims.claim_result import ClaimResult, within
 from stackdsl.language.impacts import IMPACTS, ImpactKind, impact
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.model_base import AuthorModel
-from stackdsl.timeline import Push
+from stackdsl.timeline import PushAction
 from stackdsl.trace import Trace
 
 # --- a layout ---------------------------------------------------------------------------------------------------------
@@ -56,7 +56,7 @@ class Tilts(AuthorModel, ClaimKind):
 
     same: ClassVar[tuple[str, ...]] = ("brick",)
 
-    def judge(self, trace: Trace) -> Finding:
+    def judge(self, trace: Trace) -> ClaimResult:
         """The largest tilt of the brick, whatever became of it."""
         tilt = trace.tracks[self.brick].tilt
         return within(self.by, tilt, "deg", f"{degrees(tilt):.3g} deg")
@@ -72,13 +72,13 @@ class Shake(ImpactKind):
     impulse: tuple[t.Impulse, t.Impulse, t.Impulse] = Field(description="[x, y, z] in the axes of the scene")
 
 
-def shaken(shake: Shake, scene: Scene) -> tuple[Push, ...]:
+def shaken(shake: Shake, scene: ImpactScene) -> tuple[PushAction, ...]:
     """A push of every brick of the level that stands by then. Raises MissError."""
     meant = [brick for brick in scene.resting if brick.level == shake.level]
     if not meant:
         raise MissError("level", "SD205", f"no brick of level {shake.level} stands by then", "begin later")
     impulse_W = rotate(scene.tilt, shake.impulse)
-    return tuple(Push(scene.moment.time, brick.name, impulse_W) for brick in meant)
+    return tuple(PushAction(scene.moment.time, brick.name, impulse_W) for brick in meant)
 
 
 # --- all of them, for a while -----------------------------------------------------------------------------------------

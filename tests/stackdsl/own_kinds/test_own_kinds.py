@@ -11,7 +11,7 @@ import yaml
 
 from stackdsl.bench.answers import answer_of
 from stackdsl.checking.cases import Case, Gathered, gather
-from stackdsl.checking.check import Terms, check
+from stackdsl.checking.check import CheckConfig, check
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
 from stackdsl.language.json_schema import json_schema, keys_at, schema_text
 from stackdsl.language.schema import models
@@ -19,7 +19,7 @@ from stackdsl.report.formats import report_json
 from stackdsl.report.statics import explanation_text
 from stackdsl.report.text import report_text
 from stackdsl.results import VariantResult
-from stackdsl.timeline import Push
+from stackdsl.timeline import PushAction
 from tests.scenes import compiled
 from tests.stackdsl.own_kinds.kinds_of_a_stranger import Shake, StairsParams, Tilts, registered
 
@@ -99,7 +99,7 @@ def test_a_brick_that_is_pulled_out_has_no_tilt() -> None:
 
 def test_the_timeline_has_a_push_of_every_brick_of_the_level(tmp_path: Path) -> None:
     for case in gathered(tmp_path).cases:
-        pushes = [action for action in case.timeline.actions if isinstance(action, Push)]
+        pushes = [action for action in case.timeline.actions if isinstance(action, PushAction)]
         assert [(push.brick, push.time, push.impulse_W) for push in pushes] == [("L3.1", 6.0, (0.02, 0.0, 0.0))]
         assert len(case.timeline.placements) == 6
 
@@ -108,7 +108,7 @@ def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch:
     monkeypatch.delenv("CI", raising=False)  # CI writes no golden
     gathering = gathered(tmp_path)
     assert gathering.diagnostics == ()
-    terms = Terms(tmp_path / "golden", update=True)
+    terms = CheckConfig(tmp_path / "golden", update=True)
     report = check(gathering, gathering.cases, whole_set=True, terms=terms)
     assert [result.system for result in report.results] == ["exact", "tuned"]
     assert [outcome.name for outcome in report.results[0].outcomes] == ["tilts", "tilts", "stands"]
@@ -117,7 +117,7 @@ def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch:
     assert '"name": "tilts"' in report_json(report)
     (locked,) = [json.loads(file.read_text(encoding="utf-8")) for file in (tmp_path / "golden").rglob("*exact*")]
     assert "L3.1" in json.dumps(locked)
-    again = check(gathering, gathering.cases, whole_set=True, terms=Terms(terms.golden))
+    again = check(gathering, gathering.cases, whole_set=True, terms=CheckConfig(terms.golden))
     assert not any(result.golden_failed for result in again.results)
 
 

@@ -81,7 +81,7 @@ def test_what_fails_its_expectations_is_not_locked_unless_that_is_asked_for(
         result.assert_outcomes(failed=1)
         result.stdout.fnmatch_lines(["*1 of these fails what is expected, and would be accepted only by *"])
         assert not locked.exists()
-    pytester.runpytest("--snapshot-update", "--though-it-fails", "-k", "10", "scenarios")
+    pytester.runpytest("--snapshot-update", "--accept-failing", "-k", "10", "scenarios")
     assert locked.exists()
 
 

@@ -3,12 +3,20 @@
 from dataclasses import replace
 
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus, Outcome, Report, RunStatus, VariantResult
+from stackdsl.results import (
+    ClaimOutcome,
+    GoldenDifference,
+    GoldenResult,
+    GoldenStatus,
+    Report,
+    RunStatus,
+    VariantResult,
+)
 from stackdsl.trace import Collapse, Cost, Updates
 
 SPAN = Span("scenarios/slant.yaml", 14, 5, 14)
-HELD = Outcome("stands", "3 levels", "3 levels", margin=0.0, unit="levels", passed=True, span=SPAN)
-MISSED = Outcome("collapses", "level 9 ± 1", "level 11", margin=-1.0, unit="levels", passed=False, span=SPAN)
+HELD = ClaimOutcome("stands", "3 levels", "3 levels", margin=0.0, unit="levels", passed=True, span=SPAN)
+MISSED = ClaimOutcome("collapses", "level 9 ± 1", "level 11", margin=-1.0, unit="levels", passed=False, span=SPAN)
 MISTAKE = Diagnostic(
     "SD204", replace(SPAN, excerpt="    brick: tpo"), "unknown brick 'tpo'", hint="did you mean 'top'?"
 )

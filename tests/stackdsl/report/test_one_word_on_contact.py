@@ -8,8 +8,8 @@ from stability.geometry.box_distance import reach_between
 from stability.model import Pose
 from stability.problem import Placed, Stability
 from stability.statics.assembly import Assembly
-from stackdsl.judging.proofs import design_of, proofs_of
-from stackdsl.report.statics import Extent, explanation_text, said_of
+from stackdsl.judging.proofs import finished_structure_of, proofs_of
+from stackdsl.report.statics import Extent, explanation_text, statics_summary_of
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.simulation.worlds import extension_for, opened_world
@@ -165,10 +165,12 @@ def test_a_gap_counts_for_everybody_as_the_world_says(touching: str, stands: boo
     timeline = timeline_of(text_of(KAPLA, 0.1, 0), f"world: {{touching: {touching}}}")
     stability = Stability.STABLE if stands else Stability.UNSTABLE
     assert proofs_of(timeline).assembly.verdict().stability is stability
-    assert design_of(timeline).assembly.verdict().stability is stability
+    assert finished_structure_of(timeline).assembly.verdict().stability is stability
     trace = play(timeline, SYSTEMS["exact"])
     assert trace.statics is not None
     assert trace.statics.stability is stability
     assert trace.statics.touching_within == (pytest.approx(1e-4) if stands else 0.0)
     (case,), _ = compiled(scene(text_of(KAPLA, 0.1, 0), f"world: {{touching: {touching}}}"))
-    assert (said_of(case).answer, said_of(case).within > 0.0) == (("stands", True) if stands else ("falls", False))
+    assert (statics_summary_of(case).answer, statics_summary_of(case).within > 0.0) == (
+        ("stands", True) if stands else ("falls", False)
+    )

@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 
-from stackdsl.report.formats import findings, report_json
+from stackdsl.report.formats import ranked_failures, report_json
 from stackdsl.report.text import report_text, why_lines
 from stackdsl.results import Report, Why
 from tests.stackdsl.report.reports import FAILED
@@ -62,7 +62,7 @@ def test_programs_are_told_numbers_and_every_name() -> None:
 
 
 def test_outputs_of_one_line_a_failure_tell_the_cause_in_it() -> None:
-    (found,) = findings(Report((replace(FAILED, why=WHY),)))
+    (found,) = ranked_failures(Report((replace(FAILED, why=WHY),)))
     assert found.text.endswith(
         "(margin -1 levels); L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge"
     )

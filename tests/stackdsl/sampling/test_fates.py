@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.special import betaincinv
 
-from stackdsl.sampling.fates import Fate, Way, asked_anew, fates_of
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Design
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import SampleOutcome, Way, asked_anew, sample_outcomes_of
+from stackdsl.sampling.samples import BuildPlan
 from tests.stackdsl.sampling.samples import designed, some
 
 HALF_LENGTH, HALF_WIDTH = 0.0588, 0.0117
@@ -31,10 +31,10 @@ def closed_form(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("step", ["0 mm", "10 mm"])
 def test_a_stepped_column_falls_in_the_samples_in_which_its_closed_form_does(step: str) -> None:
     design = designed(f"- column: {{levels: 11, step: {step}}}\n  every: 1 s\n  jitter: {{position: 4 mm}}")
-    hands = Hands(design, some(1000)).build()
+    hands = PlacementSampler(design, some(1000)).build()
     expected = closed_form(hands.x, hands.y)
     assert 0.02 < (expected > 0).mean() < 0.98
-    np.testing.assert_array_equal(fates_of(design, some(1000)).fates, expected)
+    np.testing.assert_array_equal(sample_outcomes_of(design, some(1000)).fates, expected)
 
 
 # Standard deviations with which about so many per cent of columns of ten planks stand.
@@ -46,7 +46,7 @@ def test_the_share_of_stepped_columns_that_stand_is_that_of_their_closed_form(sh
     """Held against 200,000 samples of numpy's own; both are as sure as 99.9 %."""
     spread, step, count = SPREADS[share] * 1e-3, 7e-3, 1000
     design = designed(f"- column: {{levels: 10, step: 7 mm}}\n  every: 1 s\n  jitter: {{position: {spread} m}}")
-    stood = int((fates_of(design, some(count)).fates == Fate.STANDS).sum())
+    stood = int((sample_outcomes_of(design, some(count)).fates == SampleOutcome.STANDS).sum())
     generator, many = np.random.default_rng(5), 200_000
     x = np.cumsum(step + spread * generator.standard_normal((10, many)), axis=0)
     y = np.cumsum(spread * generator.standard_normal((10, many)), axis=0)
@@ -68,10 +68,10 @@ TOWERS = {
 COSTLY = ("column", "four-stack")
 
 
-def cold(design: Design, sample: int) -> int:
+def cold(design: BuildPlan, sample: int) -> int:
     """The fate of a sample by all of statics."""
-    hands = Hands(design, some(1, first=sample)).build()
-    return asked_anew(design, hands.placed(0)) if hands.fits[0] else Fate.UNFIT
+    hands = PlacementSampler(design, some(1, first=sample)).build()
+    return asked_anew(design, hands.placed(0)) if hands.fits[0] else SampleOutcome.UNFIT
 
 
 @pytest.mark.parametrize(
@@ -79,13 +79,13 @@ def cold(design: Design, sample: int) -> int:
 )
 def test_no_verdict_differs_when_a_sample_is_asked_cold(name: str) -> None:
     design = designed(TOWERS[name])
-    found = fates_of(design, some(60))
+    found = sample_outcomes_of(design, some(60))
     assert found.fates.tolist() == [cold(design, sample) for sample in range(60)]
     assert (Way.FORCES in found.ways) or name == "stepped"
 
 
 def test_a_column_is_decided_by_forces_and_falls_that_are_passed_on() -> None:
-    found = fates_of(designed(TOWERS["column"]), some(200))
+    found = sample_outcomes_of(designed(TOWERS["column"]), some(200))
     assert set(found.ways) == {Way.FORCES, Way.FALL}
     assert Counter(found.ways)[Way.FALL] == (found.fates > 0).sum()
 
@@ -98,19 +98,19 @@ def test_a_column_is_decided_by_forces_and_falls_that_are_passed_on() -> None:
     ],
 )
 def test_what_leans_is_asked_anew(build: str) -> None:
-    found = fates_of(designed(build), some(3))
+    found = sample_outcomes_of(designed(build), some(3))
     assert set(found.ways) == {Way.ANEW}
-    assert Fate.UNFIT not in found.fates
+    assert SampleOutcome.UNFIT not in found.fates
 
 
 def test_what_a_slope_lets_slide_falls_in_every_sample() -> None:
     design = designed(
         "- column: {levels: 2}\n  jitter: {position: 0.1 mm}", "friction: 0.3\nworld: {tilt: 17 deg}"
     )  # whose tangent is 0.306
-    assert (fates_of(design, some(5)).fates > 0).all()
+    assert (sample_outcomes_of(design, some(5)).fates > 0).all()
 
 
 def test_samples_are_the_same_in_whatever_parts_they_are_judged() -> None:
     design = designed(TOWERS["four-stack"])
-    parts = [fates_of(design, some(20, first)).fates for first in (0, 20, 40)]
-    np.testing.assert_array_equal(fates_of(design, some(60)).fates, np.concatenate(parts))
+    parts = [sample_outcomes_of(design, some(20, first)).fates for first in (0, 20, 40)]
+    np.testing.assert_array_equal(sample_outcomes_of(design, some(60)).fates, np.concatenate(parts))

@@ -12,7 +12,7 @@ from stackdsl.language.expressions import constant
 from stackdsl.language.variants import Variant, resampled
 from stackdsl.language.yaml.source import Plain
 from stackdsl.results import RunStatus
-from stackdsl.sampling.fates import Fate
+from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.sampling.samples import Draws, SampleMistakeError, picks, timelines
 from tests.scenes import compiled
 
@@ -56,7 +56,7 @@ def test_a_brick_slides_in_the_samples_whose_slope_is_steeper_than_its_friction(
     assert 5 < sum(expected) < 55
     chunk = varied_chunk(case.variant, "exact", draws)
     assert isinstance(chunk, Chunk)
-    assert [fate == Fate.STANDS for fate in chunk.fates] == expected
+    assert [fate == SampleOutcome.STANDS for fate in chunk.fates] == expected
 
 
 def test_a_value_depends_on_its_sample_alone() -> None:
@@ -101,7 +101,7 @@ def test_a_brick_slides_where_a_slope_without_a_name_is_steeper_than_its_frictio
     assert 5 < sum(expected) < 55
     chunk = varied_chunk(case.variant, "exact", draws)
     assert isinstance(chunk, Chunk)
-    assert [fate == Fate.STANDS for fate in chunk.fates] == expected
+    assert [fate == SampleOutcome.STANDS for fate in chunk.fates] == expected
 
 
 def test_a_sample_with_a_value_that_may_not_be_written_is_a_mistake_of_the_scenario() -> None:

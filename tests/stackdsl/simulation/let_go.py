@@ -5,10 +5,10 @@ from math import sqrt
 
 from stability.geometry.box import Box
 from stability.model import AT_REST, GROUND, Brick, Plane, Pose, Quaternion, Vec3
-from stackdsl.timeline import Action, Arrival, Placement, Timeline, World
+from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, Timeline
 
 FRICTION, GRAVITY = 0.5, 9.81
-LEVEL = World(GRAVITY, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
+LEVEL = FixedWorld(GRAVITY, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
 DENSITY = 600.0  # [kg/m3]
 PLANK, SHEET, CUBE = Box((0.1176, 0.0234, 0.0078)), Box((0.05, 0.05, 0.0002)), Box((0.1, 0.1, 0.1))
 FLAT: Quaternion = (0.0, 0.0, 0.0, 1.0)

@@ -22,7 +22,7 @@ from stability.stabilizers.exact.stabilizer import ProvenStability
 from stability.statics.assembly import Assembly
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import MOVING, SYSTEMS, System
-from stackdsl.timeline import Action, Arrival, Placement, Push, Timeline, World
+from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import EventKind, Trace
 from tests.planks import (
     ACROSS,
@@ -56,7 +56,7 @@ def thrown(pose: Pose, velocity_W: Vec3) -> Placement:
 
 
 def played(*actions: Action, hold: float = 0.3, ground: Plane = FLOOR, system: System = EXACT) -> Trace:
-    return play(Timeline(World(GRAVITY, WOOD, (ground,)), actions, hold), system)
+    return play(Timeline(FixedWorld(GRAVITY, WOOD, (ground,)), actions, hold), system)
 
 
 def woken(trace: Trace) -> set[BodyId]:
@@ -121,21 +121,21 @@ def test_a_touch_slower_than_two_centimetres_a_second_wakes_nothing() -> None:
 def test_a_push_moves_a_plank_on_wood_by_its_square(speed: float, along: tuple[float, float], within: float) -> None:
     #   J^2 / (2 m^2 mu g)
     impulse = (MASS * speed * along[0], MASS * speed * along[1], 0.0)
-    trace = played(*built({"a": lying(1)}), Push(HIT_AT, "a", impulse))
+    trace = played(*built({"a": lying(1)}), PushAction(HIT_AT, "a", impulse))
     x, y, _ = moved(trace, "a")
     assert hypot(x, y) == pytest.approx(speed**2 / (2.0 * WOOD * GRAVITY), rel=within)
 
 
 def test_a_push_as_slow_as_what_counts_as_rest_wakes_nothing() -> None:
-    trace = played(*built({"a": lying(1)}), Push(HIT_AT, "a", (MASS * 0.0049, 0.0, 0.0)))
+    trace = played(*built({"a": lying(1)}), PushAction(HIT_AT, "a", (MASS * 0.0049, 0.0, 0.0)))
     assert woken(trace) == set()
 
 
 def test_what_rides_and_is_pushed_moves_by_itself() -> None:
     #   While level 3 is hit, a plank of level 9, far up in what rides along, is pushed gently, and then hard.
     tower = built(four_stack(range(1, 11)))
-    gentle = Push(HIT_AT + 0.02, "L9.2", (0.0, MASS * 0.01, 0.0))
-    hard = Push(HIT_AT + 0.03, "L9.2", (MASS * 1.5, 0.0, 0.0))
+    gentle = PushAction(HIT_AT + 0.02, "L9.2", (0.0, MASS * 0.01, 0.0))
+    hard = PushAction(HIT_AT + 0.03, "L9.2", (MASS * 1.5, 0.0, 0.0))
     trace = played(*tower, at_level_3(2.0), gentle, hard)
     assert moved(trace, "L9.2")[0] > 0.005
     assert moved(trace, "L9.1")[0] == pytest.approx(0.0, abs=0.002)
@@ -182,7 +182,7 @@ def stepped(world: PyBulletWorld, stability: ProvenStability, until: Callable[[]
     """Step, told how fast things are, for at most a second."""
     while not until():
         states = world.states(stability.awake())
-        world.limit_travel(max((hypot(*state.velocity_W) for state in states.values()), default=0.0) + 0.1)
+        world.set_max_speed(max((hypot(*state.velocity_W) for state in states.values()), default=0.0) + 0.1)
         world.step()
         stability.update()
         yield world.time()
@@ -215,7 +215,7 @@ def statics_without(poses: Mapping[BodyId, Pose], gone: BodyId) -> set[BodyId]:
 
 
 def knocked_out(poses: Mapping[BodyId, Pose], brick: BodyId) -> Trace:
-    return played(*built(poses), Push(HIT_AT, brick, (0.0, 6.0 * MASS, 0.0)), hold=0.6)
+    return played(*built(poses), PushAction(HIT_AT, brick, (0.0, 6.0 * MASS, 0.0)), hold=0.6)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from stability.model import AT_REST, BodyId, BodyState, Pose
 from stability.stabilizers.protocol import Update
 from stackdsl.simulation import stabilizer_calls as room
 from stackdsl.simulation.runner import play
-from stackdsl.simulation.stabilizer_calls import CROWD, Beginnings
+from stackdsl.simulation.stabilizer_calls import CROWD, EaseInPolicy
 from stackdsl.simulation.systems import SYSTEMS
 from tests.stackdsl.simulation.let_go import FLAT, let_go, over, set_down
 
@@ -30,9 +30,9 @@ class Moving:
         return {b: BodyState(Pose(AT_REST), (0.0, 0.0, -self.speeds[b]), AT_REST) for b in bricks}
 
 
-def seen(*looks: dict[BodyId, float]) -> Beginnings:
+def seen(*looks: dict[BodyId, float]) -> EaseInPolicy:
     """All that moves, as it was seen at some looks [m/s] of which the last is now."""
-    beginnings = Beginnings(cast(World, Moving(looks[-1])))
+    beginnings = EaseInPolicy(cast(World, Moving(looks[-1])))
     for speeds in looks:
         beginnings.look(Moving(speeds).states(list(speeds)))
     return beginnings
@@ -104,12 +104,12 @@ def test_a_run_knows_what_a_crowd_has_had(monkeypatch: pytest.MonkeyPatch, crowd
     # its way at (9 - 9.81 * 0.892)^(1/2) = 0.5 m/s: with a fifth of the energy that there is, and 1/180 of what was.
     times: list[float] = []
 
-    def ease_in(world: RestingWorld) -> None:
+    def substep_next_contact(world: RestingWorld) -> None:
         times.append(world.time())
-        world.engine.ready().ease_in()
+        world.engine.ready().substep_next_contact()
 
     monkeypatch.setattr(room, "CROWD", crowd)
-    monkeypatch.setattr(RestingWorld, "ease_in", ease_in)
+    monkeypatch.setattr(RestingWorld, "substep_next_contact", substep_next_contact)
     sliding = [let_go(str(row), (0.0, 0.2 * row, 0.0039), turned=FLAT, velocity_W=(3.0, 0.0, 0.0)) for row in range(5)]
     stands = set_down("stands", (0.892 + 0.1176, 0.0, 0.0039))
     trace = play(over([stands, *sliding], hold=1.0), SYSTEMS["exact"])

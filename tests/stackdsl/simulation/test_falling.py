@@ -22,7 +22,7 @@ from stackdsl.judging.judge import judge
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import MOVING, SYSTEMS
 from stackdsl.timeline import Removal
-from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from stackdsl.trace import BrickState, EventKind, RunVerdict, Trace
 from tests.scenes import compiled, scene, timeline_of
 
 LENGTH, WIDTH, THICKNESS = 0.1176, 0.0234, 0.0078  # of a KAPLA plank [m]
@@ -315,7 +315,7 @@ def sunk(settings: PyBulletSettings) -> float:
     """The fastest that any plank of a straight column moves in the first hundredth of a second of freedom [m/s]."""
     bricks = stepped(0.0, 10)
     world = world_of(bricks, settings)
-    world.ease_in()
+    world.substep_next_contact()
     fastest = 0.0
     for _ in range(10):
         world.step()
@@ -352,7 +352,7 @@ def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_w
     (outcome,) = judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, "exact")
     assert trace.statics is not None
     assert trace.statics.stability is Stability.UNSTABLE
-    assert trace.verdict is Verdict.UNSETTLED
+    assert trace.verdict is RunVerdict.UNSETTLED
     assert not outcome.passed
     assert "has not come to rest" in outcome.measured
 
@@ -378,7 +378,7 @@ def test_a_plank_that_slides_slower_than_the_watch_shows_does_not_stand(
     assert trace.collapse is None
     assert trace.moving == ()
     assert outcome.passed == (slope == GENTLE)
-    assert trace.verdict is (Verdict.STANDS if slope == GENTLE else Verdict.UNSETTLED)
+    assert trace.verdict is (RunVerdict.STANDS if slope == GENTLE else RunVerdict.UNSETTLED)
     assert ("not settled at the end of the watch: a: a slides on ground" in outcome.measured) == (slope == STEEP)
     assert ("watch longer, such as `watch: 4 s`" in outcome.measured) == (slope == STEEP)
 

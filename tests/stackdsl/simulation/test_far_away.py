@@ -7,7 +7,7 @@ import pytest
 from stability.model import AT_REST
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Action, Placement, Push
+from stackdsl.timeline import Action, Placement, PushAction
 from stackdsl.trace import Trace
 from tests.scenes import timeline_of
 from tests.stackdsl.simulation.let_go import CUBE, FLAT, SHEET, TIPPING, let_go, over
@@ -230,14 +230,14 @@ def test_however_a_plank_falls_it_falls_alike_beside_others_that_fall_far_away(h
 
 def test_what_has_come_to_rest_is_moved_again_alike_while_others_fall_far_away() -> None:
     again: list[Action] = [
-        Push(0.45, "plank", (0.006, 0.004, 0.0), (0.03, 0.0, 0.0)),
+        PushAction(0.45, "plank", (0.006, 0.004, 0.0), (0.03, 0.0, 0.0)),
         let_go("second", (0.0, 0.0, 0.09), velocity_W=(0.8, 0.0, 0.0), time=0.7),  # and pushed as it comes
-        Push(0.7, "second", (0.006, 0.0, 0.0)),
+        PushAction(0.7, "second", (0.006, 0.0, 0.0)),
     ]
     far: list[Action] = [
         let_go("late", (10.5, 0.0, 0.05), time=0.42),
         let_go("later", (10.5, 0.0, 0.3), time=0.44),
-        Push(0.7, "late", (0.006, 0.0, 0.0)),
+        PushAction(0.7, "late", (0.006, 0.0, 0.0)),
     ]
     alone, beside = (
         play(over([*FALLS_HERE["askew"], *again, *others]), SYSTEMS["exact"]) for others in ([], planks(1) + far)

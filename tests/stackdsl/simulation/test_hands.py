@@ -8,7 +8,7 @@ from stability.dynamics.ground_motion import HandCourse
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
-from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from stackdsl.trace import BrickState, EventKind, RunVerdict, Trace
 from tests.scenes import timeline_of
 
 ENGINES = ["exact", "tuned", "mujoco", "sapien"]
@@ -57,7 +57,7 @@ def test_a_row_is_squeezed_gap_by_gap_and_each_brick_goes_as_far_as_the_gaps_bef
     error = 0.3 if system == "stock" else 0.06
     assert [way(trace, f"b{i}") for i in range(4)] == pytest.approx([18.0, 8.0, 3.0, 0.0], abs=error)
     assert [way(trace, f"b{i}", 90.0) for i in range(4)] == pytest.approx([0.0] * 4, abs=4.0 * error)
-    assert trace.verdict is Verdict.STANDS
+    assert trace.verdict is RunVerdict.STANDS
 
 
 @pytest.mark.parametrize("bearing", [30.0, 215.0])
@@ -205,7 +205,7 @@ def test_what_would_tip_stands_as_long_as_it_is_held_and_after_if_it_is_balanced
     system: str, counterweight: bool
 ) -> None:
     trace = played(overhanging(counterweight), system=system)
-    assert (trace.verdict is Verdict.STANDS) is counterweight
+    assert (trace.verdict is RunVerdict.STANDS) is counterweight
     if not counterweight:
         assert trace.collapse is not None
         assert 3.75 < trace.collapse.time < 4.0  # 20 mm at 50 mm/s take 0.75 s
@@ -245,7 +245,7 @@ def test_bricks_that_are_brought_together_are_judged_together() -> None:
     - {at: [0 mm, 0 mm, 65 mm], brick: {size: [60 mm, 40 mm, 10 mm], mass: 20 g}}
   place: {from: [0 mm, 0 mm, 100 mm], speed: 200 mm/s}"""
     trace = played(leaning)
-    assert trace.verdict is Verdict.STANDS
+    assert trace.verdict is RunVerdict.STANDS
     assert trace.cost.steps == 0
 
 
@@ -254,7 +254,7 @@ def test_a_brick_that_is_lifted_carried_and_put_down_stands_where_it_was_put(sys
     path = "[[0 mm, 0 mm, 30 mm], [0 mm, 100 mm, 30 mm], [0 mm, 100 mm, -15.6 mm]]"
     move = f"impacts: [move: {{brick: L3.1, speed: 200 mm/s, path: {path}}}]"
     trace = played("- column: {levels: 3}", move, system)
-    assert trace.verdict is Verdict.STANDS
+    assert trace.verdict is RunVerdict.STANDS
     final = trace.tracks["L3.1"].final.position_W
     assert final == pytest.approx((0.0, 0.1, 3.9e-3), abs=2e-4)
     assert trace.tracks["L3.1"].shift < 2e-4  # since it was let go

@@ -12,7 +12,7 @@ from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Action, Arrival, Placement, Push, Timeline, World
+from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import Trace
 from tests.planks import ACROSS, FLOOR, GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, lying, plank
 
@@ -45,11 +45,11 @@ def odd(level: int) -> list[Placement]:
 
 
 def played(*actions: Action, hold: float = 0.5) -> Trace:
-    return play(Timeline(World(GRAVITY, WOOD, (FLOOR,)), (*wall(), *actions), hold), SYSTEMS["exact"])
+    return play(Timeline(FixedWorld(GRAVITY, WOOD, (FLOOR,)), (*wall(), *actions), hold), SYSTEMS["exact"])
 
 
 def pushed(level: int, speed: float) -> Trace:
-    return played(Push(0.2, f"L{level}.{MIDDLE}", (0.0, -speed * MASS, 0.0)))
+    return played(PushAction(0.2, f"L{level}.{MIDDLE}", (0.0, -speed * MASS, 0.0)))
 
 
 @pytest.mark.parametrize(("level", "speed"), [(4, 0.5), (4, 1.0), (8, 0.5), (8, 1.0), (10, 0.5)])

@@ -12,7 +12,7 @@ from stackdsl.judging.proofs import DISPROVED
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import AS_WRITTEN, SYSTEMS, Modification, System, as_played
 from stackdsl.simulation.worlds import opened_world
-from stackdsl.trace import Verdict
+from stackdsl.trace import RunVerdict
 from tests.scenes import compiled, scene, timeline_of
 
 STOCK = SYSTEMS["stock"]
@@ -66,7 +66,7 @@ def test_rough_planks_stay_on_a_slope_that_those_of_the_scene_slide_down() -> No
     assert 0.5 < tan(radians(SLOPE)) < 1.5
     timeline = timeline_of(ON_A_SLOPE, STEEP)
     slides, holds = play(timeline, STOCK), play(timeline, changed(friction=1.5))
-    assert (slides.verdict, holds.verdict) == (Verdict.COLLAPSES, Verdict.STANDS)
+    assert (slides.verdict, holds.verdict) == (RunVerdict.COLLAPSES, RunVerdict.STANDS)
 
 
 def test_a_plank_slides_on_a_slope_as_slowly_as_weak_gravity_lets_it() -> None:

@@ -7,7 +7,7 @@ import pytest
 from stability.geometry.box import Box
 from stability.geometry.vectors import about
 from stability.model import GROUND, BodyState, Brick, Plane, Pose
-from stackdsl.simulation.measurements import Measures, OverlapMeter
+from stackdsl.simulation.measurements import OverlapMeter, RunMeasurements
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.trace import Penetration
@@ -75,7 +75,7 @@ def test_what_was_frozen_between_two_looks_is_where_it_was_frozen() -> None:
     #   One slides out of the way and is frozen there, before another comes to where it was last looked at.
     build = "- bricks: [{name: a, at: [0 mm, 0 mm, 3.9 mm]}, {name: b, at: [0 mm, 100 mm, 3.9 mm]}]"
     timeline = timeline_of(build, "expect: [penetration: < 1 mm]")
-    measures = Measures(timeline)
+    measures = RunMeasurements(timeline)
     for placement in timeline.placements:
         measures.add(placement)
     measures.judged(0.005, {"a": BodyState(at(0.2, 0.0, 0.5 * THICKNESS))}, ["a"])

@@ -8,7 +8,7 @@ from stackdsl.report.warnings import passed_text
 from stackdsl.simulation.measurements import entry
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Arrival, Placement, Timeline, World
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 from stackdsl.trace import Trace
 from tests.planks import ACROSS, FLOOR, GRAVITY, LENGTH, WOOD, four_stack, lying, plank
 
@@ -38,7 +38,7 @@ def thrown(speed: float, system: str) -> Trace:
     tower = [Placement(0.0, plank(name), 0, pose) for name, pose in four_stack(range(1, 5)).items()]
     from_beside = lying(3, y=LENGTH + 0.01, turn=ACROSS)
     shot = Placement(1.0, plank("shot"), 0, from_beside, Arrival.THROWN, (0.0, -speed, 0.0))
-    return play(Timeline(World(GRAVITY, WOOD, (FLOOR,)), (*tower, shot), 0.05), SYSTEMS[system])
+    return play(Timeline(FixedWorld(GRAVITY, WOOD, (FLOOR,)), (*tower, shot), 0.05), SYSTEMS[system])
 
 
 def test_a_plank_that_flies_through_a_tower_is_told_of() -> None:

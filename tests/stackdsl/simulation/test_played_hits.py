@@ -7,11 +7,11 @@ import pytest
 from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose, Vec3
 from stackdsl.language.claims.stands import Stands
-from stackdsl.simulation.brick_tracks import Watch
+from stackdsl.simulation.brick_tracks import BrickTracker
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.timeline import Arrival, Placement
-from stackdsl.trace import BrickState, EventKind, Trace, Verdict
+from stackdsl.trace import BrickState, EventKind, RunVerdict, Trace
 from tests.scenes import timeline_of
 
 GRAVITY, FRICTION = 9.81, 0.5
@@ -22,9 +22,9 @@ SHOT = Brick("shot", Box(SIZE), MASS)
 TABLE = Pose((0.0, 0.0, 0.1))
 
 
-def watched(moves: Vec3, tilt: float = 0.0, hit: bool = True) -> Watch:
+def watched(moves: Vec3, tilt: float = 0.0, hit: bool = True) -> BrickTracker:
     """A plank at rest that gets so far [m], turned by so much [rad], after a hit or without one."""
-    watch = Watch()
+    watch = BrickTracker()
     watch.add(Placement(0.0, PLANK, 1, TABLE))
     if hit:
         watch.add(Placement(1.0, SHOT, 0, Pose((0.5, 0.0, 0.1)), Arrival.THROWN, (-1.0, 0.0, 0.0)))
@@ -83,7 +83,7 @@ def test_a_plank_that_is_pushed_slides_as_far_as_friction_lets_it_and_stands(sys
     impulse = f"[{MASS * speed} N*s, 0 N*s, 0 N*s]"
     push = f"{{after: built + 0.5 s, push: {{brick: L3.1, impulse: {impulse}}}}}"
     trace = played("- column: {levels: 3}", push, system, "expect: [{stands: {for: 1 s}}]")
-    assert trace.verdict is Verdict.STANDS
+    assert trace.verdict is RunVerdict.STANDS
     assert trace.tracks["L3.1"].state is state
     assert trace.tracks["L3.1"].shift == pytest.approx(speed**2 / (2.0 * FRICTION * GRAVITY), rel=0.05)
     assert [event.bricks for event in trace.events if event.kind is EventKind.PUSHED] == [("L3.1",)]

@@ -52,7 +52,7 @@ class Tower:
         end = self.world.time() + seconds
         while self.world.time() < end and self.stability.awake():
             states = self.world.states(self.stability.awake()).values()
-            self.world.limit_travel(max(hypot(*state.velocity_W) for state in states) + 0.1)
+            self.world.set_max_speed(max(hypot(*state.velocity_W) for state in states) + 0.1)
             self.world.step()
             updates.append(self.stability.update())
         return updates

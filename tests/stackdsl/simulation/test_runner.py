@@ -8,7 +8,7 @@ from stability.problem import Stability
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.trace import STAND, BrickState, Collapse, Event, EventKind, Trace, Verdict
+from stackdsl.trace import STAND, BrickState, Collapse, Event, EventKind, RunVerdict, Trace
 from tests.scenes import timeline_of
 
 LENGTH = 0.1176  # of a KAPLA plank [m]
@@ -276,7 +276,7 @@ def test_bricks_set_down_together_are_proven_together_whatever_their_order() -> 
 def test_where_only_a_proof_is_asked_for_no_engine_shows_what_falls() -> None:
     overhang = "- column: {levels: 2, step: 60 mm}"
     judged = played(overhang, "expect: [{verdict: unstable}]", system="exact")
-    assert judged.verdict is Verdict.UNWATCHED
+    assert judged.verdict is RunVerdict.UNWATCHED
     assert {name: track.state for name, track in judged.tracks.items()} == {
         "L1.1": BrickState.FROZEN,
         "L2.1": BrickState.UNWATCHED,

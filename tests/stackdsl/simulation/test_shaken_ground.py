@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.simulation.known_systems import missing, system_named
 from stackdsl.simulation.runner import play
-from stackdsl.trace import BrickState, Trace, Verdict
+from stackdsl.trace import BrickState, RunVerdict, Trace
 from tests.scenes import timeline_of
 
 GRAVITY = 9.81
@@ -63,7 +63,7 @@ def test_beyond_it_newmarks_block_slides_as_far_as_the_pulse_leaves_it_behind(sy
     way = 0.5 * beyond * duration**2 * (1.0 + beyond / (mu * GRAVITY))
     assert way_along(trace, "block", bearing) == pytest.approx(-way, rel=0.03)
     assert trace.tracks["block"].state is BrickState.DISPLACED
-    assert trace.verdict is Verdict.STANDS
+    assert trace.verdict is RunVerdict.STANDS
 
 
 @pytest.mark.parametrize("system", ENGINES)
@@ -127,7 +127,7 @@ def overturns_after(acceleration: float, base: float, height: float) -> float:
 @pytest.mark.parametrize("share", [0.98, 1.02])
 def test_a_long_pulse_tips_a_block_just_beyond_its_slenderness(share: float, system: str) -> None:
     trace = shaken(block(20, 100), pulse(share * GRAVITY * 0.2, 2.0, 90), system, "friction: 0.9")
-    assert trace.verdict is (Verdict.STANDS if share < 1.0 else Verdict.COLLAPSES)
+    assert trace.verdict is (RunVerdict.STANDS if share < 1.0 else RunVerdict.COLLAPSES)
     if share < 1.0 and system == "exact":
         assert trace.cost.steps == 0
 
@@ -138,7 +138,7 @@ def test_a_short_pulse_rocks_a_slender_block_and_a_longer_one_overturns_it(times
     acceleration = times * GRAVITY * 0.1
     duration = share * overturns_after(acceleration, 0.02, 0.2)
     trace = shaken(block(20, 200), pulse(acceleration, duration), rest="friction: 0.9\nwatch: 3 s")
-    assert (trace.verdict is Verdict.COLLAPSES) == (share > 1.0)
+    assert (trace.verdict is RunVerdict.COLLAPSES) == (share > 1.0)
 
 
 @pytest.mark.parametrize("share", [0.99, 1.01])
@@ -147,7 +147,7 @@ def test_a_column_tips_as_one_where_its_weight_as_tilted_leaves_its_foot(share: 
     size = "{size: [40 mm, 40 mm, 40 mm], mass: 50 g}"
     build = f"- brick: {size}\n  column: {{levels: 5}}"
     trace = shaken(build, pulse(share * GRAVITY / 5.0, 1.5, 180), rest="friction: 0.5")
-    assert trace.verdict is (Verdict.STANDS if share < 1.0 else Verdict.COLLAPSES)
+    assert trace.verdict is (RunVerdict.STANDS if share < 1.0 else RunVerdict.COLLAPSES)
     assert (trace.cost.steps == 0) == (share < 1.0)
 
 
@@ -161,7 +161,7 @@ def test_what_hangs_over_bears_less_of_a_ground_that_goes_the_other_way(bearing:
     )
     trace = shaken(build, pulse(0.15 * GRAVITY, 1.0, bearing))
     assert (trace.cost.steps == 0) is stands
-    assert trace.verdict is (Verdict.STANDS if stands else Verdict.COLLAPSES)
+    assert trace.verdict is (RunVerdict.STANDS if stands else RunVerdict.COLLAPSES)
 
 
 def test_what_stands_slides_first_where_friction_is_least() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose
-from stackdsl.simulation.brick_tracks import Watch
+from stackdsl.simulation.brick_tracks import BrickTracker
 from stackdsl.simulation.measurements import TREMBLE, SwayMeter
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
@@ -21,7 +21,7 @@ LOOK = 0.01  # [s]
 
 def swayed(way: Callable[[float], float], seconds: float = 3.0, arrival: Arrival = Arrival.SET_DOWN) -> Sway | None:
     """What is told of a plank that goes so along x, from where it was set down."""
-    watch = Watch()
+    watch = BrickTracker()
     watch.add(Placement(0.0, Brick("a", Box(SIZE), 0.012), 1, Pose((way(0.0), 0.0, 0.0039)), arrival))
     meter = SwayMeter(watch)
     for look in range(1, round(seconds / LOOK) + 1):

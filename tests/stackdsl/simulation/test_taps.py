@@ -11,7 +11,7 @@ import pytest
 from stability.model import BodyId, Pose, Vec3
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Placement, Push, Timeline, World
+from stackdsl.timeline import FixedWorld, Placement, PushAction, Timeline
 from stackdsl.trace import Trace
 from tests.planks import FLOOR, GRAVITY, MASS, WOOD, column, four_stack, plank
 
@@ -21,8 +21,8 @@ TAPS = 10
 def tapped(poses: Mapping[BodyId, Pose], brick: BodyId, velocity_W: Vec3) -> Trace:
     placed = [Placement(0.0, plank(name), number, pose) for number, (name, pose) in enumerate(poses.items(), 1)]
     impulse = (MASS * velocity_W[0], MASS * velocity_W[1], 0.0)
-    taps = [Push(1.0 + 0.5 * count, brick, impulse) for count in range(TAPS)]
-    return play(Timeline(World(GRAVITY, WOOD, (FLOOR,)), (*placed, *taps), hold=0.5), SYSTEMS["exact"])
+    taps = [PushAction(1.0 + 0.5 * count, brick, impulse) for count in range(TAPS)]
+    return play(Timeline(FixedWorld(GRAVITY, WOOD, (FLOOR,)), (*placed, *taps), hold=0.5), SYSTEMS["exact"])
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.02, 0.05, 0.1])

@@ -8,7 +8,7 @@ from typing import Any
 
 from stackdsl.checking.cases import Case
 from stackdsl.studies.sweep import SweptCase, sweep
-from stackdsl.studies.sweep_plan import Plan, plan_of
+from stackdsl.studies.sweep_plan import SweepPlan, plan_of
 from stackdsl.studies.sweep_workers import Workers
 from tests.scenes import compiled
 
@@ -30,7 +30,7 @@ def cases(text: str = SHAKY, samples: int = 300, seed: int = 1) -> list[Case]:
     return list(found)
 
 
-def plan(text: str = SHAKY, samples: int = 300, seed: int = 1) -> Plan:
+def plan(text: str = SHAKY, samples: int = 300, seed: int = 1) -> SweepPlan:
     return plan_of(cases(text, samples, seed))
 
 
@@ -51,5 +51,5 @@ def here() -> AbstractContextManager[Workers]:
     return nullcontext(Workers(Here(), lambda: 2))
 
 
-def swept(asked: Plan, out: Path) -> tuple[SweptCase, ...]:
+def swept(asked: SweepPlan, out: Path) -> tuple[SweptCase, ...]:
     return sweep(asked, out, here)

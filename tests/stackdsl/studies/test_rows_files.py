@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.studies import sweep_rows
-from stackdsl.studies.sweep_plan import NothingToSweepError, Plan, plan_of
+from stackdsl.studies.sweep_plan import NothingToSweepError, SweepPlan, plan_of
 from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder, RowsError
 from tests.stackdsl.studies.sweeps import SHAKY, STEPS, cases, plan, swept
 
@@ -33,7 +33,7 @@ def out(tmp_path: Path) -> Path:
         (plan(samples=10), "has more rows than the 10 that are asked for"),
     ],
 )
-def test_a_file_of_another_sweep_is_refused_and_left_as_it_is(out: Path, other: Plan, why: str) -> None:
+def test_a_file_of_another_sweep_is_refused_and_left_as_it_is(out: Path, other: SweepPlan, why: str) -> None:
     was = out.read_bytes()
     with pytest.raises(RowsError, match=re.escape(why)):
         JsonLines(out, other)

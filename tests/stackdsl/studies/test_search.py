@@ -6,32 +6,48 @@ from math import inf
 
 import pytest
 
-from stackdsl.studies.limit_search import EVERYWHERE, Aim, Answer, Asking, Found, Range, Start, Tried, search
+from stackdsl.studies.limit_search import (
+    EVERYWHERE,
+    Range,
+    SearchResult,
+    SearchStart,
+    SearchTarget,
+    TrialVerdict,
+    Tried,
+    VerdictCache,
+    search,
+)
 
 
 @dataclass
-class Told(Asking):
+class Told(VerdictCache):
     """Answers by rule instead of by statics."""
 
-    rule: Callable[[float], Answer] = lambda _: Answer.STANDS
+    rule: Callable[[float], TrialVerdict] = lambda _: TrialVerdict.STANDS
 
     def _ask(self, value: float) -> Tried:
         return Tried(value, self.rule(value))
 
 
 def asked(
-    rule: Callable[[float], bool | Answer], number: float, upwards: bool, within: Range = EVERYWHERE, **more: float
-) -> tuple[Found, Told]:
-    def answer(value: float) -> Answer:
+    rule: Callable[[float], bool | TrialVerdict],
+    number: float,
+    upwards: bool,
+    within: Range = EVERYWHERE,
+    **more: float,
+) -> tuple[SearchResult, Told]:
+    def answer(value: float) -> TrialVerdict:
         given = rule(value)
-        return given if isinstance(given, Answer) else (Answer.STANDS if given else Answer.FALLS)
+        return given if isinstance(given, TrialVerdict) else (TrialVerdict.STANDS if given else TrialVerdict.FALLS)
 
     asking = Told(lambda _: (None, ()), rule=answer)
     whole = bool(more.pop("whole", 0.0))
-    return search(asking, Start(number, 1.0, whole), Aim(upwards, 1e-7, within, more.get("guess"))), asking
+    return search(
+        asking, SearchStart(number, 1.0, whole), SearchTarget(upwards, 1e-7, within, more.get("guess"))
+    ), asking
 
 
-def sides(found: Found) -> tuple[float, float]:
+def sides(found: SearchResult) -> tuple[float, float]:
     assert found.stands is not None
     assert found.beyond is not None
     return found.stands.value, found.beyond.value
@@ -83,43 +99,45 @@ def test_without_a_limit_in_the_range_it_stands_to_the_end() -> None:
 
 
 def test_what_never_stands_has_no_limit() -> None:
-    assert asked(lambda value: False, 3.0, upwards=True)[0] == Found(None)
-    assert asked(lambda value: Answer.OPEN, 3.0, upwards=True)[0] == Found(None)
+    assert asked(lambda value: False, 3.0, upwards=True)[0] == SearchResult(None)
+    assert asked(lambda value: TrialVerdict.OPEN, 3.0, upwards=True)[0] == SearchResult(None)
 
 
 def test_a_window_is_told_as_no_only_limit() -> None:
     #   It stands from 2 to 5; the largest is 5, and below 2 it falls also.
     found, _ = asked(lambda value: 2.0 <= value <= 5.0, 4.0, upwards=True)
     assert sides(found)[0] == pytest.approx(5.0, rel=1e-7)
-    assert {each.answer for each in found.contradicting} == {Answer.FALLS}
+    assert {each.answer for each in found.contradicting} == {TrialVerdict.FALLS}
     assert all(each.value < 2.0 for each in found.contradicting)
 
 
 def test_where_it_stands_again_further_out_that_is_told() -> None:
     found, _ = asked(lambda value: value <= 5.0 or value >= 7.0, 4.0, upwards=True)
     assert sides(found)[0] == pytest.approx(5.0, rel=1e-7)
-    assert [each.answer for each in found.contradicting] == [Answer.STANDS] * len(found.contradicting)
+    assert [each.answer for each in found.contradicting] == [TrialVerdict.STANDS] * len(found.contradicting)
     assert found.contradicting
 
 
 def test_it_may_stand_up_to_the_last_number_with_which_it_is_a_scenario() -> None:
-    found, asking = asked(lambda value: value <= 9.0 or Answer.NO_SCENARIO, 4.0, upwards=True)
+    found, asking = asked(lambda value: value <= 9.0 or TrialVerdict.NO_SCENARIO, 4.0, upwards=True)
     stands, none = sides(found)
     assert stands <= 9.0 < none <= stands * (1.0 + 1.1e-7)
-    assert asking(none).answer is Answer.NO_SCENARIO
+    assert asking(none).answer is TrialVerdict.NO_SCENARIO
 
 
 def test_what_falls_just_before_it_is_no_scenario_has_its_limit_there() -> None:
-    found, asking = asked(lambda v: v <= 8.8 or (Answer.FALLS if v <= 9.0 else Answer.NO_SCENARIO), 4.0, upwards=True)
+    found, asking = asked(
+        lambda v: v <= 8.8 or (TrialVerdict.FALLS if v <= 9.0 else TrialVerdict.NO_SCENARIO), 4.0, upwards=True
+    )
     stands, falls = sides(found)
-    assert asking(falls).answer is Answer.FALLS
+    assert asking(falls).answer is TrialVerdict.FALLS
     assert stands == pytest.approx(8.8, rel=1e-7)
 
 
 def test_what_grows_too_large_is_left_alone() -> None:
-    found, asking = asked(lambda value: value <= 900 or Answer.TOO_LARGE, 20.0, upwards=True, whole=1.0)
+    found, asking = asked(lambda value: value <= 900 or TrialVerdict.TOO_LARGE, 20.0, upwards=True, whole=1.0)
     assert found.beyond is not None
-    assert found.beyond.answer is Answer.TOO_LARGE
+    assert found.beyond.answer is TrialVerdict.TOO_LARGE
     assert sum(value > 900 for value in asking.tried) == 1
 
 

@@ -8,8 +8,8 @@ from stackdsl.api.find import sensitivities
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.studies import sensitivity_csv, sensitivity_json, sensitivity_lines
-from stackdsl.studies.find_limit import SoughtError
-from stackdsl.studies.sensitivities import Effect, Of, Sensitivities, Source
+from stackdsl.studies.find_limit import SearchError
+from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from tests.stackdsl.studies.known_limits import SEESAW, V
 
 # The upper block, 60 mm high, turns about the end of the lower one at (100 mm - x) / 30 mm of g.
@@ -39,7 +39,7 @@ def test_what_lies_near_an_end_survives_less_the_further_out_it_lies() -> None:
     for what, slope in (("x of top", -1.0 / 30.0), ("x of base", 1.0 / 30.0)):
         each = effect(found, what)
         assert [each.less, each.more] == pytest.approx([slope, slope], rel=1e-5)
-        assert (each.source, each.has_kink, each.unit) == (Source.CHECKED, False, "mm")
+        assert (each.source, each.has_kink, each.unit) == (SlopeSource.CHECKED, False, "mm")
     assert [each.what for each in found.effects if each.counts] == ["x of base", "x of top"]  # 1 % of 200 and 80 mm
 
 
@@ -49,7 +49,7 @@ def test_flush_on_what_it_lies_it_survives_less_either_way() -> None:
     #   The contact loses at one end what the block moves, and the block turns about that end: by 1 mm of 30 mm height.
     assert each.less == pytest.approx(1.0 / 30.0, rel=1e-4)
     assert each.more == pytest.approx(-1.0 / 30.0, rel=1e-4)
-    assert (each.source, each.has_kink) == (Source.CHECKED, True)
+    assert (each.source, each.has_kink) == (SlopeSource.CHECKED, True)
 
 
 def test_what_slides_survives_as_much_as_its_friction() -> None:
@@ -64,7 +64,7 @@ def test_a_steeper_v_needs_less_friction() -> None:
     found = of(V, "friction", check=1)
     each = effect(found, "angle")
     slope = -0.5 / sin(radians(65.0)) ** 2 * radians(1.0)  # of (c - t / L) / 2, by a degree
-    assert each.source is Source.CHECKED
+    assert each.source is SlopeSource.CHECKED
     assert [each.less, each.more] == pytest.approx([slope, slope], rel=1e-5)
 
 
@@ -81,19 +81,21 @@ def test_a_counterweight_holds_by_its_moment() -> None:
 
 
 def test_what_does_not_stand_or_needs_no_friction_has_no_margin() -> None:
-    with pytest.raises(SoughtError, match="UNSTABLE: top tips over base; what does not stand has no margin"):
+    with pytest.raises(SearchError, match="UNSTABLE: top tips over base; what does not stand has no margin"):
         of(ON_END.replace("X", "110"))
-    with pytest.raises(SoughtError, match="it has no limit of friction"):
+    with pytest.raises(SearchError, match="it has no limit of friction"):
         of(SLAB, "friction")
 
 
-@pytest.mark.parametrize(("last", "in_doubt"), [(Source.DUALS, True), (Source.CHECKED, False)])
+@pytest.mark.parametrize(("last", "in_doubt"), [(SlopeSource.DUALS, True), (SlopeSource.CHECKED, False)])
 def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_may_be_off(
-    last: Source, in_doubt: bool
+    last: SlopeSource, in_doubt: bool
 ) -> None:
     # Also where the rest seems not to matter, as the forces say that are not unique.
-    contradicted = Effect("x of a", "mm", 100.0, -0.1, 0.2, Source.DIFFERENCES)
-    found = Sensitivities("vee", Of.ACCELERATION, 0.5, [contradicted, Effect("x of b", "mm", 100.0, 0.0, 0.0, last)])
+    contradicted = Effect("x of a", "mm", 100.0, -0.1, 0.2, SlopeSource.DIFFERENCES)
+    found = Sensitivities(
+        "vee", MarginKind.ACCELERATION, 0.5, [contradicted, Effect("x of b", "mm", 100.0, 0.0, 0.0, last)]
+    )
     text = "\n".join(sensitivity_lines(found, 15))
     assert ("not unique at the limit: what is not checked may be off" in text) is in_doubt
     assert ("1 of 2 numbers do not matter, none of them held against differences" in text) is in_doubt

@@ -5,7 +5,7 @@ import pytest
 from stackdsl.api.find import find
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.language.yaml.source import parse
-from stackdsl.studies.find_limit import End, FoundLimit, SoughtError
+from stackdsl.studies.find_limit import End, FoundLimit, SearchError
 
 # A column of N planks of 117.6 mm, each shifted by d, stands while N d is at most that.
 COLUMN = """
@@ -86,14 +86,14 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
     (case,) = cases(COLUMN)
     found = find(case, largest="step", from_="0.1 cm", to="5 mm")
     assert (found.end, found.stands, found.beyond) == (End.NONE, 5.0, None)
-    with pytest.raises(SoughtError, match="'5' is no value of 'step'; write such as 12 mm"):
+    with pytest.raises(SearchError, match="'5' is no value of 'step'; write such as 12 mm"):
         find(case, largest="step", to="5")
-    with pytest.raises(SoughtError, match="'5 kg' is no value of 'step'"):
+    with pytest.raises(SearchError, match="'5 kg' is no value of 'step'"):
         find(case, largest="step", to="5 kg")
-    with pytest.raises(SoughtError, match="from 5 mm to 1 mm there is nothing to search"):
+    with pytest.raises(SearchError, match="from 5 mm to 1 mm there is nothing to search"):
         find(case, largest="step", from_="5 mm", to="1 mm")
     with pytest.raises(
-        SoughtError, match="it is no scenario with any number that was tried; with 200 mm, SD202: nothing"
+        SearchError, match="it is no scenario with any number that was tried; with 200 mm, SD202: nothing"
     ):
         find(case, largest="step", from_="200 mm", to="300 mm")
 
@@ -108,18 +108,18 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
     ],
 )
 def test_what_no_limit_can_be_asked_of_is_told_with_why(name: str, why: str) -> None:
-    with pytest.raises(SoughtError) as refused:
+    with pytest.raises(SearchError) as refused:
         find(cases(COLUMN)[0], largest=name)
     assert why in str(refused.value)
 
 
 def test_what_cannot_be_asked_so_is_told_with_why() -> None:
     (case,) = cases(COLUMN)
-    with pytest.raises(SoughtError, match="ask for the --largest, not the --most"):
+    with pytest.raises(SearchError, match="ask for the --largest, not the --most"):
         find(case, most="step")
-    with pytest.raises(SoughtError, match="a bearing is asked of the tilt or the acceleration"):
+    with pytest.raises(SearchError, match="a bearing is asked of the tilt or the acceleration"):
         find(case, largest="step", bearing=1.0)
-    with pytest.raises(SoughtError, match="stands from no tilt on"):
+    with pytest.raises(SearchError, match="stands from no tilt on"):
         find(case, least="tilt")
     with pytest.raises(TypeError, match="one of largest, least and most"):
         find(case, largest="step", least="step")
@@ -128,7 +128,7 @@ def test_what_cannot_be_asked_so_is_told_with_why() -> None:
 
 
 def test_what_is_written_twice_is_told_with_both_places() -> None:
-    with pytest.raises(SoughtError, match=r"'step' is written in 2 places: known.yaml:4:\d+, known.yaml:5:\d+"):
+    with pytest.raises(SearchError, match=r"'step' is written in 2 places: known.yaml:4:\d+, known.yaml:5:\d+"):
         find(cases(TWO)[0], largest="step")
 
 

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 from stackdsl.judging.statistics import interval
-from stackdsl.sampling.fates import asked_anew
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Draws, design_of
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.sample_outcomes import asked_anew
+from stackdsl.sampling.samples import Draws, build_plan_of
 from stackdsl.studies import sweep as sweeping
 from stackdsl.studies import sweep_plan
 from stackdsl.studies.sweep import SweepError, sweep
-from stackdsl.studies.sweep_plan import Judged, OtherProgram, judged_piece
+from stackdsl.studies.sweep_plan import JudgedSamples, OtherProgram, judged_piece
 from stackdsl.studies.sweep_workers import Workers
 from stackdsl.supervising.executors import SupervisedExecutor
 from tests.stackdsl.studies.sweeps import STEPS, Here, cases, plan, swept
@@ -43,9 +43,9 @@ def test_each_sample_has_the_row_that_statics_give_it_from_an_empty_site_on(tmp_
     rows = rows_of(tmp_path / "rows.jsonl")
     assert [row["sample"] for row in rows] == [*range(60)]
     (case,) = cases(samples=60)
-    design, levels = design_of(case.timeline), []
+    design, levels = build_plan_of(case.timeline), []
     for sample in range(60):
-        placed = Hands(design, Draws(1, "shaky", sample, 1)).build().placed(0)
+        placed = PlacementSampler(design, Draws(1, "shaky", sample, 1)).build().placed(0)
         levels.append(asked_anew(design, placed) or None)
     assert [row["level"] for row in rows] == levels
     assert {row["verdict"] for row in rows if row["level"] is None} == {"stands"}
@@ -108,7 +108,7 @@ def test_cases_with_fewer_samples_drop_out_of_the_rows_and_a_kill_at_any_row_mak
 ASKED: list[int] = []
 
 
-def noted(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
+def noted(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
     ASKED.append(count)
     return judged_piece(case, first, count, program)
 
@@ -190,7 +190,7 @@ def test_what_is_judged_waits_for_the_rows_before_it_but_no_more_than_a_few_piec
     assert [row["sample"] for row in rows_of(tmp_path / "rows.jsonl")] == [*range(300)]
 
 
-def deadly(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
+def deadly(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
     """Sample 77 brings its process down as a fault in a native library does, and 200 eats up all memory."""
     if 77 in range(first, first + count):
         os.kill(os.getpid(), signal.SIGSEGV)
@@ -216,7 +216,7 @@ def test_what_brings_its_process_down_costs_one_sample_and_is_named(
     assert counted.stands == interval(stood, stood + 2, 300, 0.05)  # neither counts for a side
 
 
-def always(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
+def always(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
     raise RuntimeError("no such luck")
 
 
@@ -227,7 +227,7 @@ def test_a_sweep_of_which_everything_fails_ends_and_says_why(tmp_path: Path, mon
         swept(plan(), tmp_path / "rows.jsonl")
 
 
-def elsewhere(case: bytes, first: int, count: int, program: str) -> Judged | OtherProgram:
+def elsewhere(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
     return judged_piece(case, first, count, "0123456789abcdef")
 
 

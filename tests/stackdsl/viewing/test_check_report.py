@@ -10,8 +10,8 @@ from urllib.parse import unquote
 import pytest
 
 from stackdsl.diagnostics import Span
-from stackdsl.results import Outcome, Report, RunStatus, VariantResult
-from stackdsl.viewing.check_report.charts import Axis, charts
+from stackdsl.results import ClaimOutcome, Report, RunStatus, VariantResult
+from stackdsl.viewing.check_report.charts import ChartAxis, charts
 from stackdsl.viewing.check_report.page import ShownCase, file_name, index_page
 from tests.command_line import GOOD, Stackdsl
 
@@ -22,7 +22,7 @@ HOSTILE = "<script>alert(1)</script>"
 def result(name: str, margin: float = 1.0, **other: str) -> VariantResult:
     parameters = tuple(other.items())
     variant = ",".join([*(f"{key}={value}" for key, value in parameters), "exact"])
-    outcome = Outcome("stands", "for 2 s", "it did", margin, "mm", margin >= 0.0, SPAN)
+    outcome = ClaimOutcome("stands", "for 2 s", "it did", margin, "mm", margin >= 0.0, SPAN)
     done = VariantResult(name, variant, "exact", "a.yaml", RunStatus.DONE, "stands", outcomes=(outcome,))
     return replace(done, parameters=parameters)
 
@@ -135,7 +135,7 @@ def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_wheth
 
 def test_a_claim_that_all_cases_tell_in_one_unit_is_drawn_rather_than_the_first() -> None:
     runs = [result("tower", 3.0, step=f"{step} mm") for step in range(3)]
-    other = Outcome("creep", "< 1 mm", "0.4 mm", 0.6, "mm", passed=True, span=SPAN)
+    other = ClaimOutcome("creep", "< 1 mm", "0.4 mm", 0.6, "mm", passed=True, span=SPAN)
     units = zip(runs, "abc", strict=True)
     mixed = [replace(run, outcomes=(replace(run.outcomes[0], unit=unit), other)) for run, unit in units]
     assert "tower: margin of creep over step" in charts(mixed)
@@ -159,7 +159,7 @@ def test_what_else_differs_makes_a_line_of_its_own() -> None:
     [(0.0, 6.0, [0, 1, 2, 3, 4, 5, 6]), (-48.0, 6.0, [-40, -30, -20, -10, 0]), (0.1, 0.3, [0.1, 0.15, 0.2, 0.25, 0.3])],
 )
 def test_axes_have_round_numbers(least: float, largest: float, ticks: list[float]) -> None:
-    axis = Axis(least, largest, 0.0, 100.0)
+    axis = ChartAxis(least, largest, 0.0, 100.0)
     assert list(axis.ticks()) == pytest.approx(ticks)
     assert (axis.place(least), axis.place(largest)) == (0.0, 100.0)
 

@@ -11,7 +11,7 @@ import pytest
 
 from stackdsl.viewing.check_report.page import script_and_style
 from stackdsl.viewing.replay.page import LOADER, hash_of, program_and_style
-from stackdsl.viewing.server import Board, Folder, OnePage, PageServer, Site, events, listening
+from stackdsl.viewing.server import Board, Folder, OnePage, PageServer, WebSite, events, listening
 from tests.command_line import AMPLE
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -20,7 +20,7 @@ TOKEN = "a-token-that-nobody-guesses"
 class Served:
     """A site that is served from here, and what comes of requests to it."""
 
-    def __init__(self, site: Site) -> None:
+    def __init__(self, site: WebSite) -> None:
         self.board = Board()
         self.server = PageServer(listening(), TOKEN, site, self.board)
         self.host = "{}:{}".format(*self.server.socket.getsockname())

@@ -10,7 +10,7 @@ from stability.geometry.solid_making import solid_of_corners
 from stability.geometry.vectors import scale
 from stability.model import BodyState, Brick, Pose, Vec3
 from stability.stabilizers.approach import Hit
-from stability.stabilizers.exact.hits import Flying, Holding, friction_stops
+from stability.stabilizers.exact.hits import Holding, IncomingBrick, friction_stops
 from stability.stabilizers.exact.overload import MOVED
 from stability.statics.assembly import Assembly
 from tests.planks import GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, column, standing
@@ -38,7 +38,7 @@ def is_stopped(assembly: Assembly, brick: str, coming: Coming) -> bool:
     state = BodyState(start, coming.velocity_W or scale(coming.speed, coming.normal_W))
     beside = [placed for name, placed in assembly.bricks.items() if name != brick]
     hit = Hit("cube", brick, coming.speed, coming.normal_W)
-    return friction_stops(assembly, hit, Flying(Brick("cube", CUBE, MASS), state), beside, Holding())
+    return friction_stops(assembly, hit, IncomingBrick(Brick("cube", CUBE, MASS), state), beside, Holding())
 
 
 def fastest(above: int) -> float:

@@ -23,7 +23,7 @@ class BesideATable:
     def shape(self, name: BodyId) -> ConvexShape:
         return Box((1.0, 1.0, 1.0) if name == "table" else SIZE)
 
-    def near(self, name: BodyId, within: float) -> list[BodyId]:
+    def neighbours(self, name: BodyId, within: float) -> list[BodyId]:
         return sorted(self.poses)
 
     def states(self, names: Iterable[BodyId]) -> Mapping[BodyId, BodyState]:

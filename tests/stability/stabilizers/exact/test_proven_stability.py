@@ -42,7 +42,7 @@ class BoxEngine:
     def shape(self, body: BodyId) -> Shape:
         return self.shapes.get(body, Box(PLANK))
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted({*self.bricks, *self.planes, *self.touching.get(brick, ())} - {brick})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

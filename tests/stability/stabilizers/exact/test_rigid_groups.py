@@ -33,7 +33,7 @@ def world() -> Iterator[PyBulletWorld]:
 @pytest.fixture
 def rigid_groups(world: PyBulletWorld) -> RigidGroups:
     riding = RigidGroups(world)
-    riding.join({name: TOWER[name] for name in ("L4", "L3", "L2")}, TOUCHING, THICKNESS)
+    riding.weld({name: TOWER[name] for name in ("L4", "L3", "L2")}, TOUCHING, THICKNESS)
     return riding
 
 
@@ -70,7 +70,7 @@ def test_a_group_that_moves_two_millimetres_is_taken_apart_with_its_motion(
         assert world.time() < 0.1
     assert world.time() == pytest.approx((2.0 * 0.25 * THICKNESS / GRAVITY) ** 0.5, abs=MOVING.time_step)
     before = world.states(["L2", "L3", "L4"])
-    assert rigid_groups.part(moved_too_far[0]) == ("L2", "L3", "L4")
+    assert rigid_groups.unweld(moved_too_far[0]) == ("L2", "L3", "L4")
     after = world.states(["L2", "L3", "L4"])
     for name, state in after.items():
         assert state.velocity_W == pytest.approx((0.0, 0.0, -GRAVITY * world.time()), rel=1e-6, abs=1e-9)
@@ -87,7 +87,7 @@ def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, rigid_gro
 
 def test_nothing_rides_where_the_engine_cannot_join() -> None:
     with pytest.raises(TypeError, match="joins no bricks"):
-        RigidGroups(None).join(TOWER, TOUCHING, THICKNESS)
+        RigidGroups(None).weld(TOWER, TOUCHING, THICKNESS)
 
 
 def test_a_brick_that_is_hit_leaves_with_its_neighbours_and_the_rest_rides_on(world: PyBulletWorld) -> None:
@@ -98,7 +98,7 @@ def test_a_brick_that_is_hit_leaves_with_its_neighbours_and_the_rest_rides_on(wo
         world.add_brick(plank(name), pose)
         world.freeze(name)
     touching = {f"C{number}": [f"C{number - 1}", f"C{number + 1}"] for number in range(1, 8)}
-    riding.join(column, touching, THICKNESS)
+    riding.weld(column, touching, THICKNESS)
     world.step()
     riding.release("C3")
     assert riding.bricks == {"C5", "C6", "C7"}

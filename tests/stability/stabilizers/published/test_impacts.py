@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from stability.model import Vec3
 from stability.stabilizers.published.impacts import (
-    Impact,
+    ImpactEnergy,
     energy_of_flight,
     energy_of_load,
     energy_of_push,
@@ -82,7 +82,7 @@ def test_a_lone_plank_is_disturbed_by_its_like_from_the_speed_of_a_fall_by_half_
 ) -> None:
     #   m v^2 / 2 = m g t / 2, so v = sqrt(g t) = 0.2766 m/s
     kinetic = energy_of_flight(MASS, (0.0, -speed, 0.0))
-    assert Impact(kinetic, potential("0", column(1))).disturbs is disturbed
+    assert ImpactEnergy(kinetic, potential("0", column(1))).disturbs is disturbed
 
 
 @pytest.mark.parametrize("carried", [1, 2, 5, 12])
@@ -163,11 +163,11 @@ def test_a_push_counts_as_what_it_would_give_a_free_brick() -> None:
 
 
 def test_equal_energies_disturb_nothing() -> None:
-    assert not Impact(1.0, 1.0).disturbs
+    assert not ImpactEnergy(1.0, 1.0).disturbs
 
 
 def test_an_impact_names_both_energies() -> None:
-    assert str(Impact(0.0053797, 0.0271069)) == "5.38 mJ against 27.1 mJ"
+    assert str(ImpactEnergy(0.0053797, 0.0271069)) == "5.38 mJ against 27.1 mJ"
 
 
 @given(st.floats(-10.0, 10.0), st.sampled_from(["0", "3", "6"]))

@@ -20,7 +20,7 @@ from stability.stabilizers.published.leaning import (
     leaning_brick,
     leaning_forces,
 )
-from stability.stabilizers.published.support import Load
+from stability.stabilizers.published.support import CarriedLoad
 
 LENGTH, WIDTH, THICKNESS, MASS = 0.1176, 0.0234, 0.0078, 0.012  # a KAPLA plank [m, kg]
 Change = Callable[[Vec3], Vec3]
@@ -31,9 +31,9 @@ def across(x: float, z: float) -> tuple[Vec3, Vec3]:
     return ((x, -WIDTH / 2.0, z), (x, WIDTH / 2.0, z))
 
 
-def plank(angle: float) -> Load:
+def plank(angle: float) -> CarriedLoad:
     """A plank whose lower face begins at the origin and rises towards +x."""
-    return Load(MASS, ((LENGTH * cos(angle) - THICKNESS * sin(angle)) / 2.0, 0.0))
+    return CarriedLoad(MASS, ((LENGTH * cos(angle) - THICKNESS * sin(angle)) / 2.0, 0.0))
 
 
 def ladder(angle: float, floor: float, wall: float) -> LeaningBrick:
@@ -55,7 +55,7 @@ def over_an_edge(angle: float, reach: float, floor: float, edge: float, slant: f
     return LeaningBrick(foot, upper)
 
 
-def forces(brick: LeaningBrick, load: Load) -> LeaningForces:
+def forces(brick: LeaningBrick, load: CarriedLoad) -> LeaningForces:
     found = leaning_forces(brick, load)
     assert found is not None
     return found
@@ -150,7 +150,7 @@ def test_a_contact_on_the_axis_of_the_torque_holds_nothing() -> None:
     #   The centre of mass is out along x, so the weight turns the brick about y, and the contact lies along y.
     foot = LeaningArea("ground", ((0.0, 0.0, 0.0),), (0.0, 0.0, 1.0), 1.0)
     beside = LeaningArea("block", ((0.0, 0.05, 0.0),), (0.0, 0.0, 1.0), 1.0)
-    assert leaning_forces(LeaningBrick(foot, beside), Load(MASS, (0.02, 0.0))) is None
+    assert leaning_forces(LeaningBrick(foot, beside), CarriedLoad(MASS, (0.02, 0.0))) is None
 
 
 def test_the_centre_of_a_patch_is_that_of_its_area() -> None:
@@ -166,7 +166,7 @@ def test_the_centre_of_a_patch_is_that_of_its_area() -> None:
     assert one.on_pivot == pytest.approx(other.on_pivot)
 
 
-def changed(brick: LeaningBrick, load: Load, change: Change, lengths: float = 1.0) -> LeaningForces:
+def changed(brick: LeaningBrick, load: CarriedLoad, change: Change, lengths: float = 1.0) -> LeaningForces:
     """The forces after a linear map of space by which lengths grow so many times."""
 
     def area(old: LeaningArea) -> LeaningArea:
@@ -174,10 +174,10 @@ def changed(brick: LeaningBrick, load: Load, change: Change, lengths: float = 1.
         return replace(old, points_W=tuple(change(point) for point in old.points_W), normal_W=(x, y, z))
 
     x, y, _ = change((*load.com, 0.0))
-    return forces(LeaningBrick(area(brick.pivot), area(brick.contact)), Load(load.mass, (x, y)))
+    return forces(LeaningBrick(area(brick.pivot), area(brick.contact)), CarriedLoad(load.mass, (x, y)))
 
 
-def skewed() -> tuple[LeaningBrick, Load]:
+def skewed() -> tuple[LeaningBrick, CarriedLoad]:
     """A plank with its contacts off the middle."""
     brick = ladder(radians(65.0), 0.4, 0.3)
     top = ((0.05, 0.002, 0.1066), (0.05, 0.0117, 0.1066))

@@ -62,7 +62,7 @@ class StillWorld:
             return Box(self.boxes[body])
         return next((HalfSpace(plane.normal_W) for plane in self.planes if plane.id == body), None)
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted(self.boxes.keys() | self.fixed() | self.strangers - {brick})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

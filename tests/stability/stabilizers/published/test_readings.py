@@ -12,9 +12,9 @@ from stability.stabilizers.published.leaning import LeaningArea, LeaningBrick, L
 from stability.stabilizers.published.support import (
     AS_READ,
     ActsAt,
+    CarriedLoad,
     Closest,
     ContactArea,
-    Load,
     Merge,
     Readings,
     Square,
@@ -45,13 +45,13 @@ APART = (strip("a", -0.04), strip("b", 0.04))
 
 def test_the_closest_point_of_a_contact_is_no_farther_than_its_closest_corner() -> None:
     #   com at 0      straight ahead on the edge of b, at 30 mm; so Eq. 7 gives 30 / 70 to each
-    found = shares(Load(1.0, (0.0, 0.0)), APART, Readings(pivot=Closest.POINT))
+    found = shares(CarriedLoad(1.0, (0.0, 0.0)), APART, Readings(pivot=Closest.POINT))
     assert [share.mass for share in found] == pytest.approx([3.0 / 7.0] * 2)
     assert [share.at[0] for share in found] == pytest.approx([-0.04, 0.04])
 
 
 def test_equation_10_to_the_letter_puts_the_equivalent_mass_at_com_above() -> None:
-    load = Load(1.0, (0.005, 0.002))
+    load = CarriedLoad(1.0, (0.005, 0.002))
     assert [share.at for share in shares(load, APART, TO_THE_LETTER)] == [load.com] * 2
     usual = [share.mass for share in shares(load, APART)]
     assert [share.mass for share in shares(load, APART, TO_THE_LETTER)] == usual
@@ -64,7 +64,7 @@ def test_where_parts_act_on_two_supports_and_on_more_is_read_apart(acts_at: Acts
     com, two, three = (-0.02, 0.0), (-0.05, 0.02), (-0.05, 0.02, 0.05)
     for places, reading in ((two, acts_at), (three, equal_acts_at)):
         areas = tuple(strip(f"{x}", x) for x in places)
-        found = [share.at[0] for share in shares(Load(3.0, com), areas, readings)]
+        found = [share.at[0] for share in shares(CarriedLoad(3.0, com), areas, readings)]
         assert found == pytest.approx(places if reading is ActsAt.CONTACT else [com[0]] * len(places))
 
 
@@ -96,7 +96,7 @@ def test_to_the_letter_the_first_plank_on_two_brings_both_of_them_down() -> None
 @pytest.mark.parametrize(("x", "to_b"), [(0.0, 0.5), (0.01, 0.625), (-0.02, 0.25)])
 def test_by_the_lever_rule_a_support_carries_as_the_other_is_far(x: float, to_b: float) -> None:
     #   a at -40 mm, b at +40 mm
-    found = {share.on: share.mass for share in shares(Load(2.0, (x, 0.0)), APART, LEVER_RULE)}
+    found = {share.on: share.mass for share in shares(CarriedLoad(2.0, (x, 0.0)), APART, LEVER_RULE)}
     assert found == pytest.approx({"a": 2.0 * (1.0 - to_b), "b": 2.0 * to_b})
 
 
@@ -107,7 +107,7 @@ def test_by_the_lever_rule_a_support_carries_as_the_other_is_far(x: float, to_b:
 def test_the_lever_rule_keeps_load_and_moment_wherever_the_load_is(
     com: tuple[float, float], places: tuple[float, float]
 ) -> None:
-    found = shares(Load(3.0, com), (strip("a", places[0]), strip("b", places[1])), LEVER_RULE)
+    found = shares(CarriedLoad(3.0, com), (strip("a", places[0]), strip("b", places[1])), LEVER_RULE)
     assert sum(share.mass for share in found) == pytest.approx(3.0)
     for axis in (0, 1):
         assert sum(share.mass * share.at[axis] for share in found) == pytest.approx(3.0 * com[axis], abs=1e-12)
@@ -115,7 +115,7 @@ def test_the_lever_rule_keeps_load_and_moment_wherever_the_load_is(
 
 
 def test_the_published_shares_would_not_have_passed_that() -> None:
-    found = shares(Load(3.0, (0.0, 0.0)), APART)
+    found = shares(CarriedLoad(3.0, (0.0, 0.0)), APART)
     assert sum(share.mass for share in found) != pytest.approx(3.0, rel=0.05)
 
 
@@ -139,7 +139,7 @@ def middle(angle: float) -> float:
 
 
 def forces(angle: float, readings: Readings, wall: float = 0.0) -> LeaningForces:
-    found = leaning_forces(ladder(angle, wall), Load(MASS, (middle(angle), 0.0)), readings)
+    found = leaning_forces(ladder(angle, wall), CarriedLoad(MASS, (middle(angle), 0.0)), readings)
     assert found is not None
     return found
 
@@ -160,7 +160,7 @@ def test_the_press_on_a_wall_is_the_torque_over_the_lever_and_the_sine_of_the_an
 def test_a_contact_straight_above_the_pivot_has_no_lever_against_gravity() -> None:
     foot = LeaningArea("ground", across(0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
     top = LeaningArea("wall", across(0.0, LENGTH), (-1.0, 0.0, 0.0), 0.0)
-    load = Load(MASS, (0.01, 0.0))
+    load = CarriedLoad(MASS, (0.01, 0.0))
     assert leaning_forces(LeaningBrick(foot, top), load) is not None
     assert leaning_forces(LeaningBrick(foot, top), load, Readings(leaning_angle=Square.GRAVITY)) is None
 

@@ -37,7 +37,7 @@ class ScriptedEngine:
     def shape(self, body: BodyId) -> Shape:
         return None
 
-    def near(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted({point.b for point in self.touching.get(brick, [])})
 
     def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stability.stabilizers.published.support import (
+    CarriedLoad,
     ContactArea,
-    Load,
     StackedBrick,
     contact_area,
     failing,
@@ -74,13 +74,13 @@ def test_a_split_branch_carries_both_bricks_above_it() -> None:
 
 
 def test_merge_case_1_gives_all_the_weight_to_the_support_that_could_bear_it_alone() -> None:
-    given_away = shares(Load(2.0, (0.005, 0.0)), (strip("a", 0.0), strip("b", 0.05)))
+    given_away = shares(CarriedLoad(2.0, (0.005, 0.0)), (strip("a", 0.0), strip("b", 0.05)))
     assert [(share.on, share.mass, share.at) for share in given_away] == [("a", 2.0, (0.005, 0.0))]
 
 
 def test_merge_case_2_shares_equally_over_more_than_two_supports() -> None:
     areas = (strip("a", -0.05), strip("b", 0.02), strip("c", 0.05))
-    given_away = shares(Load(3.0, (-0.02, 0.0)), areas)
+    given_away = shares(CarriedLoad(3.0, (-0.02, 0.0)), areas)
     assert [(share.on, share.mass) for share in given_away] == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
     assert {share.at for share in given_away} == {(-0.02, 0.0)}  # "similar to the single branch case"
 
@@ -91,18 +91,18 @@ def test_over_the_joint_of_two_supports_neither_name_bears_it_all(names: str, be
     #   | a | b |
     areas = (strip(names[0], -0.01), strip(names[1], 0.01))
     expected = (WIDTH / 2.0) / hypot(0.01, WIDTH / 2.0)
-    for share in shares(Load(1.0, (beside, 0.0)), areas):
+    for share in shares(CarriedLoad(1.0, (beside, 0.0)), areas):
         assert share.mass == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_thousandth_of_a_millimetre_beside_the_joint_one_support_bears_it_all() -> None:
     areas = (strip("a", -0.01), strip("b", 0.01))
-    assert [(share.on, share.mass) for share in shares(Load(1.0, (1e-6, 0.0)), areas)] == [("b", 1.0)]
+    assert [(share.on, share.mass) for share in shares(CarriedLoad(1.0, (1e-6, 0.0)), areas)] == [("b", 1.0)]
 
 
 def test_over_the_joint_of_two_of_three_supports_the_third_gets_nothing() -> None:
     areas = (strip("a", -0.01), strip("b", 0.01), strip("c", 0.05))
-    assert {share.on for share in shares(Load(1.0, (0.0, 0.0)), areas)} == {"a", "b"}
+    assert {share.on for share in shares(CarriedLoad(1.0, (0.0, 0.0)), areas)} == {"a", "b"}
 
 
 def running_bond(courses: int, bricks: int, names: list[int]) -> dict[tuple[int, float], StackedBrick]:
@@ -145,7 +145,7 @@ def test_merge_case_3_takes_the_torque_about_the_other_supports_nearest_contact_
     #   com at 0      pivot of a's share: the corner of b at (40 - 10, 11.7) mm, the nearest to com
     #   a at -40, b at +40; each 20 mm long; so Eq. 7 gives |com - pivot| / |centre of a - pivot| in plan
     expected = hypot(0.030, WIDTH / 2.0) / hypot(0.070, WIDTH / 2.0)
-    for share in shares(Load(1.0, (0.0, 0.0)), (strip("a", -0.04), strip("b", 0.04))):
+    for share in shares(CarriedLoad(1.0, (0.0, 0.0)), (strip("a", -0.04), strip("b", 0.04))):
         assert share.mass == pytest.approx(expected)
         assert abs(share.at[0]) == pytest.approx(0.04)
 
@@ -156,7 +156,9 @@ def handed_on(apart: float, half: float, centre: float) -> tuple[float, float]:
     With the supports at -a and +a, their edges h from there, half a width b across, and the load at c, Eq. 7 to 9 give
     the two hypot(a - h - c, b) and hypot(a - h + c, b), both over hypot(2 a - h, b), at -a and +a.
     """
-    one, other = shares(Load(1.0, (centre, 0.0)), (strip("a", -apart / 2.0, half), strip("b", apart / 2.0, half)))
+    one, other = shares(
+        CarriedLoad(1.0, (centre, 0.0)), (strip("a", -apart / 2.0, half), strip("b", apart / 2.0, half))
+    )
     return one.mass + other.mass, one.mass * one.at[0] + other.mass * other.at[0]
 
 
@@ -185,7 +187,7 @@ def test_a_stack_that_leans_out_loses_moment_about_an_edge_far_below(behind: flo
 
 @pytest.mark.parametrize("centre", [-0.02, -0.005, 0.0, 0.005, 0.02])
 def test_the_support_nearer_to_the_load_takes_the_larger_share(centre: float) -> None:
-    one, other = shares(Load(1.0, (centre, 0.0)), (strip("a", -0.04), strip("b", 0.04)))
+    one, other = shares(CarriedLoad(1.0, (centre, 0.0)), (strip("a", -0.04), strip("b", 0.04)))
     assert (one.mass > other.mass) is (centre < 0.0)
 
 

@@ -26,7 +26,7 @@ SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the 
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ClaimResult:
     """What was measured for one claim, or for one part of it."""
 
     measured: str
@@ -61,16 +61,16 @@ def _after_all(trace: Trace) -> float:
     return max(trace.last_action, trace.last_arrival)
 
 
-def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> Finding:
+def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> ClaimResult:
     """A number held against a tolerance."""
     margin = SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value)
-    return Finding(measured, margin, unit, wanted.holds(value), _measure(value, wanted.low, wanted.high, unit))
+    return ClaimResult(measured, margin, unit, wanted.holds(value), _measure(value, wanted.low, wanted.high, unit))
 
 
-def at_most(limit: float, value: float, unit: str, measured: str = "") -> Finding:
+def at_most(limit: float, value: float, unit: str, measured: str = "") -> ClaimResult:
     """A number held against a limit."""
     margin = SHOWN_PER_SI.get(unit, 1.0) * (limit - value)
-    return Finding(measured, margin, unit, value <= limit, _measure(value, -inf, limit, unit))
+    return ClaimResult(measured, margin, unit, value <= limit, _measure(value, -inf, limit, unit))
 
 
 def _measure(value: float, least: float, most: float, unit: str) -> tuple[Measure, ...]:
@@ -80,7 +80,7 @@ def _measure(value: float, least: float, most: float, unit: str) -> tuple[Measur
     return (Measure(scale * value, low, high, unit),) if isfinite(value) else ()
 
 
-def all_of(parts: Sequence[Finding]) -> Finding:
+def all_of(parts: Sequence[ClaimResult]) -> ClaimResult:
     """Several parts of a claim as one: all that was measured, and the margin of the worst."""
     worst = min(parts, key=lambda part: (part.passed, part.margin))
     measured = ", ".join(part.measured for part in parts if part.measured)

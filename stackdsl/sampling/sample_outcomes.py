@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.analysis.sampled_columns import GROUND as ON_GROUND
-from stability.analysis.sampled_columns import PassedDown, Site, Support, falls_as_one
+from stability.analysis.sampled_columns import PassedDown, SampleSite, Support, falls_as_one
 from stability.problem import Placed, Stability
-from stackdsl.sampling.placement_errors import Hands
-from stackdsl.sampling.samples import Design, Draws, Part
+from stackdsl.sampling.placement_errors import PlacementSampler
+from stackdsl.sampling.samples import BuildPlan, DesignedBrick, Draws
 
 
-class Fate(IntEnum):
+class SampleOutcome(IntEnum):
     """What became of a sample; a number above zero is the level under construction when it fell."""
 
     STANDS = 0
@@ -31,17 +31,17 @@ class Way(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Fates:
+class SampleOutcomes:
     """What became of some samples, in order of their numbers."""
 
     fates: NDArray[np.int32]
     ways: tuple[Way | None, ...]  # None where there was nothing to judge
 
 
-def fates_of(design: Design, draws: Draws) -> Fates:
+def sample_outcomes_of(design: BuildPlan, draws: Draws) -> SampleOutcomes:
     """The fates of some samples."""
-    hands, count = Hands(design, draws).build(), draws.count
-    fates = np.full(count, Fate.UNFIT, dtype=np.int32)
+    hands, count = PlacementSampler(design, draws).build(), draws.count
+    fates = np.full(count, SampleOutcome.UNFIT, dtype=np.int32)
     ways: list[Way | None] = [None] * count
     doubtful = np.full(count, ON_GROUND), np.zeros(count, dtype=np.int64)
     asked = hands.fits.copy()
@@ -49,7 +49,7 @@ def fates_of(design: Design, draws: Draws) -> Fates:
         supports = [_supports(part, hands) for part in design.parts]
         failing, moments = _held(design, hands, supports)
         held = hands.fits & (moments < 0)
-        fates[held] = Fate.STANDS
+        fates[held] = SampleOutcome.STANDS
         ways = [Way.FORCES if each else None for each in held]
         doubtful, asked = (failing, moments), hands.fits & ~held
     for sample in np.nonzero(asked)[0].tolist():
@@ -59,10 +59,10 @@ def fates_of(design: Design, draws: Draws) -> Fates:
             fates[sample], ways[sample] = design.moments[moment].level, Way.FALL
         else:
             fates[sample], ways[sample] = asked_anew(design, placed), Way.ANEW
-    return Fates(fates, tuple(ways))
+    return SampleOutcomes(fates, tuple(ways))
 
 
-def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
+def asked_anew(design: BuildPlan, placed: Sequence[Placed]) -> int:
     """The fate of one sample, by all of statics, from an empty site on."""
     assembly = design.assembly()
     for moment in design.moments:
@@ -71,15 +71,15 @@ def asked_anew(design: Design, placed: Sequence[Placed]) -> int:
         if verdict.stability is Stability.UNSTABLE:
             return moment.level
         if verdict.stability is Stability.UNDECIDED:
-            return Fate.UNDECIDED
-    return Fate.STANDS
+            return SampleOutcome.UNDECIDED
+    return SampleOutcome.STANDS
 
 
 # --- flat designs -----------------------------------------------------------------------------------------------------
 
 
 def _held(
-    design: Design, hands: Hands, supports: Sequence[Sequence[Support]]
+    design: BuildPlan, hands: PlacementSampler, supports: Sequence[Sequence[Support]]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """By sample, the brick and the moment where its own forces first fail it; -1 and -1 where they hold to the end."""
     weights = [part.placed.brick.mass * design.gravity for part in design.parts]
@@ -96,14 +96,14 @@ def _held(
     return brick, moment
 
 
-def _supports(part: Part, hands: Hands) -> list[Support]:
+def _supports(part: DesignedBrick, hands: PlacementSampler) -> list[Support]:
     found = [Support(part.number, other.number, touches) for other, touches in hands.touching(part)]
     grounded = hands.on_ground(part)
     return [*found, Support(part.number, ON_GROUND, grounded)] if grounded.any() else found
 
 
 def _falls(  # noqa: PLR0913, PLR0917 -- a sample, and what is known of it
-    design: Design,
+    design: BuildPlan,
     supports: Sequence[Sequence[Support]],
     placed: Sequence[Placed],
     brick: int,
@@ -118,4 +118,4 @@ def _falls(  # noqa: PLR0913, PLR0917 -- a sample, and what is known of it
             moving.add(number)
     rest = [placed[number] for number in there if number not in moving]
     upper = [placed[number] for number in there if number in moving]
-    return falls_as_one(upper, rest, Site(design.planes_W, design.friction, design.gravity)) is not None
+    return falls_as_one(upper, rest, SampleSite(design.planes_W, design.friction, design.gravity)) is not None

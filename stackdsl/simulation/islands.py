@@ -16,14 +16,26 @@ from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Absorbs, Extension
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
-from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, EventLog, Together, Watched
-from stackdsl.simulation.hands import Ground, Hands
-from stackdsl.simulation.measurements import EdgeWatch, Measures
-from stackdsl.simulation.stabilizer_calls import Answers, UpdateClock
+from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, CombinedStabilizer, EventLog, TrackedBrick
+from stackdsl.simulation.hands import HandMover, ShakingGround
+from stackdsl.simulation.measurements import NormalErrorMonitor, RunMeasurements
+from stackdsl.simulation.stabilizer_calls import StabilizerDriver, UpdateClock
 from stackdsl.simulation.systems import Method, System
 from stackdsl.simulation.worlds import extension_for, opened_world
-from stackdsl.timeline import Arrival, Handled, Hold, LetGo, Moment, Move, Placement, Push, Removal, Shake, Timeline
-from stackdsl.timeline import World as Scene
+from stackdsl.timeline import (
+    Arrival,
+    FixedWorld,
+    Handled,
+    HoldAction,
+    LetGo,
+    Moment,
+    MoveAction,
+    Placement,
+    PushAction,
+    Removal,
+    ShakeAction,
+    Timeline,
+)
 from stackdsl.trace import Updates, WrongEdges
 
 # Which bricks of a timeline are so far apart that each others' motion cannot matter before somebody would see it come?
@@ -53,7 +65,7 @@ def far_apart(timeline: Timeline) -> list[list[Placement]]:
     what is left, however far apart that is.
     """
     placements = timeline.placements
-    if any(isinstance(action, Handled | Shake) for action in timeline.actions) or any(
+    if any(isinstance(action, Handled | ShakeAction) for action in timeline.actions) or any(
         placement.arrival is Arrival.BY_HAND for placement in placements
     ):
         return [list(placements)]
@@ -150,28 +162,28 @@ class Space:
 # How far may what moves travel in one step of an engine? What is fast would pass through something otherwise.
 
 
-def limit_travel(world: World, states: Mapping[BodyId, BodyState], gravity: float) -> int:
+def set_max_speed(world: World, states: Mapping[BodyId, BodyState], gravity: float) -> int:
     """Let the world step finely enough for what moves now, as fast as it may get until the next look.
 
     Returns into how many parts it splits a step for that.
     """
     fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
     fastest += SAMPLING * gravity
-    world.limit_travel(fastest)
+    world.set_max_speed(fastest)
     return world.settings.parts_for_travel(fastest)
 
 
 # Which bricks something is done with, where each is as that is done.
 
 
-def concerned(moment: Moment, present: Mapping[BodyId, Watched]) -> list[Placed]:
+def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> list[Placed]:
     """The bricks that come at a moment, or are pushed, shaken, pulled out or in a hand, of those that are there."""
     match moment:
-        case Removal() | Hold() | LetGo():
+        case Removal() | HoldAction() | LetGo():
             names = moment.bricks
-        case Push() | Move():
+        case PushAction() | MoveAction():
             names = (moment.brick,)
-        case Shake():
+        case ShakeAction():
             names = tuple(name for name, watched in present.items() if not watched.removed)
         case _:
             return [Placed(placement.brick, placement.came or placement.pose) for placement in moment]
@@ -185,13 +197,13 @@ def concerned(moment: Moment, present: Mapping[BodyId, Watched]) -> list[Placed]
 
 
 @dataclass(eq=False)
-class Part:
+class Island:
     """One part, and what is known of how it moves."""
 
     world: World
     extension: Extension | None
-    scene: Scene
-    measures: Measures
+    scene: FixedWorld
+    measures: RunMeasurements
     log: EventLog
     ticks: int = 0  # time steps that passed while something could move
     steps: int = 0  # of them, those that an engine took
@@ -206,11 +218,11 @@ class Part:
 
     def __post_init__(self) -> None:
         scene = self.scene
-        self.ground = Ground(self.world, scene.gravity)
-        self.edges = EdgeWatch(self.world, scene.gravity)
+        self.ground = ShakingGround(self.world, scene.gravity)
+        self.edges = NormalErrorMonitor(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
-        self.answers = Answers(self.extension, self.world, self.measures, self.log, self.falling)
-        self.hands = Hands(self.world, self.measures.watch, self.answers, self.log, scene.planes)
+        self.answers = StabilizerDriver(self.extension, self.world, self.measures, self.log, self.falling)
+        self.hands = HandMover(self.world, self.measures.watch, self.answers, self.log, scene.planes)
 
     # --- its clock ----------------------------------------------------------------------------------------------------
 
@@ -258,11 +270,11 @@ class Part:
     def look(self, states: Mapping[BodyId, BodyState]) -> None:
         """Take in all that moves here, as it moves now, and step it as finely as that asks for until the next look."""
         self.answers.beginnings.look(states)
-        self.limit_travel(states)
+        self.set_max_speed(states)
 
-    def limit_travel(self, states: Mapping[BodyId, BodyState]) -> None:
+    def set_max_speed(self, states: Mapping[BodyId, BodyState]) -> None:
         """Let it be stepped as finely as what moves asks for, until the next look."""
-        self.splits = limit_travel(self.world, states, self.ground.pull)
+        self.splits = set_max_speed(self.world, states, self.ground.pull)
 
     # --- what is done with it -----------------------------------------------------------------------------------------
 
@@ -272,7 +284,7 @@ class Part:
         if self.answers.nothing_can_move():
             self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
         self.answers.beginnings.done()
-        self.falling.disturbed(concerned(moment, self.measures.watch.bricks))
+        self.falling.disturbed(affected_bricks(moment, self.measures.watch.bricks))
         self.hit = self.hit or _hits(moment)
 
     def add(self, placement: Placement) -> None:
@@ -285,7 +297,7 @@ class Part:
         """All that may move, as it moves now."""
         return self.world.states(self.answers.moving())
 
-    def absorb(self, other: "Part") -> None:
+    def absorb(self, other: "Island") -> None:
         """Take in another part that has come near."""
         self.falling.end()
         other.falling.end()
@@ -312,9 +324,9 @@ class Part:
 def _hits(moment: Moment) -> bool:
     """Whether what is done strikes the structure."""
     match moment:
-        case Push() | Shake():
+        case PushAction() | ShakeAction():
             return True
-        case Move():
+        case MoveAction():
             return not moment.lowers
         case tuple():
             return any(placement.hits for placement in moment)
@@ -325,9 +337,9 @@ def _hits(moment: Moment) -> bool:
 def names_of(moment: Moment) -> Sequence[BodyId]:
     """The bricks that something is done with; none where that is the ground."""
     match moment:
-        case Push() | Move():
+        case PushAction() | MoveAction():
             return [moment.brick]
-        case Shake():
+        case ShakeAction():
             return []
         case tuple():
             return [placement.brick.id for placement in moment]
@@ -339,7 +351,7 @@ def names_of(moment: Moment) -> Sequence[BodyId]:
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
+class StepCounts:
     """What has been done, in counts that only grow."""
 
     steps: int = 0  # of an engine
@@ -348,14 +360,14 @@ class Done:
     landings: int = 0
 
     @classmethod
-    def by(cls, parts: "list[Part]") -> "Done":
+    def by(cls, parts: "list[Island]") -> "StepCounts":
         """By these parts."""
         each = ((part.steps, part.known, part.hands.looks, part.falling.proven) for part in parts)
         return cls(*map(sum, zip(*each, strict=True)))
 
-    def since(self, before: "Done") -> "Done":
+    def since(self, before: "StepCounts") -> "StepCounts":
         """What was done since then."""
-        return Done(*(now - then for now, then in zip(astuple(self), astuple(before), strict=True)))
+        return StepCounts(*(now - then for now, then in zip(astuple(self), astuple(before), strict=True)))
 
 
 @dataclass
@@ -364,19 +376,19 @@ class Effort:
 
     system: System
     done: float = 0.0
-    _before: Done = Done()
+    _before: StepCounts = StepCounts()
 
     def __post_init__(self) -> None:
         proven = self.system.method is Method.PROVEN
         self._most, self._step = (work.MOST_STEPS, work.STEP) if proven else (work.MOST_STEPS_BARE, work.STEP_BARE)
         self._dearer = self._most / work.MOST_STEPS  # what is not a step of an engine takes as long on every system
 
-    def look(self, parts: "list[Part]", part: "Part", end: float) -> None:
+    def look(self, parts: "list[Island]", part: "Island", end: float) -> None:
         """Count what was done since the last look, and refuse what is ahead up to a time [s].
 
         Raises BlockedPlacementError, before so many bricks have moved for long.
         """
-        now = Done.by(parts)
+        now = StepCounts.by(parts)
         new, self._before = now.since(self._before), now
         moving = sum(each.one_by_one for each in parts)
         each_step = self._step + moving + self._dearer * (part.splits - 1) * (work.SPLIT + work.SPLIT_MOVING * moving)
@@ -390,7 +402,7 @@ class Effort:
         if self.done + ahead > self._most * work.allowed():
             raise BlockedPlacementError(self._refused(part, moving, (seconds, by_hand), self.done + ahead))
 
-    def _refused(self, part: "Part", moving: int, ahead: tuple[float, float], much: float) -> Blocked:
+    def _refused(self, part: "Island", moving: int, ahead: tuple[float, float], much: float) -> Blocked:
         seconds, by_hand = ahead
         many = f"{moving} brick{'s' if moving != 1 else ''} move{'s' if moving == 1 else ''}"
         if by_hand > seconds or (by_hand and not moving):
@@ -400,7 +412,7 @@ class Effort:
         brick = min(part.answers.moving() or part.hands.in_hand or part.measures.watch.present)
         return Blocked(brick, part.time, brick, 0.0, too_much=f"{said}: {told}")
 
-    def _seconds(self, part: "Part", end: float) -> float:
+    def _seconds(self, part: "Island", end: float) -> float:
         """For how long what moves will move: shaken, or with nobody who holds it at rest, as long as that goes on."""
         left = max(0.0, end - part.time)
         if part.ground.motion is not None:
@@ -411,21 +423,21 @@ class Effort:
 # All parts of a scene: whose turn it is, with which of them something is done, and who comes near to whom.
 
 
-Pieces: TypeAlias = Sequence[tuple[Part, Moment]]  # what is done with each part
+Pieces: TypeAlias = Sequence[tuple[Island, Moment]]  # what is done with each part
 
 
 @dataclass
-class Parts:
+class Islands:
     """The parts of one run; close them after use."""
 
     timeline: Timeline
     system: System
-    measures: Measures
+    measures: RunMeasurements
     log: EventLog
-    found: list[Part] = field(default_factory=list, init=False)  # those that are left, by their first bricks
-    _coming: dict[tuple[float, BodyId], Part] = field(default_factory=dict, init=False)  # who comes where
-    _of: dict[BodyId, Part] = field(default_factory=dict, init=False)  # where each is that has come
-    _acted: list[Part] = field(default_factory=list, init=False)  # those with which something was done last
+    found: list[Island] = field(default_factory=list, init=False)  # those that are left, by their first bricks
+    _coming: dict[tuple[float, BodyId], Island] = field(default_factory=dict, init=False)  # who comes where
+    _of: dict[BodyId, Island] = field(default_factory=dict, init=False)  # where each is that has come
+    _acted: list[Island] = field(default_factory=list, init=False)  # those with which something was done last
     _reached: float = field(default=0.0, init=False)  # up to when all has been idle [s]
 
     def __post_init__(self) -> None:
@@ -447,13 +459,13 @@ class Parts:
         whole = len(placements) == len(self.timeline.placements)
         own = self.timeline if whole else replace(self.timeline, actions=tuple(placements))
         world = opened_world(own, self.system)
-        part = Part(world, extension_for(own, self.system, world), own.world, self.measures, self.log)
+        part = Island(world, extension_for(own, self.system, world), own.world, self.measures, self.log)
         self.found.append(part)
         self._coming |= {(each.time, each.brick.id): part for each in placements}
 
     def _tell_when(self) -> None:
         """Tell each part when something is to be done with it."""
-        of: dict[BodyId, Part] = {}
+        of: dict[BodyId, Island] = {}
         for number, moment in enumerate(self.timeline.moments()):
             if isinstance(moment, tuple):
                 of |= {each.brick.id: self._coming[each.time, each.brick.id] for each in moment}
@@ -471,16 +483,16 @@ class Parts:
         return len(self.found) > 1
 
     @property
-    def extension(self) -> "Extension | Together | None":
+    def extension(self) -> "Extension | CombinedStabilizer | None":
         """What is held, and why, of the whole scene."""
         if not self.several:
             return self.found[0].extension
         every, acted = (
             [part.extension for part in some if part.extension is not None] for some in (self.found, self._acted)
         )
-        return Together(lambda name: self._of[name].extension, every, acted)
+        return CombinedStabilizer(lambda name: self._of[name].extension, every, acted)
 
-    def of(self, brick: BodyId) -> Part:
+    def of(self, brick: BodyId) -> Island:
         """The part that has a brick."""
         return self._of[brick] if self.several else self.found[0]
 
@@ -491,7 +503,7 @@ class Parts:
         """What time it is, in the part that has come farthest [s]."""
         return max(self._reached, *(part.time for part in self.found)) if self.several else self.found[0].time
 
-    def behind(self, until: float) -> Part | None:
+    def behind(self, until: float) -> Island | None:
         """The part whose turn it is, of those in which something happens before a time [s]."""
         lagging = [part for part in self.found if part.lags(until)]
         if self.several:
@@ -499,7 +511,7 @@ class Parts:
                 part.rest()
         return min(lagging, key=lambda part: part.time, default=None)
 
-    def bound(self, part: Part, until: float, end: float) -> float:
+    def bound(self, part: Island, until: float, end: float) -> float:
         """Up to when a part goes on by itself, whatever is done elsewhere at a time, before the run ends [s]."""
         if not self.several:
             return until
@@ -523,11 +535,11 @@ class Parts:
         if isinstance(moment, tuple):
             for each in moment:
                 self._of[each.brick.id] = self._coming[each.time, each.brick.id]
-        concerned = {id(self._of[name]): self._of[name] for name in names_of(moment)}
-        self._acted = list(concerned.values())
+        affected_bricks = {id(self._of[name]): self._of[name] for name in names_of(moment)}
+        self._acted = list(affected_bricks.values())
         return [(part, self._piece(moment, part)) for part in self._acted]
 
-    def _piece(self, moment: Moment, part: Part) -> Moment:
+    def _piece(self, moment: Moment, part: Island) -> Moment:
         match moment:
             case Removal():
                 return replace(moment, bricks=tuple(name for name in moment.bricks if self._of[name] is part))
@@ -542,13 +554,13 @@ class Parts:
             while part.to_come and part.to_come[0][0] <= number:
                 part.to_come.popleft()
 
-    def __iter__(self) -> Iterator[Part]:
+    def __iter__(self) -> Iterator[Island]:
         """Those that are left when it is their turn."""
         return (part for part in tuple(self.found) if part in self.found)
 
     # --- who meets whom -----------------------------------------------------------------------------------------------
 
-    def look(self, part: Part, states: Mapping[BodyId, BodyState]) -> None:
+    def look(self, part: Island, states: Mapping[BodyId, BodyState]) -> None:
         """See where a part may be soon, and let it take in those that it may come near to.
 
         Raises BlockedPlacementError where what moves takes too much work.
@@ -560,10 +572,10 @@ class Parts:
         while (other := self._met(part)) is not None:
             self._merge(part, other)
 
-    def _met(self, part: Part) -> Part | None:
+    def _met(self, part: Island) -> Island | None:
         return next((other for other in self.found if other is not part and other.space.meets(part.space)), None)
 
-    def _merge(self, part: Part, other: Part) -> None:
+    def _merge(self, part: Island, other: Island) -> None:
         """Let a part take in another one; clocks agree to within half a step by then."""
         self._keep_step(part, other)
         self.found.remove(other)
@@ -573,7 +585,7 @@ class Parts:
         self._acted = list(dict.fromkeys(part if at is other else at for at in self._acted))
 
     @staticmethod
-    def _keep_step(part: Part, other: Part) -> None:
+    def _keep_step(part: Island, other: Island) -> None:
         """Let the one that is behind catch up."""
         for behind, ahead in ((part, other), (other, part)):
             if not ahead.idle:
@@ -585,7 +597,7 @@ class Parts:
 
     def edges(self) -> WrongEdges | None:
         """What was seen of wrong normals in all of them."""
-        seen = EdgeWatch(self.found[0].world, self.timeline.world.gravity)
+        seen = NormalErrorMonitor(self.found[0].world, self.timeline.world.gravity)
         for part in self.found:
             seen.absorb(part.edges)
         return seen.wrong()
@@ -600,7 +612,7 @@ class Parts:
         """Whether something that was set down is not proven to stand."""
         return any(part.answers.only_an_engine_knows_more() for part in self.found)
 
-    def seen(self, part: Part) -> Mapping[BodyId, BodyState]:
+    def seen(self, part: Island) -> Mapping[BodyId, BodyState]:
         """All that moves, as it was seen last, once that of one part was."""
         if not self.several:
             return part.seen

@@ -6,13 +6,13 @@ import pytest
 
 from stability.engines.lazy_world import NearEngine
 from stability.model import BodyId, BodyState, Vec3
-from stackdsl.simulation import parts
+from stackdsl.simulation import islands
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
-from stackdsl.simulation.parts import MOST, Part, far_apart
+from stackdsl.simulation.islands import MOST, Island, far_apart
 from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
-from stackdsl.timeline import Arrival, Hold, Placement, Push, Removal, Timeline
+from stackdsl.timeline import Arrival, HoldAction, Placement, PushAction, Removal, Timeline
 from tests.stackdsl.simulation.let_go import CUBE, FLAT, GRAVITY, let_go, over, set_down
 
 EXACT = SYSTEMS["exact"]
@@ -52,7 +52,7 @@ def test_as_many_as_there_may_be_are_each_by_itself() -> None:
 
 
 def test_hands_have_all_in_one_part() -> None:
-    assert len(names(over([let_go("a", (0.0, 0.0, 0.1)), let_go("b", (9.0, 0.0, 0.1)), Hold(1.0, ("a",))]))) == 1
+    assert len(names(over([let_go("a", (0.0, 0.0, 0.1)), let_go("b", (9.0, 0.0, 0.1)), HoldAction(1.0, ("a",))]))) == 1
 
 
 # --- who meets --------------------------------------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def test_what_flies_far_meets_what_stands_there_as_if_it_had_always_been_near(mo
     scene = over([*TOWER, shot()], hold=0.7)
     assert len(names(scene)) == 2
     apart = play(scene, EXACT)
-    monkeypatch.setattr(parts, "far_apart", lambda timeline: [list(timeline.placements)])
+    monkeypatch.setattr(islands, "far_apart", lambda timeline: [list(timeline.placements)])
     together = play(scene, EXACT)
     for trace in (apart, together):
         assert trace.collapse is not None
@@ -146,7 +146,7 @@ def test_what_flies_far_meets_what_stands_there_as_if_it_had_always_been_near(mo
 
 def test_what_stood_alone_stands_on_beside_what_has_come_near_and_is_pushed_as_before(met: list[str]) -> None:
     #   J = 2 N s at 40 mm above the centre of 0.6 kg throws the uppermost off the second.
-    push = Push(1.2, "tower 2", (2.0, 0.0, 0.0), (0.0, 0.0, 0.04))
+    push = PushAction(1.2, "tower 2", (2.0, 0.0, 0.0), (0.0, 0.0, 0.04))
     trace = play(over([*TOWER, SLIDING, push], hold=0.5), EXACT)
     assert met == ["sliding meets tower 0"]
     assert trace.tracks["sliding"].final.position_W[0] == pytest.approx(-0.37, abs=0.02)
@@ -234,11 +234,11 @@ def test_a_brick_that_comes_where_one_of_another_part_has_got_to_needs_room_and_
 def met(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Which parts met, each by its first brick."""
     told: list[str] = []
-    absorb = Part.absorb
+    absorb = Island.absorb
 
-    def noted(part: Part, other: Part) -> None:
+    def noted(part: Island, other: Island) -> None:
         told.append(f"{next(iter(part.world.masses()))} meets {next(iter(other.world.masses()))}")
         absorb(part, other)
 
-    monkeypatch.setattr(Part, "absorb", noted)
+    monkeypatch.setattr(Island, "absorb", noted)
     return told
