@@ -274,7 +274,7 @@ class VariantResult:
     refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
     parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
     remembered: bool = False  # from an earlier call, of the same program with the same files
-    marked_skipped: bool = False  # whether it was skipped because its author says so
+    set_aside: bool = False  # whether it was skipped because its author says so
     xfail: str | None = None  # why its author knows it to fail; None if he does not
     strict: bool = False  # whether it is a failure that such a one passes
     must_claim: bool = False  # whether it is a failure that nothing is expected of it
@@ -422,7 +422,7 @@ def exit_code(report: Report) -> int:
     tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
     if any(result.status is not RunStatus.DONE for result in tried):
         return ExitCode.CRASHED
-    if not tried and not any(result.marked_skipped for result in report.results):
+    if not tried and not any(result.set_aside for result in report.results):
         return ExitCode.USAGE
     if any(result.unexpected for result in tried):
         return ExitCode.FAILED

@@ -80,7 +80,7 @@ def skipped(case: Case, why: str) -> VariantResult:
 
 def marked_skipped(case: Case) -> VariantResult:
     """The result of a case that its author does not want played."""
-    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), marked_skipped=True)
+    return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), set_aside=True)
 
 
 def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:

@@ -394,7 +394,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "conclusion": result.conclusion,
         "unchecked": result.unchecked,
         "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
-        "marked_skipped": result.marked_skipped,
+        "set_aside": result.set_aside,
         "message": result.message,
         "warnings": [{"message": w.message, "hint": w.hint, "span": _span(w.span)} for w in result.warnings],
         "mistake": _diagnostic(result.mistake) if result.mistake else None,

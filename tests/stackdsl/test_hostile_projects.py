@@ -365,14 +365,14 @@ from pathlib import Path
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
 from stackdsl.supervising.processes import run_supervised
-from stackdsl.supervising.worker import Start, Task, TaskStatus
+from stackdsl.supervising.worker import WorkerStart, Task, TaskStatus
 
 if __name__ == "__main__":
     end, before = threading.Event(), dict(os.environ)
     threading.Thread(target=end.wait).start()
     try:
-        if sys.argv[1] in Start.__members__:
-            ran = run_supervised([Task(os.getpid, (), 60.0)], 1, start=Start[sys.argv[1]])
+        if sys.argv[1] in WorkerStart.__members__:
+            ran = run_supervised([Task(os.getpid, (), 60.0)], 1, start=WorkerStart[sys.argv[1]])
             assert ran.results[0].status is TaskStatus.DONE, ran
         else:
             units = {"length": "m", "mass": "kg"}

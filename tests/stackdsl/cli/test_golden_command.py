@@ -210,8 +210,8 @@ def test_nothing_is_accepted_in_ci(stackdsl: Stackdsl, tmp_path: Path, locked: P
 ACCEPTING = """
 import sys
 from pathlib import Path
-from stackdsl.goldens.golden import Waiting
-waiting = Waiting(Path(sys.argv[1]))
+from stackdsl.goldens.golden import PendingStore
+waiting = PendingStore(Path(sys.argv[1]))
 print("ready", flush=True)
 for pending in waiting.all():
     waiting.accept(pending)

@@ -48,7 +48,7 @@ def test_a_mark_says_what_becomes_of_a_failure(
     report, ended = checked(text + mark)
     assert (report["conclusions"], ended) == ({"passed": 0} | {conclusion: 1}, code)
     (result,) = report["results"]
-    assert result["marked_skipped"] is (conclusion == "skipped")
+    assert result["set_aside"] is (conclusion == "skipped")
     if mark.startswith("xfail"):
         assert result["xfail"] == {"reason": "nobody knows why", "strict": "false" not in mark}
 

@@ -109,7 +109,7 @@ def test_a_move_is_over_when_the_brick_is_let_go_and_what_follows_waits() -> Non
     timeline = timeline_of(COLUMN, impacts)
     way = 15.0 / 8.0 * 0.05 / 0.05
     times = [(type(action).__name__, action.time) for action in timeline.actions[3:]]
-    assert [name for name, _ in times] == ["MoveAction", "HoldAction", "LetGo", "HoldAction", "LetGo", "Push"]
+    assert [name for name, _ in times] == ["MoveAction", "HoldAction", "LetGo", "HoldAction", "LetGo", "PushAction"]
     ends = [1.0, 1.0 + way, 1.3 + way, 1.5 + way, 1.9 + way, 1.9 + way]
     assert [time for _, time in times] == pytest.approx(ends)
 
