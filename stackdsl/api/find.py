@@ -22,7 +22,7 @@ def find(
 
     One of `largest`, `least` and `most` names the number. `from_` and `to` are values as authors write them, such as
     "5 mm"; `within` is the share by which both sides of a limit may be apart, and `bearing` [rad] is that of a tilt or
-    an acceleration. Raises SoughtError, a ValueError, where no limit can be asked of what is called so.
+    an acceleration. Raises SearchError, a ValueError, where no limit can be asked of what is called so.
     """
     given = [(want, name) for want, name in zip(Want, (largest, least, most), strict=True) if name is not None]
     if len(given) != 1:
@@ -36,7 +36,7 @@ def find(
 def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
     """What `stackdsl sensitivities` tells of one case: on what its margin depends, the most first.
 
-    `of` is "acceleration" or "friction"; `check` says how many are held against differences. Raises SoughtError, a
+    `of` is "acceleration" or "friction"; `check` says how many are held against differences. Raises SearchError, a
     ValueError, for what has no such margin.
     """
     return sensitivities_of(case, case.name, MarginKind(of), check)

@@ -89,7 +89,7 @@ class SearchVariable:
         return SearchStart(float(round(self.number)) if whole else self.number, self.size, whole)
 
     def value(self, written: str) -> float:
-        """What somebody wrote, in its unit. Raises SoughtError."""
+        """What somebody wrote, in its unit. Raises SearchError."""
         try:
             amount = constant(written)
         except MistakeError as mistake:
@@ -104,7 +104,7 @@ def _si_unit(unit: str) -> str:
 
 
 def search_variable_of(case: Case, name: str, wants_more: bool) -> SearchVariable:
-    """What is called so in a case; `wants_more` is whether the largest is asked for. Raises SoughtError."""
+    """What is called so in a case; `wants_more` is whether the largest is asked for. Raises SearchError."""
     knobs = ScenarioNumbers(case.scenario, case.variant)
     if name in knobs.variables():
         return _variable(knobs, name)
@@ -147,7 +147,7 @@ def _all(case: Case, knobs: ScenarioNumbers) -> Iterator[ScenarioNumber]:
 
 
 def _variable(knobs: ScenarioNumbers, name: str) -> SearchVariable:
-    """A variable. Raises SoughtError for one that is no number, or that only says when."""
+    """A variable. Raises SearchError for one that is no number, or that only says when."""
     knob = next(knobs.variable(name), None)
     if knob is None:
         value = knobs.variables()[name]
@@ -235,7 +235,7 @@ def _friction(timeline: Timeline, wants_more: bool) -> SearchVariable:
 
 
 def _mass(timeline: Timeline, brick: str, wants_more: bool) -> SearchVariable:
-    """Of one brick. Raises SoughtError if there is none of this name."""
+    """Of one brick. Raises SearchError if there is none of this name."""
     masses = {each.brick.id: each.brick.mass for each in timeline.placements}
     if brick not in masses:
         raise SearchError(f"there is no brick '{brick}'; {did_you_mean(brick, list(masses))}".rstrip("; "))
@@ -335,7 +335,7 @@ class Wish:
 
 
 def find_in(case: Case, name: str, wish: Wish, told: Callable[[int], None] = lambda _: None) -> FoundLimit:
-    """The limit of one case that is called `name`; `told` hears how many numbers were tried. Raises SoughtError."""
+    """The limit of one case that is called `name`; `told` hears how many numbers were tried. Raises SearchError."""
     if wish.want is not Want.MOST and is_shaken(case, wish.name):
         return _shaken(case, name, wish)
     if wish.bearing is not None:

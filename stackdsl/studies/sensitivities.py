@@ -113,7 +113,7 @@ def sensitivities_of(
 ) -> Sensitivities:
     """What a margin of a case depends on; `told` hears of how many numbers enough is known, of how many.
 
-    Raises SoughtError for what has no such margin.
+    Raises SearchError for what has no such margin.
     """
     proofs = proofs_of(case.timeline)
     _refuse(proofs)
