@@ -198,7 +198,7 @@ def _decision(pending: Pending) -> str:
 
 @golden_command.command("accept", cls=OfCases)
 @ON_CASES
-@click.option("--though-it-fails", is_flag=True, help="Also what fails its expectations.")
+@click.option("--accept-failing", is_flag=True, help="Also what fails its expectations.")
 @click.pass_context
 def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
     """Let what waits become the golden files; what fails its expectations only if that is asked for."""
@@ -213,7 +213,7 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
             refused += 1
             continue
         if pending.failed and not accept_failing:
-            why = f"fails: {visible(pending.failed[0])}; --though-it-fails accepts it all the same"
+            why = f"fails: {visible(pending.failed[0])}; --accept-failing accepts it all the same"
             tell(f"not accepted: {_named(pending)}: {why}")
             refused += 1
             continue
