@@ -2,7 +2,7 @@
 
 Cards of a V lean on each other along the inner ones of their upper edges; planks lie on the highest edges, and cards
 stand on their lowest ones, on the ground or on planks. On an edge that a plank covers forces act at both ends of what
-it covers. Two edges that meet press along every normal that both admit (docs/decisions/0020), so along the two extreme
+it covers. Two edges that meet press along every normal that both admit (docs/design/engines.md), so along the two extreme
 ones and what lies between: each edge admits what lies between the normals of the two faces beside it. What is less than
 the reach of contact apart touches in the package, and not here.
 

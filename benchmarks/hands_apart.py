@@ -2,7 +2,7 @@
 
 Of the package only the design and the random numbers are taken. A plank belongs where it lies in the design as seen
 from each plank that it rests on there, in the middle of what these say; its own error comes on top, and it lies on the
-highest of what is under it (docs/decisions/0055). After each plank a linear programme asks for forces at the corners
+highest of what is under it (docs/design/samples.md). After each plank a linear programme asks for forces at the corners
 of all that planks share: upward ones alone, which cost little and are enough for most, and else forces within friction
 pyramids.
 """

@@ -36,7 +36,7 @@ class VerdictMargins:
 
 
 # A brick that had come to rest has left its place beyond these (DESIGN, "collapse"). Its centre sank, or, as long as
-# nothing has hit the structure, shifted by more than this share of its smallest side (docs/decisions/0010).
+# nothing has hit the structure, shifted by more than this share of its smallest side (docs/design/hits.md).
 COLLAPSE_SHARE_OF_SMALLEST_SIDE = 0.5
 COLLAPSE_TILT = 0.2617993877991494  # [rad], 15 deg
 

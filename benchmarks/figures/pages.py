@@ -8,8 +8,8 @@ from benchmarks.figures.data import load
 from benchmarks.figures.markdown import rendered
 
 ROOT = Path(__file__).parent.parent.parent
-# What was measured when a decision was taken stays as it was then.
-RECORDS = ("docs/decisions", "docs/measurements")
+# What was measured on one day stays as it was then.
+RECORDS = ("docs/design", "docs/measurements")
 
 
 def pages() -> Iterator[Path]:

@@ -34,7 +34,7 @@ def gaps_of(heights: Sequence[float], reach: float) -> tuple[float, ...]:
 # Cartons that stand side by side in columns touch across from each other too, along the edge of four. The plane of a
 # top keeps the upper one of two such cartons from the lower one, and so does the plane of their sides. Either is
 # enough: the upper one can slide down past that side, so the top holds it by no force that every motion must work
-# against, nor does the side. So nothing is carried, unless they overlap by more than rounding (docs/decisions/0077).
+# against, nor does the side. So nothing is carried, unless they overlap by more than rounding (docs/design/contacts.md).
 #
 # Where the planes are not square to each other, or both lean, as between planks that lean on each other, the load
 # presses one body against the other whichever plane it passes: these touch.

@@ -2,7 +2,7 @@
 
 Model: every edge is a little rounded, and the normal is that between the nearest points of the two boxes without their
 rounding. Faces keep their own normal; at two edges it lies between those of the faces beside them. Engines that work
-with sharp boxes take one of these faces instead where the edges are parallel (docs/decisions/0020).
+with sharp boxes take one of these faces instead where the edges are parallel (docs/design/engines.md).
 """
 
 from collections.abc import Collection, Iterator, Mapping

@@ -25,7 +25,7 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Con
 # The engine of a world in which most rests: it knows what moves, what that may touch soon, and nothing else.
 #
 # What stands elsewhere changes nothing of a motion until something comes near to it, and is let in before that. So an
-# engine has no more to do than what moves asks for, and its settings are those of what is there (docs/decisions/0028).
+# engine has no more to do than what moves asks for, and its settings are those of what is there (docs/design/engines.md).
 
 
 # [s] as far ahead as bodies move until it is said anew how fast they are; twice, since a hit may make one faster.

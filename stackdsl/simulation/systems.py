@@ -79,7 +79,7 @@ def _action(action: Action, longer: float) -> Action:
 
 # The systems that a scenario can be played on: which engine settings, and with or without the stability extension.
 #
-# Where PyBullet is not installed, MuJoCo stands in for it in what the extension holds (docs/decisions/0027).
+# Where PyBullet is not installed, MuJoCo stands in for it in what the extension holds (docs/design/architecture.md).
 
 
 class Method(Enum):
@@ -124,7 +124,7 @@ STOCK = PyBulletSettings(
     residual_threshold=1e-7,
 )
 
-# `modified`: the constants that the publication gave up for its second system (docs/decisions/0031).
+# `modified`: the constants that the publication gave up for its second system (docs/design/runs.md).
 MODIFIED = Modification(gravity=1.0, friction=1.5)
 
 # `thesis`: what stands is held by the extension, as published, and what it lets go is stepped by boxes of true size.
@@ -138,7 +138,7 @@ HELD = PyBulletSettings(
     most_travel=0.004,  # half a plank's thickness
 )
 
-# Chosen by trial against closed forms (docs/decisions/0015), for right verdicts first, then little creep, at less than
+# Chosen by trial against closed forms (docs/design/engines.md), for right verdicts first, then little creep, at less than
 # a second of one core for a second with 50 planks. Gravity, friction, sizes and masses are real; edges are rounded, and
 # contacts of what leans are soft, by micrometres.
 TUNED = replace(
@@ -172,7 +172,7 @@ MOVING = replace(
     sliding_cones=True,  # a plank that is hit with the one below it moves 12 % too little without
     lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
     most_travel=0.001,  # so deep at most it enters what it hits
-    first_steps=20,  # so that what is let go starts as it should (docs/decisions/0014)
+    first_steps=20,  # so that what is let go starts as it should (docs/design/falls.md)
     first_parts=8,
     first_travel=0.00025,  # onto ends by an overlap of 0.2 mm, at 4 m/s, planks move 40 to 70 % too far without
     first_iterations=400,  # those of 100 leave hits onto two planks at once 10 to 14 % too weak
@@ -222,7 +222,7 @@ SYSTEMS = {
 # Systems on other engines, to compare with: each can be played where its package is installed.
 #
 # Only the command line and benchmarks know them. A scenario cannot name them in `systems`, so that it is right or wrong
-# alike for those who have the package and those who have not (docs/decisions/0016).
+# alike for those who have the package and those who have not (docs/design/peers-and-figures.md).
 
 
 # Five times the cost, for straight columns of a hundred planks.

@@ -37,8 +37,6 @@ def test_the_index_names_every_page() -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_paths_of_code_lead_somewhere(page: Path) -> None:
-    if page.name.startswith("0004"):  # superseded: it tells of a tree that is gone
-        return
     named = CODE.findall(page.read_text(encoding="utf-8"))
     assert [path for path in named if not (ROOT / path).exists()] == []
 

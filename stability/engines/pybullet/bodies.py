@@ -25,7 +25,7 @@ from stability.model import AT_REST, IDENTITY, BodyId, BodyState, Brick, ConvexS
 #
 # PyBullet gives two boxes that touch along an edge the normal of a face, and planks that lean on each other then need
 # twice the friction that they should. The convex hull of eight corners does not suffer from this: they stand a small
-# radius inside the box, and the collision margin of that radius makes the outer size exact (docs/decisions/0012).
+# radius inside the box, and the collision margin of that radius makes the outer size exact (docs/design/engines.md).
 
 
 # [engine m] What PyBullet gives the parts of a file as collision margin. It must stay: the tree of the parts' bounds is

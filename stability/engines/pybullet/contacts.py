@@ -29,10 +29,10 @@ AGAIN = 0.004
 STILL = 10.0  # [1/s] in such roundings: of what is slower normals hardly change
 CLOSE = 0.02  # of such a rounding: what comes so near in the next step may press
 # Share of gravity: the turning times the slip above which a point that has slid is found anew at every step. It
-# presses where it was found, and not where the edge is: what slides over one tips too fast (docs/decisions/0079).
+# presses where it was found, and not where the edge is: what slides over one tips too fast (docs/design/hits.md).
 LEFT_OUT = 0.2
 # In an engine: of more only those that lean are looked at, where they press, since where one of hundreds comes to lie
-# is chance, and to look at all takes as long as their steps (docs/decisions/0075).
+# is chance, and to look at all takes as long as their steps (docs/design/engines.md).
 MOST_BODIES = 200
 ALIKE = 2.0  # times the mass of the lightest that touches: what is heavier is not left to one point alone
 # Half of how far a hull is turned to and fro, about each corner of a tetrahedron: its end goes by two micrometres of a

@@ -175,7 +175,7 @@ def body_parameters(settings: PyBulletSettings, own_friction: float) -> dict[str
 #     p_t  <-  the nearest to  p_t - m v  with  |p_t| <= mu p_n.
 
 
-MOST_BODIES = 64  # in an engine: to ask what touches in a crowd takes longer than its step (docs/decisions/0074)
+MOST_BODIES = 64  # in an engine: to ask what touches in a crowd takes longer than its step (docs/design/friction.md)
 BEYOND = 1.005  # times as much friction as the cone allows: less is let be
 LEVEL = 0.5**0.5  # sine of the angle of a normal from level up to which a contact presses more sideways than down
 SWEEPS = 8  # of Jacobi: with one, planks that are hit at 1 m/s go up to 13 % too far, with four 5 %

@@ -17,7 +17,7 @@ from stability.statics.assembly import Assembly
 # The extension where hands take bricks, move them, hold them and let them go.
 #
 # A brick in a hand is none of those that are judged: as long as it moves it carries nothing that could be proven, and
-# once it is held at rest it carries like the ground, for a hand is as strong as it has to be (docs/decisions/0046).
+# once it is held at rest it carries like the ground, for a hand is as strong as it has to be (docs/design/hands-and-shaking.md).
 
 
 @dataclass

@@ -33,7 +33,7 @@ from stability.stabilizers.rest import RestLimits
 # - Every hit is tested by itself; energies of several hits are not added.
 #
 # So a hit is ignored or tears all loose that stands above it, and a tall load makes a brick immovable although a real
-# one is only held by friction. Both are kept. docs/decisions/0013 says how the text was read where it leaves something
+# one is only held by friction. Both are kept. docs/design/publication.md says how the text was read where it leaves something
 # open.
 
 

@@ -29,7 +29,7 @@ from stability.stabilizers.published.support import AS_READ, CarriedLoad, Closes
 # - Nothing asks whether the body that is leaned on stands: a plank held up by one that itself leans away stands.
 # - Leaning bricks pass no weight on: leaning contacts and base contacts do not know of each other.
 #
-# docs/decisions/0009 says how the text was read where it leaves something open.
+# docs/design/publication.md says how the text was read where it leaves something open.
 
 
 # Share of a brick's smallest side by which one contact must lie higher than the other to be leaning: in a stack of flat
@@ -210,7 +210,7 @@ def _centre(points_W: Sequence[Vec3]) -> Vec3:
 # Contacts on which a brick may lean, with exact points and normals.
 #
 # The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
-# that meet the normal of a face (docs/decisions/0009). Only convex solids and half-spaces are known: if anything else
+# that meet the normal of a face (docs/design/publication.md). Only convex solids and half-spaces are known: if anything else
 # is near, nothing is told, and the brick stays with the engine.
 
 

@@ -42,7 +42,7 @@ from stability.problem import Placed, Tolerances
 
 # The open points of the published text and their readings. The method runs with one choice of each.
 #
-# docs/decisions/0001 and 0009 say why the defaults are what they are, and docs/method.md what the others come to.
+# docs/design/publication.md say why the defaults are what they are, and docs/method.md what the others come to.
 
 
 class Closest(Enum):
@@ -103,7 +103,7 @@ AS_READ = Readings()
 # Source: the stack-stability thesis, section 3.3.3. One area per support, and one over all supports (the main contact).
 # Two points are widened sideways into a thin quad, one becomes a small diamond, because a line or a point has no
 # inside. The source takes the engine's points, orders them by gift wrapping, and spans a mesh over them that rays can
-# meet. What is done here instead decides the same (docs/decisions/0030).
+# meet. What is done here instead decides the same (docs/design/contacts.md).
 
 
 # [m] "a short distance" in the source. A tenth of a plank's edge is felt by hand, half a millimetre is not.
@@ -206,7 +206,7 @@ def _in_world(point: Point2, box: Pose, axes: tuple[Vec3, Vec3, Vec3], height: f
 # The supports of a brick and its contact points with them.
 #
 # The engine says which bodies are near. Where both are convex, or the lower one is a half-space, geometry says whether
-# they touch, from which side, and at which corners (docs/decisions/0003). Only of other shapes, and of bodies that
+# they touch, from which side, and at which corners (docs/design/contacts.md). Only of other shapes, and of bodies that
 # touch along an edge, the engine's own contact points are used.
 #
 # The source also disregards contacts that come from impacts. Here that follows: a brick is tested only when it is slow,

@@ -1,4 +1,4 @@
-"""The structure of the published user test that leans until it falls (decision 0011)."""
+"""The structure of the published user test that leans until it falls (docs/design/publication.md)."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Other engines are scaled to a scene as `tuned` is, and are then right alike whatever the size and gravity (0016)."""
+"""Other engines are scaled to a scene as `tuned` is, and are then right alike whatever the size and gravity."""
 
 from math import sqrt
 

@@ -1,4 +1,4 @@
-"""Sections 3.3.3 and 3.3.4 of the thesis step by step, against the hull in plan that is taken instead (decision 0030).
+"""Sections 3.3.3 and 3.3.4 of the thesis step by step, against the hull in plan that is taken instead (docs/design/contacts.md).
 
 The text is followed with z upright: gift wrapping seen from above, a mesh over what it finds, and a ray straight down.
 """
