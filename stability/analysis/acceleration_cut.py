@@ -13,6 +13,7 @@ from stability.geometry.rows import Array
 from stability.graph import components
 from stability.model import BodyId
 from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
+from stability.statics.cone_rows import ConeRows
 from stability.statics.conic_program import ConicProgram, clarabel_solve, quick_solve
 from stability.statics.equilibrium import proven_forces, proven_motion
 from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
@@ -69,17 +70,14 @@ def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestre
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     normal = np.zeros(len(system.row_scale))
-    normal[: 3 * len(system.round) : 3] = 1.0
-    normal[3 * len(system.round) :] = 1.0
+    normal[system.rows.normals] = 1.0
     separation = system.matrix.T @ normal
-    program = ConicProgram(
+    program = system.rows.program(
         -(system.loads + separation),
         # The separation is bounded, so that its dual, the prestress, is at least -1.
         vstack([-system.matrix, csc_matrix(separation)], format="csc"),
         np.append(np.zeros(len(normal)), 1.0),
-        0,
-        [3] * len(system.round),
-        len(system.flat) + 1,
+        positive=1,
     )
     point = (clarabel_solve if accuracy < ROUGH else quick_solve)(program, accuracy)
     pressed, least = point.dual[:-1], float(point.dual[-1]) - 1.0
@@ -221,14 +219,8 @@ def program_along(case: Shaken, angle: float) -> ConicProgram:
     gained = csr_matrix((along, np.arange(columns), (0, columns)), shape=(1, columns))
     # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
     matrix = bmat([[gained, [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
-    return ConicProgram(
-        np.append(-system.loads, FURTHEST),
-        matrix,
-        np.append(1.0, np.zeros(len(system.row_scale) + 1)),
-        1,
-        [3] * len(system.round),
-        len(system.flat) + 1,
-    )
+    offset = np.append(1.0, np.zeros(len(system.row_scale) + 1))
+    return system.rows.program(np.append(-system.loads, FURTHEST), matrix, offset, equal=1, positive=1)
 
 
 def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
@@ -269,19 +261,17 @@ def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanc
 
 def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
     """Shares of the forces at rest that bring others into their cones, the least of them first."""
-    least = least_share(balanced, case.rest, len(case.system.round))
+    least = least_share(balanced, case.rest, case.system.rows)
     if least == 0.0:
         yield 0.0
     least = max(SURELY * least, LEAST)
     yield from (more * least for more in MORE if more * least < 1.0)
 
 
-def least_share(rows: Array, deep: Array, round_cones: int) -> float:
-    """The least share of forces deep in their cones, all of unit slope, that brings others into these."""
-    held = 3 * round_cones
-    own, change = rows[:held].reshape(-1, 3), (deep - rows)[:held].reshape(-1, 3)
-    outside = np.hypot(own[:, 1], own[:, 2]) > own[:, 0]
-    own, change = own[outside], change[outside]
+def least_share(rows: Array, deep: Array, cones: ConeRows) -> float:
+    """The least share of forces deep in their cones that brings others into these."""
+    outside = cones.spare(rows)[: cones.round] < 0.0
+    own, change = cones.triples(rows)[outside], cones.triples(deep - rows)[outside]
     # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
     signs = np.array([-1.0, 1.0, 1.0])
     squared, mixed, first = ((x * y) @ signs for x, y in ((change, change), (own, change), (own, own)))
@@ -289,9 +279,9 @@ def least_share(rows: Array, deep: Array, round_cones: int) -> float:
     larger = -(mixed + np.copysign(root, mixed))
     with np.errstate(divide="ignore", invalid="ignore"):
         crossings = np.stack([larger / squared, first / larger])
-        flat = -rows[held:] / (deep - rows)[held:]
+        flat = -cones.singles(rows) / cones.singles(deep - rows)
     crossings[~((crossings >= 0.0) & (crossings <= 1.0))] = 0.0
-    flat = np.where(rows[held:] < 0.0, flat, 0.0)
+    flat = np.where(cones.singles(rows) < 0.0, flat, 0.0)
     return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
 
 
@@ -300,8 +290,7 @@ def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
     from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 
-    held = 3 * len(system.round)
-    weight = FAINT + np.abs(np.append(np.repeat(rows[:held:3], 3), rows[held:]))
+    weight = FAINT + np.abs(system.rows.by_row(rows[system.rows.normals]))
     weighted = diags(weight) @ system.matrix
     square = (system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()
     # Symmetric and positive definite: no pivots need be looked for, which takes a third of the time.

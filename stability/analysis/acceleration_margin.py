@@ -27,6 +27,7 @@ from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
 from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
 from stability.process_settings import one_thread
+from stability.statics.cone_rows import ConeRows
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix
@@ -43,20 +44,19 @@ from stability.statics.wrench_matrix import Sparse, WrenchMatrix
 ROUNDING = 1e-12
 
 
-def stay_inside(forces: Array, round_cones: int, angles: Sequence[float], half: float) -> bool:
-    """Decides if forces interpolated between those at `angles` stay within their cones from -`half` to `half` [rad].
+def stay_inside(forces: Array, rows: ConeRows, angles: Sequence[float], half: float) -> bool:
+    """Decides if forces (angles, rows) interpolated between those at `angles` stay within their cones.
 
-    `forces` (angles, rows): three rows for each round cone, which is of unit slope, then the normals of the others.
+    That is from -`half` to `half` [rad].
     """
     edge = tan(0.5 * half)
     nodes = np.array([tan(0.5 * angle) for angle in angles])
     degree = len(angles) - 1
     basis = _bernstein(degree, 0.5 + 0.5 * nodes / edge)
     controls = np.linalg.solve(basis, forces * (1.0 + nodes * nodes)[:, None])
-    held = 3 * round_cones
-    if (controls[:, held:] < -ROUNDING).any():
+    if (rows.singles(controls) < -ROUNDING).any():
         return False
-    cones = controls[:, :held].reshape(degree + 1, -1, 3)
+    cones = rows.triples(controls)
     if (cones[:, :, 0] < -ROUNDING).any():
         return False
     signed = cones * np.array([1.0, -1.0, -1.0])
@@ -101,7 +101,7 @@ class _Face:
     """The forces that are left: three parts where bodies stick, one along a ray where they slip or have no friction."""
 
     basis: Sparse  # (rows, values)
-    sticking: int  # cones, whose values come first
+    values: ConeRows  # those of what sticks, then the others
     start: Array  # (values,)
 
 
@@ -110,97 +110,93 @@ def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
     from scipy.sparse import identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 
-    face = _face(len(system.round), rows, slips)
+    face = _face(system.rows, rows, slips)
     balance = (system.matrix.T @ face.basis).tocsc()
     transposed, faint = balance.T, FAINT * identity(balance.shape[0], format="csc")
-    blocks = _blocks(face.sticking, len(face.start))
+    blocks = _blocks(face.values)
     wanted = system.matrix.T @ rows
     values = face.start
     for _ in range(MOST_STEPS):
-        gradient, inverse = _barrier(values, face.sticking, blocks)
+        gradient, inverse = _barrier(values, face.values, blocks)
         pull = inverse @ gradient
         normal = (balance @ inverse @ transposed + faint).tocsc()
         missing = wanted - balance @ values
         step = inverse @ (transposed @ splu(normal).solve(missing + balance @ pull)) - pull
-        share = _share(values, step, face.sticking)
+        share = _share(values, step, face.values)
         values = values + share * step
         if share == 1.0 and abs(step @ gradient) < CENTRED and np.abs(missing).max(initial=0.0) < BALANCED:
             break
     return np.asarray(face.basis @ values)
 
 
-def _face(held: int, rows: Array, slips: Array) -> _Face:
+def _face(cones: ConeRows, rows: Array, slips: Array) -> _Face:
     """The state of each contact: sticking, slipping or open. Of force and slip one is on its cone."""
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     slips = slips / max(float(np.abs(slips).max(initial=0.0)), TINIEST)
-    forces, sliding = rows[: 3 * held].reshape(-1, 3), slips[: 3 * held].reshape(-1, 3)
+    forces, sliding = cones.triples(rows), cones.triples(slips)
     tangential, across = np.hypot(forces[:, 1], forces[:, 2]), np.hypot(sliding[:, 1], sliding[:, 2])
     opens = sliding[:, 0] - across > forces[:, 0] + tangential
     slides = ~opens & (sliding[:, 0] > forces[:, 0] - tangential)
     sticks, slipping = np.flatnonzero(~opens & ~slides), np.flatnonzero(slides)
-    presses = np.flatnonzero(rows[3 * held :] >= slips[3 * held :])
+    presses = np.flatnonzero(cones.singles(rows) >= cones.singles(slips))
     stuck = (3 * sticks[:, None] + np.arange(3)).ravel()
     # The force's own direction, not the slip's: the two agree to what the solver gives, but forces balance exactly.
     rays = forces[slipping] / np.where(forces[slipping, :1] > 0.0, forces[slipping, :1], 1.0)
-    row = np.concatenate([stuck, (3 * slipping[:, None] + np.arange(3)).ravel(), 3 * held + presses])
+    row = np.concatenate([stuck, (3 * slipping[:, None] + np.arange(3)).ravel(), cones.of_round + presses])
     entry = np.concatenate([np.ones(len(stuck)), rays.ravel(), np.ones(len(presses))])
     singles = len(stuck) + np.concatenate(
         [np.repeat(np.arange(len(slipping)), 3), len(slipping) + np.arange(len(presses))]
     )
     column = np.concatenate([np.arange(len(stuck)), singles])
-    count = len(stuck) + len(slipping) + len(presses)
-    start = np.concatenate([rows[stuck], rows[3 * slipping], rows[3 * held + presses]])
-    return _Face(
-        csc_matrix((entry, (row, column)), shape=(len(rows), count)), len(sticks), _off_the_border(start, len(sticks))
-    )
+    start = np.concatenate([rows[stuck], rows[3 * slipping], rows[cones.of_round + presses]])
+    basis = csc_matrix((entry, (row, column)), shape=(len(rows), len(start)))
+    values = ConeRows(len(sticks), len(slipping) + len(presses))
+    return _Face(basis, values, _off_the_border(start, values))
 
 
-def _off_the_border(values: Array, sticking: int) -> Array:
+def _off_the_border(values: Array, rows: ConeRows) -> Array:
     """Values strictly within their cones."""
     values = values.copy()
-    cones = values[: 3 * sticking].reshape(-1, 3)
+    cones, singles = rows.triples(values), rows.singles(values)
     cones[:, 0] = np.maximum(cones[:, 0], np.hypot(cones[:, 1], cones[:, 2]) * (1.0 + FAINT) + FAINT)
-    values[3 * sticking :] = np.maximum(values[3 * sticking :], FAINT)
+    singles[:] = np.maximum(singles, FAINT)
     return values
 
 
-def _blocks(sticking: int, count: int) -> Places:
+def _blocks(values: ConeRows) -> Places:
     """Indices of the entries of a matrix with a 3 x 3 block for each sticking contact, then single values.
 
     By column, as sparse matrices keep them.
     """
-    first = 3 * np.arange(sticking, dtype=np.int32)
-    rows = np.repeat(first, 9) + np.tile(np.arange(3, dtype=np.int32), 3 * sticking)
-    singles = np.arange(3 * sticking, count, dtype=np.int32)
-    sizes = np.concatenate([np.full(3 * sticking, 3), np.ones(len(singles), dtype=int)])
+    first = 3 * np.arange(values.round, dtype=np.int32)
+    rows = np.repeat(first, 9) + np.tile(np.arange(3, dtype=np.int32), values.of_round)
+    singles = np.arange(values.of_round, len(values), dtype=np.int32)
+    sizes = values.joined(np.full((values.round, 3), 3), np.ones(values.flat, dtype=int))
     return np.concatenate([rows, singles]), np.append(0, np.cumsum(sizes)).astype(np.int32)
 
 
-def _barrier(values: Array, sticking: int, at: Places) -> tuple[Array, Sparse]:
+def _barrier(values: Array, rows: ConeRows, at: Places) -> tuple[Array, Sparse]:
     """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian, z z' - (q/2) J.
 
     `at` are the places of the entries of the latter, which stay the same from step to step.
     """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
-    cones, singles = values[: 3 * sticking].reshape(-1, 3), values[3 * sticking :]
+    cones, singles = rows.triples(values), rows.singles(values)
     signs = np.array([1.0, -1.0, -1.0])
     spare = (cones * cones) @ signs
-    gradient = np.append((-2.0 * signs * cones / spare[:, None]).ravel(), -1.0 / singles)
+    gradient = rows.joined(-2.0 * signs * cones / spare[:, None], -1.0 / singles)
     blocks = cones[:, :, None] * cones[:, None, :] - 0.5 * spare[:, None, None] * np.diag(signs)
     entries = np.append(blocks.ravel(), singles * singles)  # the blocks are symmetric
     return gradient, csc_matrix((entries, *at), shape=(len(values), len(values)))
 
 
-def _share(values: Array, step: Array, sticking: int) -> float:
+def _share(values: Array, step: Array, rows: ConeRows) -> float:
     """The whole step, or as much of it as stays well within the cones."""
     share = 1.0
     while share > FAINT:
-        cones = (values + share / BOUND * step)[: 3 * sticking].reshape(-1, 3)
-        if (cones[:, 0] > np.hypot(cones[:, 1], cones[:, 2])).all() and (
-            (values + share / BOUND * step)[3 * sticking :] > 0.0
-        ).all():
+        if (rows.spare(values + share / BOUND * step) > 0.0).all():
             return share
         share *= BOUND
     return 0.0
@@ -402,14 +398,14 @@ def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
     """Accelerations along an arc, and the forces for each, in units of the rows of the system."""
     system = case.system
     axes = system.cones.axes_W[system.round[cones]]
-    units = system.row_scale[: 3 * len(system.round)].reshape(-1, 3)[cones]
+    units = system.rows.triples(system.row_scale)[cones]
     parts = _parts(width)
     for place in PLACES:
         turn = 0.5 * width * place
         pushed = units[:, 0] * (pushes @ (np.array([1.0, cos(turn), sin(turn)]) @ parts))
         x, y = acceleration * cos(middle + turn), acceleration * sin(middle + turn)
         rows = np.zeros(len(system.row_scale))
-        rows[: 3 * len(system.round)].reshape(-1, 3)[cones] = pushed[:, None] * (axes @ np.array([-x, -y, 1.0])) / units
+        system.rows.triples(rows)[cones] = pushed[:, None] * (axes @ np.array([-x, -y, 1.0])) / units
         yield (x, y), rows
 
 
@@ -635,6 +631,6 @@ def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, mi
                     case.at(*node.point), centred(case.system, node.rows, node.slips)
                 )
         forces = np.stack([case.rest + radius / node.reach * (middles[node.angle] - case.rest) for node in nodes])
-        if stay_inside(forces, len(case.system.round), angles, 0.5 * arc.width):
+        if stay_inside(forces, case.system.rows, angles, 0.5 * arc.width):
             return True
     return False

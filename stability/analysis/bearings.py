@@ -99,7 +99,8 @@ class RoughHeadings:
         system = self.case.system
         columns = system.columns_of(motion)
         opening = np.where(self._moves(motion), opening, 0.0)
-        spare, gained = self._spare(system.matrix @ columns), self._spare(system.matrix @ opening)
+        # Of two motions together, what slips have to spare is no less than the sum.
+        spare, gained = (system.rows.spare(system.matrix @ each) for each in (columns, opening))
         closed = spare < 0.0
         if (closed & (gained <= 0.0)).any():
             return None
@@ -112,12 +113,6 @@ class RoughHeadings:
         """(columns,) which belong to a brick that moves."""
         moving: Array = np.repeat([name in motion.velocity for name in self.case.system.names], 6)
         return moving[self.case.system.kept]
-
-    def _spare(self, slips: Array) -> Array:
-        """(cones,) by how much each slip is within its cone; of two motions together it is no less than the sum."""
-        held = 3 * len(self.case.system.round)
-        cones = slips[:held].reshape(-1, 3)
-        return np.append(cones[:, 0] - np.hypot(cones[:, 1], cones[:, 2]), slips[held:])
 
 
 def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:

@@ -15,7 +15,7 @@ from stability.model import GROUND, BodyId
 from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import STRONGEST, WEAKEST, admit_name, admit_problem
-from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
+from stability.statics.conic_program import clarabel_solve, solve
 from stability.statics.equilibrium import balance, proven_forces, proven_motion
 from stability.statics.proof import check_forces
 from stability.statics.wrench_matrix import wrench_matrix
@@ -205,13 +205,11 @@ def counterweight(
     system = wrench_matrix(problem, whole=True)
     unit = sum(-load.force_W[2] for load in problem.loads.values()) / max(1, len(problem.loads))  # [N] a usual weight
     pressing = system.wrench_of({brick: Wrench((0.0, 0.0, -unit))})
-    program = ConicProgram(
+    program = system.rows.program(
         -system.loads,
         vstack([-system.matrix, csc_matrix(-pressing)], format="csc"),
         np.append(np.zeros(len(system.row_scale)), 1.0),
-        0,
-        [3] * len(system.round),
-        len(system.flat) + 1,
+        positive=1,
     )
     point = solve(program, ACCURACY, clarabel_solve)
     if isinstance(point, str) or not np.isfinite(point.dual).all() or not point.dual[-1] > 0.0:

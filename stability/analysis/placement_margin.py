@@ -8,12 +8,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.contact_law import Coulomb
 from stability.geometry.polygons import Point2, Polygon, hull, inset
 from stability.geometry.rows import Array
 from stability.model import GROUND, BodyId, Vec3
 from stability.problem import ZERO, Contact, Problem, Wrench
 from stability.process_settings import one_thread
-from stability.statics.conic_program import ConicProgram, clarabel_solve
+from stability.statics.cone_rows import ConeRows
+from stability.statics.conic_program import clarabel_solve
 from stability.statics.wrench_matrix import passed_down
 
 # Contact patches that remain after placement errors of all bricks in plan.
@@ -273,7 +275,8 @@ def _lengths(rule: Recourse, of_moments: Array) -> Array:
 class _Frictional:
     """Forces at the corners of inset patches, in their cones, whatever the displacements: z, x and y each."""
 
-    friction: Array  # (corners,)
+    law: Coulomb  # of all corners
+    rows: ConeRows  # what friction allows of the vertical forces, then the horizontal forces
     upright: Sparse  # (3 bricks, 3 corners) vertical force and first moments on the bricks
     sideways: Sparse  # (3 bricks, 3 corners) horizontal force and twist
 
@@ -300,9 +303,9 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
             upright.put(3 * i, 3 * column, scale * up)
             along = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -y / arm, x / arm]])
             sideways.put(3 * i, 3 * column, scale * along)
-    friction = np.array([rule.patches[k].friction for k, _ in corners])
-    rows, columns = 3 * len(rule.names), 3 * len(corners)
-    return _Frictional(friction, upright.matrix(rows, columns), sideways.matrix(rows, columns))
+    law, cones = Coulomb(np.array([rule.patches[k].friction for k, _ in corners])), ConeRows(len(corners), 0)
+    rows, columns = 3 * len(rule.names), len(cones)
+    return _Frictional(law, cones, upright.matrix(rows, columns), sideways.matrix(rows, columns))
 
 
 def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer:
@@ -320,44 +323,38 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer
     by_loads = (carried[:, ~planar] @ np.abs(rule.loads[~planar, 0]))[:, None]
     by_planes = error * carried[:, planar] - np.eye(on_plane.shape[0])
     unit = rule.length.max()
+    scale = np.ones(len(frictional.rows))
+    scale[frictional.rows.normals] = frictional.law.greatest_friction(1.0)
     rows = [
         [-rule.balance, -frictional.upright, None, None],
         [None, -frictional.sideways, None, None],
-        [None, -diags(_cone_rows(frictional.friction)), None, None],
+        [None, -diags(scale), None, None],
         [-edges.rows, None, error * edges.of_planes, unit * edges.of_loads[:, None]],
         [on_plane, None, by_planes, unit * by_loads],
         [-on_plane, None, by_planes, unit * by_loads],
         [None, None, None, np.array([[1.0]])],
     ]
     loads = rule.loads[planar, 0]
-    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + 3 * len(frictional.friction) + len(edges.patch))]
+    offset = [rule.loads.ravel(), np.zeros(3 * len(rule.names) + len(frictional.rows) + len(edges.patch))]
     offset += [-loads, loads, np.array([FURTHEST])]
-    columns = 3 * len(rule.patches) + 3 * len(frictional.friction) + len(loads) + 1
+    columns = 3 * len(rule.patches) + len(frictional.rows) + len(loads) + 1
     cost = np.zeros(columns)
     cost[-1] = -1.0
-    program = ConicProgram(
+    program = frictional.rows.program(
         cost,
         csc_matrix(block_array([[None if part is None else csc_matrix(part) for part in row] for row in rows])),
         np.concatenate(offset),
-        6 * len(rule.names),
-        [3] * len(frictional.friction),
-        len(edges.patch) + 2 * len(loads) + 1,
+        equal=6 * len(rule.names),
+        positive=len(edges.patch) + 2 * len(loads) + 1,
     )
     point = clarabel_solve(program, ACCURACY)
     return _judged(rule, edges, frictional, error, point.x)
 
 
-def _cone_rows(friction: Array) -> Array:
-    """What takes forces to what the solver's round cones want: what friction allows, and what it gives."""
-    scale = np.ones(3 * len(friction))
-    scale[::3] = friction
-    return scale
-
-
 def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> PlacementAnswer:
     """What a point is worth, by plain arithmetic: whether it survives `error` itself, and where it only just does."""
     count = 3 * len(rule.patches)
-    forces = _inside(x[count : count + 3 * len(frictional.friction)], frictional.friction)
+    forces = _inside(frictional, x[count : count + len(frictional.rows)])
     left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
     patches = x[:count] + rule.answer @ left
     spare = edges.rows @ patches
@@ -374,12 +371,12 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
     )
 
 
-def _inside(forces: Array, friction: Array) -> Array:
+def _inside(frictional: _Frictional, forces: Array) -> Array:
     """The forces, those outside their cones taken to the nearest below: what is then left over shows in the balance."""
-    triples = forces.reshape(-1, 3).copy()
+    triples = frictional.rows.triples(forces).copy()
     triples[:, 0] = np.maximum(triples[:, 0], 0.0)
     tangential = np.hypot(triples[:, 1], triples[:, 2])
-    most = friction * triples[:, 0]
+    most = frictional.law.greatest_friction(triples[:, 0])
     triples[:, 1:] *= np.where(tangential > most, most / np.where(tangential > 0.0, tangential, 1.0), 1.0)[:, None]
     return triples.ravel()
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from stability.geometry.rows import Array, Indices
 from stability.model import Vec3
+from stability.statics.cone_rows import ConeRows, row_units
 from stability.statics.conic_program import ConicProgram, SolverPoint
 from stability.statics.initial_motion import StartEquations, frame
 from stability.statics.wrench_matrix import Sparse
@@ -151,8 +152,8 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
     offsets = np.append(np.zeros(matrix.shape[0] - len(offset)), offset)
     cost = np.zeros(places.columns)
     cost[places.of_loads : places.of_parts] = cost[places.of_contacts : places.of_forces : 3] = 1.0
-    rounds, size = [3] * (round_rows.shape[0] // 3), places.left.basis.shape[1]
-    conic = ConicProgram(cost, matrix, offsets, equal.shape[0], rounds, len(signed), semidefinite=size)
+    duals, size = ConeRows(round_rows.shape[0] // 3, 0), places.left.basis.shape[1]
+    conic = duals.program(cost, matrix, offsets, equal=equal.shape[0], positive=len(signed), semidefinite=size)
     return PowerProgram(equations, places, equal, _cones(equations, places), conic)
 
 
@@ -254,8 +255,7 @@ def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
 def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
     """(3, 3) what turns a multiplier along the axes of a point into one whose first part is not less than the rest."""
     own: Array = frame(normal) @ equations.axes[point].T
-    own[1:] *= equations.law_at(point).friction
-    return own
+    return own * row_units(equations.law.friction[point : point + 1]).T
 
 
 def _definite(equations: StartEquations, places: ColumnOffsets) -> tuple[Sparse, Array]:

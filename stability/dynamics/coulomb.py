@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.contact_law import Coulomb
 from stability.geometry.placed_shape import principal_turn
 from stability.geometry.rows import Array
 from stability.geometry.vectors import body_axes, cross
 from stability.problem import Placed
-from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
+from stability.statics.cone_rows import ConeRows, row_units, with_and_without
+from stability.statics.conic_program import clarabel_solve, solve
 
 # Velocities after a step of rigid bodies with Coulomb friction: cone complementarity, not associated.
 #
@@ -43,7 +45,7 @@ class FrictionProblem:
     inverse_mass: Array  # (columns, columns)
     free: Array  # (columns,) velocities if nothing pressed
     gaps: Array  # (c,) by the time in which they may close: the relative normal velocity may be as low as -gap
-    friction: Array  # (c,)
+    law: Coulomb  # of all points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +59,7 @@ class FrictionSolution:
 
 def pressed(meeting: FrictionProblem, guess: Array | None = None) -> FrictionSolution | None:
     """Velocities and impulses that obey the conditions; None if none were found. `guess` is of impulses (c, 3)."""
-    if not len(meeting.friction):
+    if not len(meeting.gaps):
         return FrictionSolution(meeting.free, np.zeros((0, 3)), 0.0)
     mobility = meeting.slips @ meeting.inverse_mass @ meeting.slips.T
     found = _by_newton(meeting, mobility, guess) if guess is not None else None
@@ -70,11 +72,12 @@ def miss(meeting: FrictionProblem, velocities: Array, impulses: Array) -> float:
     """By how much the conditions are missed, as a share of the largest velocity or impulse."""
     slips = (meeting.slips @ velocities).reshape(-1, 3)
     normal, pressing = slips[:, 0] + meeting.gaps, impulses[:, 0]
-    most = meeting.friction * pressing
+    most = meeting.law.greatest_friction(pressing)
     slip, rubbing = np.hypot(slips[:, 1], slips[:, 2]), np.hypot(impulses[:, 1], impulses[:, 2])
     # A slip is against friction as strong as it can be, or there is none.
     against = np.einsum("ij,ij->i", slips[:, 1:], impulses[:, 1:]) + slip * most
-    wrong = (-normal, -pressing, np.minimum(normal, pressing), rubbing - most, np.minimum(against, slip))
+    outside = meeting.law.violation(pressing, rubbing)
+    wrong = (-normal, np.minimum(normal, pressing), outside, np.minimum(against, slip))
     size = max(np.abs(slips).max(), np.abs(impulses).max(), np.abs(meeting.free).max(), 1e-300)
     return float(max(part.max() for part in wrong) / size)
 
@@ -90,7 +93,7 @@ def _better(one: FrictionSolution | None, other: FrictionSolution) -> FrictionSo
 
 def _by_newton(meeting: FrictionProblem, mobility: Array, guess: Array) -> FrictionSolution:
     """Alart and Curnier: each point opens, stays or slides, as its impulse less its velocity says."""
-    count = len(meeting.friction)
+    count = len(meeting.gaps)
     still = (meeting.slips @ meeting.free).reshape(-1, 3)
     still[:, 0] += meeting.gaps
     stiff = 1.0 / np.maximum(np.diag(mobility).reshape(-1, 3).max(axis=1), 1e-300)
@@ -103,7 +106,7 @@ def _by_newton(meeting: FrictionProblem, mobility: Array, guess: Array) -> Frict
         slips = (mobility @ impulses.ravel()).reshape(-1, 3) + still
         trial = impulses - stiff[:, None] * slips
         size = np.hypot(trial[:, 1], trial[:, 2])
-        most = meeting.friction * np.maximum(trial[:, 0], 0.0)
+        most = meeting.law.greatest_friction(np.maximum(trial[:, 0], 0.0))
         matrix, wanted = mobility + firm, firm @ impulses.ravel() - still.ravel()
         opens, slides = trial[:, 0] <= 0.0, (trial[:, 0] > 0.0) & (size >= most)
         for point in np.flatnonzero(opens):
@@ -116,7 +119,7 @@ def _by_newton(meeting: FrictionProblem, mobility: Array, guess: Array) -> Frict
             turning = (level - along[:, None] * along) * (most[point] / max(size[point], 1e-300))
             matrix[rows] = stiff[point] * turning @ mobility[rows]
             matrix[rows, rows] += level - turning
-            matrix[rows, 3 * point] -= meeting.friction[point] * along
+            matrix[rows, 3 * point] -= meeting.law.friction[point] * along
             wanted[rows] = -stiff[point] * turning @ still[point, 1:]
         try:
             impulses = np.asarray(np.linalg.solve(matrix, wanted), dtype=np.float64).reshape(-1, 3)
@@ -127,7 +130,7 @@ def _by_newton(meeting: FrictionProblem, mobility: Array, guess: Array) -> Frict
 
 
 def _by_programs(meeting: FrictionProblem, mobility: Array) -> FrictionSolution | None:
-    slip: Array = np.zeros(len(meeting.friction))
+    slip: Array = np.zeros(len(meeting.gaps))
     best: FrictionSolution | None = None
     for _ in range(MOST_PROGRAMS):
         impulses = _program(meeting, slip)
@@ -146,30 +149,22 @@ def _program(meeting: FrictionProblem, slip: Array) -> Array | None:
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     mass = np.linalg.inv(meeting.inverse_mass)
-    rubs = meeting.friction > 0.0
-    scales = np.ones((len(slip), 3))
-    scales[:, 1:] = meeting.friction[:, None]
+    rubbing, smooth = with_and_without(meeting.law.friction)
+    cones = ConeRows(len(rubbing), len(smooth))
+    scales = row_units(meeting.law.friction)
     scaled = (scales.ravel()[:, None] * meeting.slips).reshape(len(slip), 3, -1)
     room = np.zeros((len(slip), 3))
-    room[:, 0] = meeting.gaps + meeting.friction * slip
-    rows = np.concatenate([scaled[rubs].reshape(-1, scaled.shape[2]), scaled[~rubs, 0]])
-    offset = np.concatenate([room[rubs].ravel(), room[~rubs, 0]])
-    program = ConicProgram(
-        -mass @ meeting.free,
-        csc_matrix(-rows),
-        offset,
-        0,
-        [3] * int(rubs.sum()),
-        int((~rubs).sum()),
-        csc_matrix(np.triu(mass)),
-    )
+    room[:, 0] = meeting.gaps + meeting.law.lift(slip)
+    rows = np.concatenate([scaled[rubbing].reshape(-1, scaled.shape[2]), scaled[smooth, 0]])
+    offset = cones.joined(room[rubbing], room[smooth, 0])
+    curvature = csc_matrix(np.triu(mass))
+    program = cones.program(-mass @ meeting.free, csc_matrix(-rows), offset, curvature=curvature)
     point = solve(program, ACCURACY, clarabel_solve)
     if isinstance(point, str) or not np.isfinite(point.dual).all():
         return None
     impulses: NDArray[np.float64] = np.zeros((len(slip), 3))
-    held = 3 * int(rubs.sum())
-    impulses[rubs] = point.dual[:held].reshape(-1, 3) * scales[rubs]
-    impulses[~rubs, 0] = point.dual[held:]
+    impulses[rubbing] = cones.triples(point.dual) * scales[rubbing]
+    impulses[smooth, 0] = cones.singles(point.dual)
     return impulses
 
 

@@ -17,7 +17,7 @@ from math import inf, isclose
 
 import numpy as np
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import Coulomb, GivenFriction, law_of
 from stability.contacts.bodies import solid
 from stability.dynamics.contact_points import ContactScene, Touching, alternatives, cones_in, slip_matrix, touching
 from stability.dynamics.coulomb import (
@@ -194,7 +194,7 @@ class FrictionalMotion:
             inverse_mass(bricks) * (units.mass * units.speed**2) / np.outer(units.columns, units.columns),
             free / units.columns,
             gaps,
-            cones.friction,
+            Coulomb(cones.friction),
         )
         impulse = units.mass * units.speed
         found = pressed(meeting, self._guess(contacts, cones, time / impulse))

@@ -76,7 +76,7 @@ def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgr
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     size, columns = root.shape
-    held = 3 * len(system.round)
+    held = system.rows.of_round
     bound = csc_matrix(([1.0], ([0], [0])), shape=(1, 1))
     power = csc_matrix(system.loads[None, :] / gain)
     matrix = bmat(
@@ -85,7 +85,7 @@ def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgr
     offset: Array = np.zeros(matrix.shape[0])
     offset[0] = 1.0
     cost = np.append(np.zeros(columns), 1.0)
-    return ConicProgram(cost, matrix.tocsc(), offset, 1, [3] * len(system.round) + [size + 1], len(system.flat))
+    return system.rows.program(cost, matrix.tocsc(), offset, equal=1, norms=[size + 1])
 
 
 # Completes a verdict of UNSTABLE by the motion with which everything that is connected with what falls begins.

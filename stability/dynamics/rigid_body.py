@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
+from stability.contact_law import Coulomb
 from stability.geometry.placed_shape import principal_turn
 from stability.geometry.vectors import add, add_scaled, cross, dot, inverse, norm, rotate, scale, subtract
 from stability.model import AT_REST, BodyState, Brick, Pose, Quaternion, Vec3
@@ -73,7 +74,7 @@ def friction_impulses(brick: Brick, state: BodyState, pressed: Sequence[AppliedF
         settled = True
         for index, each in enumerate(pressed):
             wanted = subtract(found[index], _impulse_of_sliding(free, velocity_W, spin_W, each))
-            most, length = each.friction * norm(each.force_W) * duration, norm(wanted)
+            most, length = Coulomb(each.friction).greatest_friction(norm(each.force_W)) * duration, norm(wanted)
             allowed = scale(most / length, wanted) if length > most else wanted
             more = subtract(allowed, found[index])
             if norm(more) > SETTLED * most:

@@ -9,6 +9,8 @@ import numpy as np
 
 from stability.geometry.rows import Array
 
+Matrix: TypeAlias = Any  # sparse by column; scipy's matrices have no types
+
 FINE = 1e-10  # accuracies below that are asked for so that little is left to correct
 MOST_STEPS = 200  # of the interior point method; 15 to 40 are usual
 # Rows. From there on refining each step's solution is a third of the work, and gains less than the check corrects.
@@ -26,12 +28,12 @@ class ConicProgram:
     """
 
     cost: Array  # (columns,)
-    matrix: Any  # (rows, columns), sparse by column
+    matrix: Matrix  # (rows, columns)
     offset: Array  # (rows,)
     equal: int = 0  # rows
     round: Sequence[int] = ()  # sizes of the round cones
     positive: int = 0  # rows that must not be negative
-    curvature: Any = None  # (columns, columns), sparse by column, its upper half
+    curvature: Matrix = None  # (columns, columns), its upper half
     semidefinite: int = 0  # size of the one such cone, in the last rows
 
 

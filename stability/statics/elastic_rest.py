@@ -134,7 +134,7 @@ def _moved(system: WrenchMatrix, motion: Array) -> _Moved:
 
 def _falls_freely(system: WrenchMatrix, moved: _Moved) -> bool:
     """Whether nothing is closed, however far bricks have moved."""
-    closed = moved.pressed.rows[_normal_rows(system)].max(initial=0.0)
+    closed = moved.pressed.rows[system.rows.normals].max(initial=0.0)
     return bool(closed <= ROUNDING * np.abs(moved.motion).max(initial=0.0))
 
 
@@ -148,20 +148,14 @@ def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
     return bool((slipped > FURTHEST * closed)[closed > SLIGHT].any())
 
 
-def _normal_rows(system: WrenchMatrix) -> NDArray[np.int64]:
-    held = 3 * len(system.round)
-    return np.append(np.arange(0, held, 3), np.arange(held, len(system.row_scale)))
-
-
 def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
     """Coulomb's law for springs of unit stiffness."""
-    held = 3 * len(system.round)
     ways = system.matrix @ motion
-    cones = ways[:held].reshape(-1, 3)
+    cones = system.rows.triples(ways)
     normal, resisting = np.maximum(-cones[:, 0], 0.0), np.hypot(cones[:, 1], cones[:, 2])
     along = -cones[:, 1:] / np.where(resisting > 0.0, resisting, 1.0)[:, None]
     forces = np.column_stack([normal, along * np.minimum(resisting, normal)[:, None]])
-    rows = np.append(forces.ravel(), np.maximum(-ways[held:], 0.0))
+    rows = system.rows.joined(forces, np.maximum(-system.rows.singles(ways), 0.0))
     return _Pressed(rows, normal, resisting, along, resisting > normal)
 
 
@@ -169,15 +163,15 @@ def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
     """(columns, columns) by how much more contacts hold against a motion that is further by a unit."""
     from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import, and few need to ask
 
-    count, along = len(system.round), pressed.along
+    count, along = system.rows.round, pressed.along
     blocks = np.zeros((count, 3, 3))
     blocks[:, 0, 0] = pressed.normal > 0.0
     blocks[:, 1:, 0] = along * (pressed.slips & (pressed.normal > 0.0))[:, None]  # friction goes with the pressure
     across = np.identity(2) - along[:, :, None] * along[:, None, :]
     turned = np.divide(pressed.normal, pressed.resisting, out=np.zeros(count), where=pressed.slips)
     blocks[:, 1:, 1:] = np.where(pressed.slips[:, None, None], turned[:, None, None] * across, np.identity(2))
-    round_ = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=(3 * count, 3 * count))
-    flat = diags((pressed.rows[3 * count :] > 0.0).astype(float))
+    round_ = bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=(system.rows.of_round,) * 2)
+    flat = diags((system.rows.singles(pressed.rows) > 0.0).astype(float))
     return system.matrix.T @ block_diag([round_, flat], format="csc") @ system.matrix
 
 

@@ -136,8 +136,7 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
 
     rows, columns = system.matrix.shape
     of_contact = np.repeat(np.arange(contacts), [points * normals for points, normals in system.cones.shapes])
-    held, flat = 3 * len(system.round), len(system.flat)
-    normals = np.append(np.arange(0, held, 3), np.arange(held, rows))
+    normals = system.rows.normals
     which = of_contact[np.append(system.round, system.flat)]
     separation = csc_matrix((np.ones(len(normals)), (normals, which)), shape=(rows, contacts))
     speed, each = identity(columns), identity(contacts)
@@ -146,7 +145,7 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
     )
     offset: Array = np.concatenate([np.zeros(rows), np.full(2 * columns, room), np.ones(contacts), np.zeros(contacts)])
     cost = np.append(np.zeros(columns), np.full(contacts, -1.0))
-    return ConicProgram(cost, matrix, offset, 0, [3] * len(system.round), flat + 2 * columns + 2 * contacts)
+    return system.rows.program(cost, matrix, offset, positive=2 * columns + 2 * contacts)
 
 
 # Balances the loads on every brick by contact forces within exact Coulomb cones: the last stage of the cascade.
@@ -219,9 +218,7 @@ def falling_motion(
 
 def _held(system: WrenchMatrix) -> ConicProgram:
     """The most power, where no slip may be short of its cone by more than a unit."""
-    return ConicProgram(
-        -system.loads, -system.matrix, _normal_rows(system), 0, [3] * len(system.round), len(system.flat)
-    )
+    return system.rows.program(-system.loads, -system.matrix, _normal_rows(system))
 
 
 def _bounded(system: WrenchMatrix) -> ConicProgram:
@@ -231,7 +228,7 @@ def _bounded(system: WrenchMatrix) -> ConicProgram:
     columns = len(system.loads)
     matrix = vstack([-system.matrix, identity(columns), -identity(columns)], format="csc")
     offset = np.append(np.zeros(len(system.row_scale)), np.ones(2 * columns))
-    return ConicProgram(-system.loads, matrix, offset, 0, [3] * len(system.round), len(system.flat) + 2 * columns)
+    return system.rows.program(-system.loads, matrix, offset, positive=2 * columns)
 
 
 # A tight accuracy comes first: it costs one or two steps, and leaves residuals that need no correction.
@@ -246,9 +243,8 @@ ATTEMPTS: tuple[tuple[Callable[[WrenchMatrix], ConicProgram], float], ...] = (
 
 def _normal_rows(system: WrenchMatrix) -> Array:
     """One in the rows of normals, nothing in those of tangents."""
-    rows = np.ones(len(system.row_scale))
-    tangents = rows[: 3 * len(system.round)].reshape(-1, 3)
-    tangents[:, 1:] = 0.0
+    rows = np.zeros(len(system.row_scale))
+    rows[system.rows.normals] = 1.0
     return rows
 
 
@@ -257,7 +253,7 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
     for _ in range(1 + MOST_CORRECTIONS):
         if not np.isfinite(rows).all():
             return None
-        rows = _inside(system, rows)
+        rows = system.rows.project(rows)
         residual = system.matrix.T @ rows + system.loads
         if np.abs(residual).max(initial=0.0) > HOPELESS:
             return None
@@ -268,22 +264,9 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
     return None
 
 
-def _inside(system: WrenchMatrix, rows: Array) -> Array:
-    """The nearest forces within their cones."""
-    held = 3 * len(system.round)
-    cones = rows[:held].reshape(-1, 3)
-    normal, tangential = cones[:, 0], np.hypot(cones[:, 1], cones[:, 2])
-    middle = 0.5 * (normal + tangential)
-    pressed = np.where(tangential <= normal, normal, np.maximum(middle, 0.0))
-    shrunk = np.where(tangential <= pressed, 1.0, pressed / np.where(tangential > 0.0, tangential, 1.0))
-    inside = np.stack([pressed, cones[:, 1] * shrunk, cones[:, 2] * shrunk], axis=1)
-    return np.append(inside.ravel(), np.maximum(rows[held:], 0.0))
-
-
 def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
     """The change of least norm that takes the residual away, each force weighed by its size so that none turns over."""
-    held = 3 * len(system.round)
-    normal = np.append(np.repeat(rows[:held:3], 3), rows[held:])
+    normal = system.rows.by_row(rows[system.rows.normals])
     weight = normal * normal + FAINT
     change: Array = -weight * (system.matrix @ _solved(system.matrix, weight, residual))
     return change

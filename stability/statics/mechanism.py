@@ -198,7 +198,7 @@ def _least_speed(system: WrenchMatrix, weights: Array, width: int, gain: float) 
     """The least sum of norms, each of `width` weighed columns, of motions by which the loads gain `gain`."""
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
-    columns, held = len(weights), 3 * len(system.round)
+    columns, held = len(weights), system.rows.of_round
     groups = columns // width
     size = groups * (width + 1)
     first = (width + 1) * np.arange(groups)
@@ -210,5 +210,4 @@ def _least_speed(system: WrenchMatrix, weights: Array, width: int, gain: float) 
     offset = np.zeros(matrix.shape[0])
     offset[0] = 1.0
     cost = np.append(np.zeros(columns), np.ones(groups))
-    cones = [3] * len(system.round) + [width + 1] * groups
-    return ConicProgram(cost, matrix.tocsc(), offset, 1, cones, len(system.flat))
+    return system.rows.program(cost, matrix.tocsc(), offset, equal=1, norms=[width + 1] * groups)

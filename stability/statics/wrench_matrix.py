@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from stability.geometry.rows import Array, Indices, cross_rows
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, ConeForces, Forces, Motion, Problem, Wrench
+from stability.statics.cone_rows import ConeRows, row_units, with_and_without
 
 Sparse: TypeAlias = Any  # scipy's matrices have no types
 
@@ -48,8 +49,9 @@ class WrenchMatrix:
     cones: Cones
     matrix: Sparse  # (rows, columns)
     loads: Array  # (columns,)
-    round: Indices  # (k,) the cones with friction, which have rows 3 i to 3 i + 2
-    flat: Indices  # (m,) the cones without, which have rows 3 k + i
+    rows: ConeRows
+    round: Indices  # the cones with friction, in the order of their rows
+    flat: Indices  # the cones without
     row_scale: Array  # (rows,) force of unit size [N]
     column_scale: Array  # (6 bricks,) force or torque of unit size [N, N m]
     kept: Indices  # (columns,) which of the 6 bricks these are
@@ -67,17 +69,16 @@ class WrenchMatrix:
         """(cones, 3) the same as one array [N]."""
         rows = rows * self.row_scale
         forces = np.zeros((len(self.cones.lower), 3))
-        held = 3 * len(self.round)
-        forces[self.round] = np.einsum("ij,ijk->ik", rows[:held].reshape(-1, 3), self.cones.axes_W[self.round])
-        forces[self.flat] = rows[held:, None] * self.cones.axes_W[self.flat, 0]
+        forces[self.round] = np.einsum("ij,ijk->ik", self.rows.triples(rows), self.cones.axes_W[self.round])
+        forces[self.flat] = self.rows.singles(rows)[:, None] * self.cones.axes_W[self.flat, 0]
         return forces
 
     def rows_of(self, forces_W: Array) -> Array:
         """The forces of the rows from the contact force of each cone [N]."""
         axes = self.cones.axes_W
-        held = np.einsum("ij,ikj->ik", forces_W[self.round], axes[self.round]).ravel()
-        flat = np.einsum("ij,ij->i", forces_W[self.flat], axes[self.flat, 0])
-        rows: Array = np.append(held, flat) / self.row_scale
+        triples = np.einsum("ij,ikj->ik", forces_W[self.round], axes[self.round])
+        singles = np.einsum("ij,ij->i", forces_W[self.flat], axes[self.flat, 0])
+        rows: Array = self.rows.joined(triples, singles) / self.row_scale
         return rows
 
     def motion(self, columns: Array, quiet: float = 0.0) -> Motion:
@@ -110,17 +111,17 @@ def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId
     names = tuple(sorted(problem.bricks))
     cones = cones_of(problem, names)
     force, length = _brick_scales(problem, names, passed_down(problem) if carried is None else carried)
-    row_cone, axis = _rows(cones)
+    with_friction, without = with_and_without(cones.friction)
+    rows = ConeRows(len(with_friction), len(without))
+    row_cone = rows.by_row(np.append(with_friction, without))
+    axis = rows.joined(np.tile(np.arange(3), (rows.round, 1)), np.zeros(rows.flat, dtype=np.int64))
     held = np.where(cones.upper < len(names), cones.upper, cones.lower)
-    friction = np.where(axis > 0, cones.friction[row_cone], 1.0)
-    row_scale = np.append(force, 1.0)[held][row_cone] * friction
+    row_scale = np.append(force, 1.0)[held][row_cone] * row_units(cones.friction)[row_cone, axis]
     column_scale = np.stack([force, force, force, *[force * length] * 3], axis=1).ravel()
     loads = wrench_array(names, problem.loads).ravel() / column_scale
     acts = np.ones(len(loads), dtype=bool) if whole else loads != 0.0
     matrix, kept = _kept(_matrix(problem, names, cones, row_cone, axis), acts, row_scale, column_scale)
-    with_friction = np.flatnonzero(cones.friction > 0.0)
-    without = np.flatnonzero(~(cones.friction > 0.0))
-    return WrenchMatrix(names, cones, matrix, loads[kept], with_friction, without, row_scale, column_scale, kept)
+    return WrenchMatrix(names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept)
 
 
 def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
@@ -152,15 +153,6 @@ def _axes(normals: Array) -> Array:
     first = cross_rows(reference, normals)
     first /= np.sqrt(np.einsum("ij,ij->i", first, first))[:, None]
     return np.stack([normals, first, cross_rows(normals, first)], axis=1)
-
-
-def _rows(cones: Cones) -> tuple[Indices, Indices]:
-    """The cone of each row, and which of its axes the row is."""
-    with_friction = cones.friction > 0.0
-    held, flat = np.flatnonzero(with_friction), np.flatnonzero(~with_friction)
-    row_cone = np.concatenate([np.repeat(held, 3), flat])
-    axis = np.concatenate([np.tile(np.arange(3), len(held)), np.zeros(len(flat), dtype=np.int64)])
-    return row_cone, axis
 
 
 def _matrix(

@@ -25,6 +25,7 @@ from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Motion, Placed, Problem, Stability, Tolerances
 from stability.statics.assembly import Assembly
+from stability.statics.cone_rows import ConeRows
 from stability.statics.conic_program import QuickSeries, quick_solve
 from stability.statics.proof import check_motion
 from tests.stability.statics.random_piles import random_pile
@@ -117,11 +118,13 @@ def test_a_force_is_brought_into_its_cone_by_no_more_of_one_on_its_axis_than_it_
     force: tuple[float, float, float], share: float
 ) -> None:
     rows, deep = np.array([*force, 0.1]), np.array([1.0, 0.0, 0.0, 1.0])
-    assert least_share(rows, deep, 1) == pytest.approx(share, rel=1e-12)
+    assert least_share(rows, deep, ConeRows(1, 1)) == pytest.approx(share, rel=1e-12)
 
 
 def test_what_pulls_at_a_contact_without_friction_is_pressed_by_no_more_than_it_takes() -> None:
-    assert least_share(np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0]), 1) == pytest.approx(0.75)
+    assert least_share(
+        np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0]), ConeRows(1, 1)
+    ) == pytest.approx(0.75)
 
 
 def test_a_grid_needs_no_direction_solved_finely(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stability.contact_law import Coulomb
 from stability.dynamics.coulomb import FrictionProblem, miss, pressed
 
 FRICTION = 0.5
@@ -10,7 +11,9 @@ FRICTION = 0.5
 
 def point(*free: float, gap: float = 0.0, friction: float = FRICTION) -> FrictionProblem:
     """One unit mass at one point of contact, with the velocity that it would have: off the face, and along it twice."""
-    return FrictionProblem(np.identity(3), np.identity(3), np.array(free), np.array([gap]), np.array([friction]))
+    return FrictionProblem(
+        np.identity(3), np.identity(3), np.array(free), np.array([gap]), Coulomb(np.array([friction]))
+    )
 
 
 @pytest.mark.parametrize(
