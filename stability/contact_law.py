@@ -267,7 +267,7 @@ class Friction:
 GivenFriction: TypeAlias = float | Friction
 
 
-def law_of(friction: GivenFriction) -> Friction:
+def as_friction(friction: GivenFriction) -> Friction:
     """The law of one coefficient for all, or the one that is given."""
     return friction if isinstance(friction, Friction) else Friction(friction)
 

@@ -10,7 +10,7 @@ from itertools import groupby
 from math import inf
 from typing import Literal, TypeAlias
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.model import AT_REST, BodyId, Brick, Plane, Pose, Vec3
 from stability.problem import Tolerances
@@ -38,7 +38,7 @@ class FixedWorld:
     @property
     def roughest(self) -> float:
         """The largest coefficient of all that are said."""
-        return max(law_of(self.friction).most, *(plane.friction for plane in self.planes))
+        return max(as_friction(self.friction).most, *(plane.friction for plane in self.planes))
 
     @property
     def rubs_alike(self) -> bool:

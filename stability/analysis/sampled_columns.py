@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import GivenFriction, as_friction
 from stability.contacts.bodies import solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.geometry.box_distance import reach_between
@@ -38,7 +38,9 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleS
     border = _between(moving, rest, site)
     for placed in moving:
         own, name = solid(placed), placed.brick.id
-        found = [contact_with_plane(own, p, site.tolerances, law_of(site.friction).on(name, p)) for p in site.planes]
+        found = [
+            contact_with_plane(own, p, site.tolerances, as_friction(site.friction).on(name, p)) for p in site.planes
+        ]
         border += [contact for contact in found if contact is not None]
     fall = tipping(bricks, border)
     if fall is None:
@@ -58,7 +60,7 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite)
     limit = places[0][:, None, 3] + places[1][None, :, 3] + reach
     found = []
     for one, other in zip(*np.nonzero((away**2).sum(axis=2) <= limit**2), strict=True):
-        friction = law_of(site.friction).of(moving[one].brick.id, rest[other].brick.id)
+        friction = as_friction(site.friction).of(moving[one].brick.id, rest[other].brick.id)
         contact = contact_between(solid(moving[one]), solid(rest[other]), friction, site.tolerances)
         if contact is not None:
             found.append(contact)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import TypeAlias
 
-from stability.contact_law import Coulomb, law_of
+from stability.contact_law import Coulomb, as_friction
 from stability.geometry.placed_shape import corners_W, top_W
 from stability.geometry.polygons import cut, doubled_area
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, rotate, scale, subtract, unit
@@ -128,7 +128,7 @@ class Prop:
 
 def props_of(design: Assembly) -> dict[BodyId, Prop]:
     """The prop of each brick of a design whose underside is not all covered."""
-    found, law = {}, law_of(design.friction)
+    found, law = {}, as_friction(design.friction)
     for name in sorted(design.bricks):
         body = f"prop under {name}"
         while body in design.bricks:

@@ -159,7 +159,7 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
 
 def _cones(equations: StartEquations, places: ColumnOffsets) -> tuple[Indices, Array]:
     first = [places.of_contacts + 3 * number for number in range(len(places.contacts))]
-    friction = [equations.law_of(contact).friction for contact in places.contacts]
+    friction = [equations.law_of_contact(contact).friction for contact in places.contacts]
     slope = [1.0 / each if each else np.inf for each in friction]
     for point, row in _multiplied(places):
         first.append(places.force(point, row))
@@ -235,7 +235,7 @@ def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis
 def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
     """Three rows for each round cone: of what friction brakes, then of the multipliers of forces."""
     blocks = [
-        (places.of_contacts + 3 * number, np.diag([equations.law_of(contact).friction or 1.0, 1.0, 1.0]))
+        (places.of_contacts + 3 * number, np.diag([equations.law_of_contact(contact).friction or 1.0, 1.0, 1.0]))
         for number, contact in enumerate(places.contacts)
     ]
     duals = {
@@ -407,7 +407,7 @@ def _outside(equations: StartEquations, point: int, dual: Array) -> float:
 def _too_far(equations: StartEquations, multipliers: Multipliers, contact: int) -> float:
     """By how much the product of friction claims more than friction does."""
     braking = float(multipliers.braking[contact])
-    most = equations.law_of(contact).greatest_friction(max(braking, 0.0))
+    most = equations.law_of_contact(contact).greatest_friction(max(braking, 0.0))
     return float(max(0.0, -braking, _size(multipliers.along[contact]) - most))
 
 

@@ -17,7 +17,7 @@ from math import inf, isclose
 
 import numpy as np
 
-from stability.contact_law import Coulomb, GivenFriction, law_of
+from stability.contact_law import Coulomb, GivenFriction, as_friction
 from stability.contacts.bodies import solid
 from stability.dynamics.contact_points import ContactScene, Touching, alternatives, cones_in, slip_matrix, touching
 from stability.dynamics.coulomb import (
@@ -295,7 +295,7 @@ def frictional_motion_of(  # noqa: PLR0913, PLR0917 -- a problem, and what its b
         return None
     fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in bricks}
     solids = {name: solid(placed) for name, placed in (*bricks.items(), *fixed.items())}
-    place = ContactScene(bricks, fixed, {plane.id: plane for plane in planes}, law_of(friction), solids)
+    place = ContactScene(bricks, fixed, {plane.id: plane for plane in planes}, as_friction(friction), solids)
     touches = touching(place, falling)
     return FrictionalMotion(place, touches, falling, gravity, states or {}) if touches is not None else None
 

@@ -32,8 +32,8 @@ def row_units(friction: Array) -> Array:
 class ConeRows:
     """Where the forces of contacts, or their slips, are among the rows of a vector or a matrix.
 
-    In `row_units` every cone is of unit slope, of forces as of slips: the first of its three rows, the normal one, is no
-    less than the norm of the other two.
+    In `row_units` every cone is of unit slope, of forces as of slips: the first of its three rows, the normal one, is
+    no less than the norm of the other two.
     """
 
     round: int  # cones with friction, which have rows 3 i to 3 i + 2

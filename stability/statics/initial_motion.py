@@ -44,7 +44,7 @@ class StartEquations:
         """The law of one point."""
         return self.law.with_friction(float(self.law.friction[point]))
 
-    def law_of(self, contact: int) -> Coulomb:
+    def law_of_contact(self, contact: int) -> Coulomb:
         """The law of one contact."""
         return self.law_at(int(np.argmax(self.contact == contact)))
 

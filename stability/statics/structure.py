@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import count
 from math import inf
 
-from stability.contact_law import Friction, GivenFriction, law_of
+from stability.contact_law import Friction, GivenFriction, as_friction
 from stability.contacts.bodies import Solid, solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.contacts.filled_gaps import ROOM, is_filled
@@ -71,7 +71,7 @@ class Structure:
         self.cores, self.weights, self._turn = Kept(self.journal), Kept(self.journal), Kept(self.journal)
         self.across_gaps, self._solids = Kept(self.journal), Kept(self.journal)
         self._neighbours = KeptNeighbours(journal=self.journal)
-        self._law = law_of(self.friction)
+        self._law = as_friction(self.friction)
         for placed in self.tables:
             self._show(solid(placed))
 

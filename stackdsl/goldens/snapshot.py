@@ -9,7 +9,7 @@ from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
 from typing import TypeAlias
 
-from stability.contact_law import Friction, GivenFriction, Rule, law_of
+from stability.contact_law import Friction, GivenFriction, Rule, as_friction
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import top_W
 from stability.model import BodyId, ConvexShape, Pose, Vec3
@@ -279,7 +279,7 @@ def scene_of(world: FixedWorld) -> GoldenScene:
     """What does not move."""
     return GoldenScene(
         gravity=_rounded(world.gravity, GRAVITY),
-        friction=_rounded(law_of(world.friction).usual, FRICTION),
+        friction=_rounded(as_friction(world.friction).usual, FRICTION),
         rubbing=rubbing_of(world.friction),
         planes={
             plane.id: FixedPlane(

@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 
 from stability.analysis.margins import Counterweight, counterweight, least_friction
 from stability.analysis.repair import BrickShift, Piling, Propping, SeveralShifts, Shifting, propping
-from stability.contact_law import Friction, law_of
+from stability.contact_law import Friction, as_friction
 from stability.model import BodyId
 from stability.problem import Placed, Stability, Verdict
 from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
@@ -242,7 +242,7 @@ def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     """As much as the worst moment asks for: the next to fall is asked until nothing does."""
     factor = 1.0
     world = timeline.world
-    written, usual, alike = world.roughest, law_of(world.friction).usual, world.rubs_alike
+    written, usual, alike = world.roughest, as_friction(world.friction).usual, world.rubs_alike
     for _ in range(MOST_FRICTIONS):
         margin = least_friction(proofs.assembly.problem())
         if margin.factor == inf:

@@ -7,7 +7,7 @@ from math import degrees, hypot, inf
 from typing import Any
 
 from stability.analysis.weakest import Weakest
-from stability.contact_law import Friction, law_of
+from stability.contact_law import Friction, as_friction
 from stability.geometry.box_distance import TOUCHING, reach_between
 from stability.geometry.vectors import body_axes, scale
 from stability.model import GROUND, BodyId, Brick, Vec3
@@ -168,7 +168,7 @@ def later_text(next_to_fall: Collection[BodyId]) -> str:
 
 def rubbing_lines(timeline: Timeline) -> Iterator[str]:
     """What has a friction of its own, and pairs; and of which pairs no two bodies touch as they are set down."""
-    law = law_of(timeline.world.friction)
+    law = as_friction(timeline.world.friction)
     if not law.differs:
         return
     if law.own:
@@ -374,7 +374,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
 
 def _world(timeline: Timeline) -> Iterator[str]:
     world = timeline.world
-    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {law_of(world.friction).usual:g}"
+    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {as_friction(world.friction).usual:g}"
     yield from rubbing_lines(timeline)
     for plane in world.planes:
         normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)

@@ -10,7 +10,7 @@ from typing import Final
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.bearings import along_bearings
 from stability.analysis.margins import counterweight, least_friction
-from stability.contact_law import law_of
+from stability.contact_law import as_friction
 from stability.problem import Motion, Problem, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
@@ -210,7 +210,7 @@ def _is_worked_out(knobs: ScenarioNumbers, knob: ScenarioNumber) -> bool:
 def _friction(timeline: Timeline, wants_more: bool) -> SearchVariable:
     """Of brick on brick, with all other coefficients in proportion."""
     world = timeline.world
-    law = law_of(world.friction)
+    law = as_friction(world.friction)
     number = law.usual or world.roughest
     if not number:
         raise SearchError("all friction is 0, so there is none to make more of; write another number as `friction`")

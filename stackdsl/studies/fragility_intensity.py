@@ -10,7 +10,7 @@ from typing import Final
 
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.bearings import along_bearing
-from stability.contact_law import law_of
+from stability.contact_law import as_friction
 from stability.problem import Placed, Stability
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.distributions import distribution
@@ -95,7 +95,7 @@ def intensity_of(name: str, variant: Variant, timeline: Timeline) -> Intensity:
         return _of_variable(name, variant)
     match name:
         case IntensityKind.FRICTION:
-            return Intensity(IntensityKind.FRICTION, name, "", law_of(timeline.world.friction).usual)
+            return Intensity(IntensityKind.FRICTION, name, "", as_friction(timeline.world.friction).usual)
         case IntensityKind.ACCELERATION:
             return Intensity(IntensityKind.ACCELERATION, name, "")
         case IntensityKind.TILT:

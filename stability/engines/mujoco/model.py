@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.rigid_group import grouped
 from stability.engines.mujoco.binding import mujoco
 from stability.engines.mujoco.pair_frictions import Rubbing, pair_frictions
@@ -191,7 +191,7 @@ def made(scene: MjScene) -> Model:
     spec = mujoco.MjSpec()
     _set_options(spec, scene)
     held = {brick.id: body.held for body in scene.bodies.values() for brick, _ in body.bricks}
-    frictions = pair_frictions(law_of(scene.friction), scene.planes, list(held))
+    frictions = pair_frictions(as_friction(scene.friction), scene.planes, list(held))
     for plane in scene.planes:
         _add_plane(spec.worldbody, plane, scene.settings, frictions.shapes[plane.id])
     hulls = add_hulls(spec, (brick.shape for body in scene.bodies.values() for brick, _ in body.bricks))

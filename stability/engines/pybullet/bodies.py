@@ -7,7 +7,7 @@ from itertools import product
 from math import dist, sqrt
 from tempfile import NamedTemporaryFile
 
-from stability.contact_law import Friction, GivenFriction, law_of
+from stability.contact_law import Friction, GivenFriction, as_friction
 from stability.dynamics.rigid_body import AppliedForce
 from stability.dynamics.rigid_group import RigidGroup
 from stability.engines.bodies import OwnBodies
@@ -163,7 +163,7 @@ class BodyMaker:
     solids: Solids = field(init=False)
 
     def __post_init__(self) -> None:
-        self.law = law_of(self.friction)
+        self.law = as_friction(self.friction)
         self.solids = Solids(self.bodies.client)
 
     def plane(self, name: BodyId, shape: int, friction: float, position: Vec3, orientation: Quaternion) -> int:

@@ -6,7 +6,7 @@ from typing import Any, Self, TypeAlias
 
 import numpy as np
 
-from stability.contact_law import Friction, GivenFriction, Surface, law_of
+from stability.contact_law import Friction, GivenFriction, Surface, as_friction
 from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
 from stability.engines.pressing import shortest_turn
@@ -114,7 +114,7 @@ class SceneBodies:
     _shapes: dict[BodyId, ConvexShape] = field(default_factory=dict, init=False)  # of bricks
 
     def __post_init__(self) -> None:
-        self._pairs = PairShapes(law_of(self.friction))
+        self._pairs = PairShapes(as_friction(self.friction))
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: GivenFriction) -> Self:

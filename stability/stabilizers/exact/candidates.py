@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import dist
 from typing import Self
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import GivenFriction, as_friction
 from stability.dynamics.onset import as_it_begins
 from stability.engines.protocol import Engine
 from stability.geometry.box_distance import in_world, reach_between
@@ -69,7 +69,7 @@ def fixed_bodies(engine: Engine, friction: GivenFriction) -> tuple[tuple[Plane, 
     shapes = {body: engine.shape(body) for body in sorted(engine.fixed())}
     poses = {body: state.pose for body, state in engine.states(shapes).items()}
     planes = [
-        replace(in_world(shape, poses[body]), id=body, friction=law_of(friction).usual)
+        replace(in_world(shape, poses[body]), id=body, friction=as_friction(friction).usual)
         for body, shape in shapes.items()
         if isinstance(shape, HalfSpace)
     ]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from math import hypot
 from typing import Self
 
-from stability.contact_law import law_of
+from stability.contact_law import as_friction
 from stability.engines.protocol import Engine
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.polygons import Point2
@@ -235,7 +235,7 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 
 def _frictions(assembly: Assembly, brick: BodyId) -> tuple[float, float]:
     """The least and the greatest coefficient of a brick on what it touches; the usual ones where all are alike."""
-    law = law_of(assembly.friction)
+    law = as_friction(assembly.friction)
     found = [contact.law.friction for contact in assembly.contacts(brick)] if law.differs else []
     return min(found, default=law.usual), max(found, default=law.usual)
 

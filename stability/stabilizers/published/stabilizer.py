@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from stability.contact_law import GivenFriction, law_of
+from stability.contact_law import GivenFriction, as_friction
 from stability.engines.protocol import Engine
 from stability.graph import with_all_above
 from stability.model import BodyId, BodyState, Plane, Vec3
@@ -84,7 +84,7 @@ class StackStability:
 
     def __post_init__(self) -> None:
         self._gravity = gravity_of(self.engine, self.gravity)
-        self._surfaces = LeaningFrictions(law_of(self.friction), {plane.id: plane for plane in self.planes})
+        self._surfaces = LeaningFrictions(as_friction(self.friction), {plane.id: plane for plane in self.planes})
         self._stillness = Stillness(lambda _: self.rest)
         self._held = HeldBodies(self.engine, self._held_by)
         self._hits = DirectHits(self.engine, self.rest, self.readings.second_objects)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Protocol
 
-from stability.contact_law import law_of
+from stability.contact_law import as_friction
 from stability.engines.protocol import Package
 from stability.model import BodyId, Plane
 from stability.problem import Contact, Placed
@@ -105,7 +105,7 @@ def contacts_in(timeline: Timeline) -> list[Contact]:
 
 def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
     """Ask after every placement and removal until the answer is that what is there falls."""
-    usual = law_of(timeline.world.friction).usual
+    usual = as_friction(timeline.world.friction).usual
     friction = next((contact.law.friction for contact in contacts_in(timeline)), usual)
     started, asked, level = perf_counter(), 0, 0
     there: dict[BodyId, Placed] = {}

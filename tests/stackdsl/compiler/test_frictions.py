@@ -2,7 +2,7 @@
 
 import pytest
 
-from stability.contact_law import Friction, law_of
+from stability.contact_law import Friction, as_friction
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.timeline import Timeline
 from tests.scenes import compiled
@@ -42,7 +42,7 @@ def test_a_scenario_without_other_frictions_has_one_number() -> None:
 
 def test_a_brick_has_the_friction_of_its_kind_unless_it_is_given_another() -> None:
     world = timeline("{ground: {friction: 0.6}}").world
-    law = law_of(world.friction)
+    law = as_friction(world.friction)
     assert [law.of("base", "low"), law.of("low", "high")] == [0.1, 0.3]
     assert [law.on("base", world.planes[0]), law.on("low", world.planes[0])] == [0.1, 0.6]
 
@@ -50,12 +50,12 @@ def test_a_brick_has_the_friction_of_its_kind_unless_it_is_given_another() -> No
 def test_a_pair_may_be_of_kinds_of_bricks_and_of_what_is_fixed() -> None:
     pairs = "[{pair: [sheet, carton], friction: 0.2}, {pair: [ground, base], friction: 0.7}]"
     world = timeline(f"{{friction: {{between: {pairs}}}}}").world
-    law = law_of(world.friction)
+    law = as_friction(world.friction)
     assert [law.of("base", "high"), law.on("base", world.planes[0])] == [0.2, 0.7]
 
 
 def test_the_rule_of_two_is_written() -> None:
-    law = law_of(timeline("{friction: {rule: mean}}").world.friction)
+    law = as_friction(timeline("{friction: {rule: mean}}").world.friction)
     assert law.of("base", "low") == pytest.approx(0.3)
 
 
@@ -63,7 +63,7 @@ def test_bricks_of_layouts_and_those_that_fly_rub_as_their_kind_does() -> None:
     text = f"{HEAD}{BUILD}  - {{column: {{levels: 2, origin: [1 m, 0 m, 0 m]}}, brick: sheet, name: side}}\n"
     cases, told = compiled(f"{text}impacts: [{{drop: {{onto: high, height: 10 mm, brick: sheet, name: hail}}}}]\n")
     assert told == []
-    law = law_of(cases[0].timeline.world.friction)
+    law = as_friction(cases[0].timeline.world.friction)
     assert [law.of("side.L1.1", "low"), law.of("hail", "low")] == [0.1, 0.1]
 
 
@@ -71,7 +71,7 @@ def test_a_name_that_a_brick_and_a_kind_share_is_that_of_the_brick() -> None:
     build = "\nbuild:\n  - bricks:\n      - {name: sheet, on: ground}\n      - {name: foil, brick: sheet, on: sheet}\n"
     cases, told = compiled(HEAD + build)
     assert told == []
-    law = law_of(cases[0].timeline.world.friction)
+    law = as_friction(cases[0].timeline.world.friction)
     assert law == Friction(0.5, own={"foil": 0.1})
 
 
@@ -80,7 +80,7 @@ def test_frictions_may_vary_and_be_uncertain() -> None:
     world = "world: {friction: {between: [{pair: [carton, carton], friction: '${2 * mu}'}]}}"
     cases, told = compiled(f"{text}matrix: {{mu: [0, 0.2]}}\n{world}\n{BUILD}")
     assert told == []
-    laws = [law_of(case.timeline.world.friction) for case in cases]
+    laws = [as_friction(case.timeline.world.friction) for case in cases]
     assert [(law.of("base", "low"), law.of("low", "high")) for law in laws] == [(0.0, 0.0), (0.2, 0.4)]
 
 

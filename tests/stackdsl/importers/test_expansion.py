@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stability.contact_law import law_of
+from stability.contact_law import as_friction
 from stackdsl.checking.cases import Case, gather
 from stackdsl.diagnostics import Diagnostic
 from tests.stackdsl.importers.loads import PALLET, PLAN, TABLE
@@ -210,7 +210,7 @@ RUBBING = "name,length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm
 
 def test_a_box_of_a_table_may_have_a_friction_of_its_own_and_a_cell_may_be_empty() -> None:
     write("load.csv", RUBBING + "low,300,200,100,5,0,0,0,\nfoil,300,200,2,0.1,0,0,100,0.15\nmat,9,9,9,1,9,9,102,0.7\n")
-    law = law_of(case().timeline.world.friction)
+    law = as_friction(case().timeline.world.friction)
     assert [law.of("low", "foil"), law.of("foil", "mat"), law.of("low", "mat")] == [0.15, 0.15, 0.5]
 
 

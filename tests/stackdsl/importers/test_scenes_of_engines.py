@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stability.contact_law import Friction, law_of
+from stability.contact_law import Friction, as_friction
 from stability.model import Plane
 from stackdsl.checking.cases import gather
 from stackdsl.diagnostics import Diagnostic
@@ -266,7 +266,7 @@ def played(scene: str, world: str, folder: Path, format_: str = "mjcf") -> list[
     text = f"scenario: rough\nworld: {world}\n{steps}systems: [exact]\nexpect: [stands: all]\n"
     (folder / "rough.yaml").write_text(text, encoding="utf-8")
     found = gather([folder / "rough.yaml"])
-    return list(found.diagnostics) or law_of(found.cases[0].timeline.world.friction)
+    return list(found.diagnostics) or as_friction(found.cases[0].timeline.world.friction)
 
 
 def test_bodies_of_a_scene_rub_as_mujoco_has_it(tmp_path: Path) -> None:
