@@ -13,7 +13,6 @@ from stability.geometry.rows import Array
 from stability.graph import components
 from stability.model import BodyId
 from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
-from stability.statics.cone_rows import ConeRows
 from stability.statics.conic_program import ConicProgram, clarabel_solve, quick_solve
 from stability.statics.equilibrium import proven_forces, proven_motion
 from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
@@ -261,28 +260,11 @@ def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanc
 
 def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
     """Shares of the forces at rest that bring others into their cones, the least of them first."""
-    least = least_share(balanced, case.rest, case.system.rows)
+    least = case.system.rows.least_share(balanced, case.rest)
     if least == 0.0:
         yield 0.0
     least = max(SURELY * least, LEAST)
     yield from (more * least for more in MORE if more * least < 1.0)
-
-
-def least_share(rows: Array, deep: Array, cones: ConeRows) -> float:
-    """The least share of forces deep in their cones that brings others into these."""
-    outside = cones.spare(rows)[: cones.round] < 0.0
-    own, change = cones.triples(rows)[outside], cones.triples(deep - rows)[outside]
-    # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
-    signs = np.array([-1.0, 1.0, 1.0])
-    squared, mixed, first = ((x * y) @ signs for x, y in ((change, change), (own, change), (own, own)))
-    root = np.sqrt(np.maximum(mixed * mixed - squared * first, 0.0))
-    larger = -(mixed + np.copysign(root, mixed))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossings = np.stack([larger / squared, first / larger])
-        flat = -cones.singles(rows) / cones.singles(deep - rows)
-    crossings[~((crossings >= 0.0) & (crossings <= 1.0))] = 0.0
-    flat = np.where(cones.singles(rows) < 0.0, flat, 0.0)
-    return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
 
 
 def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:

@@ -27,7 +27,7 @@ from stability.geometry.rows import Array, Indices
 from stability.model import BodyId
 from stability.problem import ZERO, Contact, Motion, Problem, Tolerances, Wrench
 from stability.process_settings import one_thread
-from stability.statics.cone_rows import ConeRows
+from stability.statics.cone_rows import SQUARES, ConeRows
 from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix
@@ -59,8 +59,7 @@ def stay_inside(forces: Array, rows: ConeRows, angles: Sequence[float], half: fl
     cones = rows.triples(controls)
     if (cones[:, :, 0] < -ROUNDING).any():
         return False
-    signed = cones * np.array([1.0, -1.0, -1.0])
-    spare = np.einsum("mij,ikc,jkc->mk", _products(degree), signed, cones, optimize=True)
+    spare = np.einsum("mij,ikc,jkc->mk", _products(degree), cones * SQUARES, cones, optimize=True)
     return bool((spare >= -ROUNDING * np.maximum(cones[:, :, 0].max(axis=0), 1.0)).all())
 
 
@@ -177,18 +176,13 @@ def _blocks(values: ConeRows) -> Places:
 
 
 def _barrier(values: Array, rows: ConeRows, at: Places) -> tuple[Array, Sparse]:
-    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian, z z' - (q/2) J.
+    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian.
 
     `at` are the places of the entries of the latter, which stay the same from step to step.
     """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
-    cones, singles = rows.triples(values), rows.singles(values)
-    signs = np.array([1.0, -1.0, -1.0])
-    spare = (cones * cones) @ signs
-    gradient = rows.joined(-2.0 * signs * cones / spare[:, None], -1.0 / singles)
-    blocks = cones[:, :, None] * cones[:, None, :] - 0.5 * spare[:, None, None] * np.diag(signs)
-    entries = np.append(blocks.ravel(), singles * singles)  # the blocks are symmetric
+    gradient, entries = rows.barrier(values)  # of blocks that are symmetric
     return gradient, csc_matrix((entries, *at), shape=(len(values), len(values)))
 
 

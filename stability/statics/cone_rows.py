@@ -12,6 +12,8 @@ from stability.geometry.rows import Array, Indices
 from stability.statics.conic_program import ConicProgram, Matrix
 
 UNIT = Coulomb(1.0)
+# Times the squares of the three parts of a force in a cone of unit slope: their sum is not negative, nor is the first.
+SQUARES = np.array([1.0, -1.0, -1.0])
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -82,6 +84,32 @@ class ConeRows:
         share = np.where(kept == tangential, 1.0, kept / np.where(tangential > 0.0, tangential, 1.0))
         nearest = np.stack([normal, triples[:, 1] * share, triples[:, 2] * share], axis=1)
         return self.joined(nearest, np.maximum(self.singles(rows), 0.0))
+
+    def least_share(self, rows: Array, deep: Array) -> float:
+        """The least share of forces deep in their cones that brings others into these."""
+        outside = self.spare(rows)[: self.round] < 0.0
+        own, change = self.triples(rows)[outside], self.triples(deep - rows)[outside]
+        # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
+        squared, mixed, first = ((x * y) @ -SQUARES for x, y in ((change, change), (own, change), (own, own)))
+        root = np.sqrt(np.maximum(mixed * mixed - squared * first, 0.0))
+        larger = -(mixed + np.copysign(root, mixed))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossings = np.stack([larger / squared, first / larger])
+            flat = -self.singles(rows) / self.singles(deep - rows)
+        crossings[~((crossings >= 0.0) & (crossings <= 1.0))] = 0.0
+        flat = np.where(self.singles(rows) < 0.0, flat, 0.0)
+        return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
+
+    def barrier(self, rows: Array) -> tuple[Array, Array]:
+        """Of minus the logarithm of all that forces have to spare, the gradient and the inverse of the Hessian.
+
+        The latter is z z' - (q / 2) J for each cone with friction, (round, 3, 3), then a number for each without.
+        """
+        triples, singles = self.triples(rows), self.singles(rows)
+        spare = (triples * triples) @ SQUARES
+        gradient = self.joined(-2.0 * SQUARES * triples / spare[:, None], -1.0 / singles)
+        blocks = triples[:, :, None] * triples[:, None, :] - 0.5 * spare[:, None, None] * np.diag(SQUARES)
+        return gradient, np.append(blocks.ravel(), singles * singles)
 
     def program(  # noqa: PLR0913 -- a program, spelt out
         self,

@@ -166,11 +166,12 @@ def check_motion(
 def least_separating_speed(problem: Problem, motion: Motion) -> float:
     """How fast a motion opens the contact that it opens least, relative to the speed there; negative if it closes it.
 
-    Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other.
+    Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other. Of
+    laws that are no cones this does not follow, so there it is minus infinity.
     """
     names = sorted(problem.bricks)
     cones, velocity = proof_cones(problem), _velocity(names, motion)
-    if cones is None or velocity is None:
+    if cones is None or velocity is None or not all(law.is_cone for _, law in cones.laws.of_kinds):
         return -inf
     slips, speed = _slips(cones, velocity)
     return float(-_ratio(cones.laws.shortfall(*slips), speed).max(initial=-inf))

@@ -14,7 +14,7 @@ from stability.model import Brick, Pose
 from stability.problem import UP, Contact, Forces, Motion, Placed, Problem, Tolerances, Wrench
 from stability.statics.equilibrium import balance
 from stability.statics.load_core import carries_upright
-from stability.statics.proof import check_forces, check_motion
+from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from tests.stability.statics.hand_built import column
 
 EXACT = Tolerances()
@@ -232,6 +232,14 @@ def test_each_contact_is_checked_by_its_own_law(share: float, holds: bool) -> No
 
 
 def test_proofs_are_not_added_on_a_contact_that_bears_no_sum_of_forces() -> None:
-    flat = Contact("a", "b", ((0.0, 0.0, 0.0),), (UP,), Coulomb(0.5))
+    flat = Contact("p01", "p02", ((0.0, 0.0, 0.008),), (UP,), Coulomb(0.5))
     assert carries_upright(flat)
     assert not carries_upright(replace(flat, law=Glue(0.5, 1.0)))
+
+
+def test_what_can_pull_may_be_under_stress_of_its_own_whatever_opens_it() -> None:
+    lying = column([0.0, 0.0])
+    rising = Motion({"p01": (UP, (0.0, 0.0, 0.0)), "p02": ((0.0, 0.0, 2.0), (0.0, 0.0, 0.0))})
+    assert least_separating_speed(lying, rising) > 0.0
+    glued = [replace(contact, law=Glue(0.5, 1.0)) for contact in lying.contacts]
+    assert least_separating_speed(replace(lying, contacts=glued), rising) == -np.inf

@@ -10,7 +10,7 @@ import pytest
 
 from stability.analysis import bearings
 from stability.analysis import bearings as rough_headings_module
-from stability.analysis.acceleration_cut import Heading, Shaken, heading, least_share, program_along, shaken
+from stability.analysis.acceleration_cut import Heading, Shaken, heading, program_along, shaken
 from stability.analysis.bearings import (
     RoughHeadings,
     Survived,
@@ -118,13 +118,12 @@ def test_a_force_is_brought_into_its_cone_by_no_more_of_one_on_its_axis_than_it_
     force: tuple[float, float, float], share: float
 ) -> None:
     rows, deep = np.array([*force, 0.1]), np.array([1.0, 0.0, 0.0, 1.0])
-    assert least_share(rows, deep, ConeRows(1, 1)) == pytest.approx(share, rel=1e-12)
+    assert ConeRows(1, 1).least_share(rows, deep) == pytest.approx(share, rel=1e-12)
 
 
 def test_what_pulls_at_a_contact_without_friction_is_pressed_by_no_more_than_it_takes() -> None:
-    assert least_share(
-        np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0]), ConeRows(1, 1)
-    ) == pytest.approx(0.75)
+    rows, deep = np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0])
+    assert ConeRows(1, 1).least_share(rows, deep) == pytest.approx(0.75)
 
 
 def test_a_grid_needs_no_direction_solved_finely(monkeypatch: pytest.MonkeyPatch) -> None:

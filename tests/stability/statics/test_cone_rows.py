@@ -43,3 +43,24 @@ def test_the_nearest_rows_are_those_that_a_program_finds() -> None:
     assert rows.project(values) == pytest.approx(clarabel_solve(program, 1e-10).x, abs=1e-7)
     assert rows.spare(rows.project(values)).min() >= -1e-15
     assert rows.project(rows.project(values)) == pytest.approx(rows.project(values), abs=1e-15)
+
+
+def spare_of(rows: ConeRows, values: Array) -> float:
+    """Minus the logarithm of what all forces have to spare."""
+    triples, singles = rows.triples(values), rows.singles(values)
+    left = triples[:, 0] ** 2 - triples[:, 1] ** 2 - triples[:, 2] ** 2
+    return float(-np.log(left).sum() - np.log(singles).sum())
+
+
+def test_the_barrier_has_the_slopes_of_the_logarithm_of_what_is_to_spare() -> None:
+    rows, values = ConeRows(2, 1), np.array([2.0, 0.5, -0.7, 1.0, 0.3, 0.1, 0.4])
+    gradient, inverse = rows.barrier(values)
+    step = 1e-5 * np.identity(len(rows))
+    slopes = [(spare_of(rows, values + each) - spare_of(rows, values - each)) / 2e-5 for each in step]
+    assert gradient == pytest.approx(slopes, rel=1e-8)
+    curved = np.array([(rows.barrier(values + each)[0] - rows.barrier(values - each)[0]) / 2e-5 for each in step])
+    for cone in range(2):
+        own = slice(3 * cone, 3 * cone + 3)
+        block = inverse[9 * cone : 9 * cone + 9].reshape(3, 3)
+        assert block @ curved[own, own] == pytest.approx(np.identity(3), abs=1e-8)
+    assert inverse[-1] * curved[-1, -1] == pytest.approx(1.0, rel=1e-8)
