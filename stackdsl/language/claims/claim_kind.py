@@ -40,19 +40,12 @@ class ClaimKind(ABC):
     """One statement about what happened. A kind that says nothing else answers as it stands here."""
 
     needs_statics: ClassVar[bool] = False  # only a system with proofs can tell
-    needs_post_collapse_run: ClassVar[bool] = True  # what becomes of a structure that collapses
     needs_close_looks: ClassVar[bool] = False  # how something begins to fall, or where it lands
     told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, that it tells of few bricks without depending on them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # what takes time to measure, such as `sway`
     requires_physical_collapse: ClassVar[bool] = False  # void where the only collapse is the solver's
     of_the_engine: ClassVar[bool] = False  # measures how well an engine plays, so that its faults do not void it
     allows_removed_bricks: ClassVar[bool] = False  # may speak of bricks that are pulled out
-    scored_separately: ClassVar[bool] = (
-        False  # a bench counts it as a verdict or as creep, and as no error beside these
-    )
-    measures_drift: ClassVar[bool] = (
-        False  # scored apart as creep, unless something is hit: then it is a length as others
-    )
     same: ClassVar[tuple[str, ...]] = ()  # keys that two of a kind share if they speak of one and the same thing
 
     @abstractmethod

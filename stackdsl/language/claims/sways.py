@@ -19,7 +19,6 @@ class Sways(AtLeastOneKey, ClaimKind):
     amplitude: t.LengthTolerance | None = Field(None, description="how far to either side")
     frequency: t.FrequencyTolerance | None = Field(None, description="how many times a second, there and back")
 
-    needs_post_collapse_run: ClassVar[bool] = False
     needed_measures: ClassVar[tuple[str, ...]] = ("sway",)
 
     def judge(self, trace: Trace) -> ClaimResult:
