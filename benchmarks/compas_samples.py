@@ -24,7 +24,6 @@ from benchmarks.against_compas import INSTALL, processor_time
 from benchmarks.compas_reading import own_assembly
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from benchmarks.systems.compas import Compas, Programme
 from stability.analysis.margins import guarantee
 from stability.contact_law import Coulomb
 from stability.geometry.box import Box
@@ -35,7 +34,8 @@ from stability.statics.fall_description import described
 from stability.statics.initial_motion import lets_go
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.self_stress import forces_without_self_stress
-from stackdsl.diagnostics import MOST_TOLD
+from stackdsl.bench.assessors.compas import Compas, Programme
+from stackdsl.diagnostics import MOST_REPORTED
 from stackdsl.importers.load import UnreadableLoadError
 
 Y: Final[Vec3] = (0.0, 1.0, 0.0)
@@ -248,7 +248,7 @@ def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN
         own, bricks = own_assembly(path_of(sample), supports_of(assembly), sample.friction, radians(sample.turn))
     except UnreadableLoadError as error:
         count = len(error.diagnostics)
-        return f"not convex: {'more than 100' if count > MOST_TOLD else count} blocks"
+        return f"not convex: {'more than 100' if count > MOST_REPORTED else count} blocks"
     started = processor_time()
     verdict = own.add_all(bricks)
     word = verdict.stability.value

@@ -1,7 +1,7 @@
-"""Reads and writes the files that a user names. They may lie anywhere.
+"""Reads and writes files that a user names. They may lie anywhere.
 
-A path that is written inside a project must end inside it: somebody else may have made the project, and the user does
-not see which parts of the path are links.
+A path inside a project must also resolve to a file inside it: the project may come from somebody else, and the user
+does not see which parts of the path are links.
 """
 
 import os
@@ -13,7 +13,7 @@ from stackdsl.project_file import confined
 
 
 def read_asked(path: Path, most: int = -1) -> bytes:
-    """The content of a regular file, up to `most` bytes of it. Raises OSError."""
+    """Return the content of a regular file, at most `most` bytes. Raises OSError."""
     return read_stream(path, most) if is_stream(path) else read_true(confined(path), most)
 
 
@@ -23,7 +23,7 @@ def make_asked(folder: Path) -> None:
 
 
 def write_asked(path: Path, data: bytes, *folders: Path) -> None:
-    """Write a file, which may be a pipe or a device. A hard link is cut first. Raises OSError."""
+    """Write a file, which may be a pipe or a device. Replace a hard link by a new file. Raises OSError."""
     if is_stream(path):
         path.write_bytes(data)
     else:
@@ -33,6 +33,6 @@ def write_asked(path: Path, data: bytes, *folders: Path) -> None:
 def open_asked(path: Path, flags: int, *folders: Path) -> int:
     """Open a regular file to append to it, and return its descriptor. Raises OSError, also for a hard link."""
     true = confined(path, *folders)
-    if flags & os.O_EXCL and path.is_symlink():  # what is to be new is not made where a link leads
+    if flags & os.O_EXCL and path.is_symlink():  # a new file is not created through a link
         raise FileExistsError(EEXIST, os.strerror(EEXIST), str(path))
     return open_regular(true, flags, alone=True)

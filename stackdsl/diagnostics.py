@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, as values: code, place, cause, remedy.
+"""Diagnostics of a scenario as values: code, place, cause, remedy.
 
 Nothing here raises or prints. Every stage of the pipeline returns its diagnostics, and all of them are shown at once.
 """
@@ -10,9 +10,9 @@ from difflib import get_close_matches
 from itertools import islice
 from typing import Final
 
-MOST_TOLD: Final = 100  # mistakes of a variant; nobody reads more
-MOST_COMPARED: Final = 300  # choices with a word: some milliseconds, which each of a hundred mistakes may take
-EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are kept around the column
+MOST_REPORTED: Final = 100  # mistakes of a variant; nobody reads more
+MOST_COMPARED: Final = 300  # choices compared with a word: some milliseconds for each of up to a hundred mistakes
+EXCERPT_WIDTH: Final = 200  # [characters] of a long line that are shown around the column
 
 CODES = {
     "SD001": "the file cannot be read",
@@ -24,7 +24,7 @@ CODES = {
     "SD007": "the YAML is nested too deeply",
     "SD008": "aliases expand to too many values",
     "SD009": "a plain value that YAML versions read differently",
-    "SD010": "a YAML feature that scenarios do without (tags, merge keys, complex keys)",
+    "SD010": "an unsupported YAML feature (tags, merge keys, complex keys)",
     "SD101": "unknown key",
     "SD102": "missing key",
     "SD103": "wrong type of value",
@@ -35,21 +35,21 @@ CODES = {
     "SD108": "exactly one of several keys is needed",
     "SD109": "malformed or failing expression",
     "SD110": "malformed anchor (a time tied to an event)",
-    "SD111": "more mistakes than are told",
+    "SD111": "more mistakes than are reported",
     "SD112": "a variable that is used nowhere",
     "SD113": "a file that cannot be included",
-    "SD114": "an imported file that is not as its format says",
-    "SD115": "an imported file that leaves something open",
+    "SD114": "an imported file that does not match its format",
+    "SD115": "an imported file that needs another key to be read",
     "SD201": "a brick is placed inside another body",
     "SD202": "a brick is placed in the air",
     "SD203": "two bricks or two scenarios share a name",
     "SD204": "unknown brick",
     "SD205": "unknown level or event",
     "SD206": "the scenario is too large",
-    "SD207": "what is thrown, dropped or pushed does not meet what it is aimed at",
-    "SD208": "when its time comes, another brick has moved to where a brick is placed",
-    "SD209": "what a hand is to do cannot be done: its way is not free, or it finds the brick in another hand",
-    "SD210": "a hand presses bricks together that have nowhere to go",
+    "SD207": "a thrown, dropped or pushed brick misses its target",
+    "SD208": "another brick has moved into the place of a brick before it is placed",
+    "SD209": "a hand cannot act: its path is blocked, or another hand holds the brick",
+    "SD210": "a hand presses bricks together that cannot give way",
 }
 
 
@@ -63,22 +63,22 @@ class Span:
     end_column: int
     excerpt: str = ""  # the text of the line, for the caret
     excerpt_column: int = 1  # where in the line the excerpt begins: above 1 when a long line is cut
-    # Of what is repeated: in which repetition, such as `i = 3`. A mistake is told once, of the first.
+    # The repetition of a repeated item, such as `i = 3`. A mistake is reported once, for the first repetition.
     where: str = field(default="", compare=False)
-    key: str = ""  # of which value it is, such as `column.step`, where several stand in one line of a program
+    key: str = ""  # key of the value, such as `column.step`, where one line of a program holds several values
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
 
     def seen_from(self, other: "Span") -> str:
-        """The place, without the file if the other is in the same; and in which repetition."""
+        """Return the place, without the file name if `other` is in the same file, and the repetition."""
         place = f"{self.line}:{self.column}" if self.file == other.file else str(self)
         return f"{place} ({self.where})" if self.where else place
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One mistake: what is wrong (`message`), and what to do about it (`hint`)."""
+    """One mistake: its cause (`message`) and its remedy (`hint`)."""
 
     code: str  # a key of CODES
     span: Span
@@ -88,7 +88,7 @@ class Diagnostic:
 
 @dataclass(frozen=True, slots=True)
 class Warned:
-    """A warning: what is odd, and what to do about it. It fails nothing."""
+    """A warning and its remedy. It does not fail the scenario."""
 
     span: Span
     message: str
@@ -99,40 +99,40 @@ class Warned:
 
 
 def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """As many mistakes as anybody reads; if there are more, the last says so, and no more are looked for."""
-    found = list(islice(once(mistakes), MOST_TOLD + 1))
-    if len(found) <= MOST_TOLD:
-        return found
-    message = f"there are more mistakes than the {MOST_TOLD} that are told; this is one of them"
-    return [*found[:-1], Diagnostic("SD111", found[-1].span, message, "mend these, and the others are told")]
+    """Return at most `MOST_REPORTED` mistakes and, if there are more, SD111. The rest of the iterable is not read."""
+    first = list(islice(once(mistakes), MOST_REPORTED + 1))
+    if len(first) <= MOST_REPORTED:
+        return first
+    message = f"there are more than {MOST_REPORTED} mistakes; this is the first that is not reported"
+    return [*first[:-1], Diagnostic("SD111", first[-1].span, message, "fix the reported ones to see the others")]
 
 
 def once(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """Each as it comes; of what is repeated, one of a kind for each place in the file, that of the first."""
-    told: set[object] = set()
+    """Yield each mistake once; for repeated items, only the first of one code at one place in the file."""
+    reported: set[object] = set()
     for mistake in mistakes:
         span = mistake.span
         key = (mistake.code, span.file, span.line, span.column) if span.where else mistake
-        if key not in told:
-            told.add(key)
+        if key not in reported:
+            reported.add(key)
             yield mistake
 
 
 def reading_order(diagnostic: Diagnostic) -> tuple[str, int, int, str, str]:
-    """Sorts diagnostics of one scenario by place, then by what they say."""
+    """Return the sort key of a diagnostic: place, then code and message."""
     return diagnostic.span.file, diagnostic.span.line, diagnostic.span.column, diagnostic.code, diagnostic.message
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """The text of a file, and how to point into it. Lines and columns count from 0 here, as parsers count."""
+    """The text of a file, for making spans. Lines and columns count from 0 here, as in parsers."""
 
     file: str
     text: str
     lines: tuple[str, ...]
 
     def span(self, line: int, column: int, end_line: int | None = None, end_column: int = 0) -> Span:
-        """From one place to another, cut at the end of the first line; one character if no end is given."""
+        """Return the span from one place to another, cut at the end of the first line; one character without an end."""
         text = self.lines[line]
         one_line = end_line in (None, line)
         end = max(column + 1, end_column if one_line else len(text.rstrip()))
@@ -140,26 +140,26 @@ class Page:
         return Span(self.file, line + 1, column + 1, end + 1, excerpt, excerpt_column)
 
     def at(self, line: int, column: int) -> str:
-        """The character at a place; empty at the end of a line."""
+        """Return the character at a place; empty at the end of a line."""
         return self.lines[line][column : column + 1]
 
     def last_visible(self) -> tuple[int, int]:
-        """The place of the last character that is no space; the beginning of a blank text."""
+        """Return the place of the last character that is not a space; the beginning of a blank text."""
         filled = [line for line, text in enumerate(self.lines) if text.strip()]
         return (filled[-1], len(self.lines[filled[-1]].rstrip()) - 1) if filled else (0, 0)
 
     def ends_before(self, line: int, column: int) -> bool:
-        """Whether nothing visible stands at this place or after it."""
+        """Return whether only white space stands at this place and after it."""
         return (line, column) > self.last_visible()
 
 
 def page_of(text: str, file: str) -> Page:
-    """The page of a text whose lines end in LF, CRLF or CR."""
+    """Split a text whose lines end in LF, CRLF or CR into a page."""
     return Page(file, text, tuple(re.split("\r\n|\r|\n", text)))
 
 
 def _excerpt(line: str, column: int) -> tuple[str, int]:
-    """The line, or the part around `column` of a long one; and the column, from 1, where that part begins."""
+    """Return the line, or the part of a long line around `column`, and the column (from 1) where the part begins."""
     if len(line) <= EXCERPT_WIDTH:
         return line, 1
     start = max(0, min(column - EXCERPT_WIDTH // 2, len(line) - EXCERPT_WIDTH))
@@ -169,7 +169,7 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
-    """A hint that names the closest choice, or else all of them if they are few."""
+    """Return a hint that names the closest choice, or else all choices if they are few."""
     close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
@@ -177,7 +177,7 @@ def did_you_mean(word: str, choices: Sequence[str]) -> str:
 
 
 def _compared(word: str, choices: Sequence[str]) -> Iterable[str]:
-    """The choices that a word is compared with; of very many, those that begin or end like it."""
+    """Return the choices to compare with a word; of very many, those that begin or end like it."""
     if len(choices) <= MOST_COMPARED:
         return choices
     begins, ends = word[:2], word[-2:]

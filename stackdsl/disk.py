@@ -1,10 +1,10 @@
-"""Files and directories as whoever sent a project may have made them: links, pipes, devices and hard links among them.
+"""Safe access to files and directories of untrusted projects, which may hold links, pipes, devices and hard links.
 
-A path that is written as below a folder stays below it: one that leaves it through a link is refused. Only regular
-files are read, for a pipe may have no writer and a device no end. What is opened is found from folder to folder without
-following links, so that none that is put in the way after a path was looked at leads elsewhere. Where a folder truly is
-counts as it was when this process first asked: one that is replaced by a link meanwhile does not vouch for itself. All
-errors are OSErrors with a `strerror` and a `filename`, as those of the system are.
+A path below a folder must stay below it: a path that leaves it through a link is refused. Only regular files are read,
+since a pipe may have no writer and a device no end. Files are opened folder by folder without following links, so that
+a link that is created after the check of a path leads nowhere else. The resolved path of a folder is cached at the
+first use, so that a folder that is replaced by a link later is still checked against its first place. All errors are
+OSErrors with a `strerror` and a `filename`, like those of the system.
 """
 
 import os
@@ -16,72 +16,71 @@ from secrets import token_hex
 from stat import S_ISDIR, S_ISLNK, S_ISREG
 from typing import Final
 
-NOT_REGULAR: Final = "it is no regular file"
-# What a shell puts for `<(command)`, which ends, and what stands for the streams of this process.
+NOT_REGULAR: Final = "it is not a regular file"
+# Paths for `<(command)` in a shell, which ends, and for the streams of this process.
 STREAMS: Final = ("/dev/fd/", "/dev/stdin", "/dev/stdout", "/dev/stderr", "/proc/self/fd/")
-_NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # of a pipe that nobody writes to or reads from
+_NO_WAITING: Final = getattr(os, "O_NONBLOCK", 0)  # do not wait for the other end of a pipe
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
 _BINARY: Final = getattr(os, "O_BINARY", 0)
 _INNER_FOLDER: Final = _NO_LINK | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_PATH", os.O_RDONLY)
 
 
-_HELD: Final[dict[str, str]] = {}  # the true paths of folders that something is to be within, by their absolute ones
+_RESOLVED: Final[dict[str, str]] = {}  # resolved paths of enclosing folders, by absolute path
 
 
 class LeadsOutsideError(OSError):
-    """A path leaves the folder that it is written to be in, through a link."""
+    """A path leaves its folder through a link."""
 
 
 def refuse_outside(path: Path, folder: Path) -> None:
-    """Raise LeadsOutsideError if a path that is written as below a folder leads out of it, through a link.
+    """Raise LeadsOutsideError if a path below a folder leads out of it through a link.
 
-    A path that is written as elsewhere is left to whoever wrote it.
+    A path that is not below the folder by its name is accepted.
     """
     if is_below(os.path.abspath(path), os.path.abspath(folder)) and leads_outside(path, folder):
         raise LeadsOutsideError(ELOOP, f"a link leads out of {called(folder)}", str(path))
 
 
 def leads_outside(path: str | Path, folder: str | Path) -> bool:
-    """Whether a path, however it is written, ends outside of a folder. Where there is no file, its place counts."""
+    """Return whether a resolved path is outside of a folder. The file need not exist."""
     return not is_below(os.path.realpath(path), true_folder(folder))
 
 
 def true_folder(folder: str | Path, true: str = "") -> str:
-    """The true path that a folder had when this process first asked. `true` is that path, where it is known."""
+    """Return the resolved path of a folder at its first use in this process; `true` is that path if it is known."""
     written = os.path.abspath(folder)
-    return _HELD.setdefault(written, true or os.path.realpath(written))
+    return _RESOLVED.setdefault(written, true or os.path.realpath(written))
 
 
 def is_below(path: str, folder: str) -> bool:
-    """Whether a path without links is a folder without links, or below it."""
+    """Return whether a resolved path is a resolved folder, or below it."""
     return Path(path).is_relative_to(folder)
 
 
 def is_stream(path: Path) -> bool:
-    """Whether a path stands for a stream of this process rather than for a file."""
+    """Return whether a path names a stream of this process."""
     return str(path).startswith(STREAMS)
 
 
 def unlinked(folder: Path, *parts: str) -> Path:
-    """The path of what is below a folder by these names. Raises LeadsOutsideError if it or a part of it is a link."""
+    """Return the path of `parts` below a folder. Raises LeadsOutsideError if the folder or a part of it is a link."""
     path = folder
     for part in ("", *parts):
         path = path / part
         with suppress(FileNotFoundError):
             if S_ISLNK(path.lstat().st_mode):
-                raise LeadsOutsideError(ELOOP, "it is a link, and nothing of this kind is followed", str(path))
+                raise LeadsOutsideError(ELOOP, "it is a link, which is not followed", str(path))
     return path
 
 
-# --- one file, by its true path ---------------------------------------------------------------------------------------
+# --- one file, by its resolved path -----------------------------------------------------------------------------------
 
 
 @contextmanager
 def _named_in_folder(true: str, *, made: bool = False) -> Iterator[tuple[str, int | None]]:
-    """The name of a file, and the descriptor of its folder; or its path, and None where the system has no such calls.
+    """Yield the name of a file and the descriptor of its folder; its path and None on systems without such calls.
 
-    `true` is a path without links: where one has come to be a part of it, OSError is raised. With `made`, folders that
-    are not there are made.
+    `true` is a resolved path. Raises OSError if a part of it has become a link. With `made`, missing folders are made.
     """
     if os.open not in os.supports_dir_fd or not os.path.isabs(true):
         if made:
@@ -116,7 +115,7 @@ def _is_there(name: str, folder: int) -> bool:
 
 
 def make_true(true: str) -> None:
-    """Make a folder by its path without links, and those that it is in, where they are not there. Raises OSError."""
+    """Make a folder and its parents by resolved path, unless they exist. Raises OSError."""
     try:
         with _named_in_folder(os.path.join(true, "any"), made=True):
             pass
@@ -127,19 +126,19 @@ def make_true(true: str) -> None:
 
 
 def make_folder(folder: Path, within: Path) -> None:
-    """Make a folder inside another one. Raises OSError, and LeadsOutsideError if a link leads out of that one."""
+    """Make a folder inside another one. Raises OSError, and LeadsOutsideError if a link leads outside."""
     true = os.path.realpath(folder)
     _refuse_beyond(true, folder, within)
     make_true(true)
 
 
 def open_regular(true: str, flags: int, *, alone: bool = False) -> int:
-    """The descriptor of a regular file by its path without links. Raises OSError.
+    """Open a regular file by its resolved path, and return the descriptor. Raises OSError.
 
-    With `alone`, one that has another name as well, by a hard link, is refused: what is written there would change it.
+    With `alone`, a file with several hard links is refused, since writing would change it under its other names.
     """
     with _named_in_folder(true) as (name, folder):
-        with suppress(FileNotFoundError):  # first without opening it: a device may obey that
+        with suppress(FileNotFoundError):  # check before opening, since opening a device may have effects
             _refuse_irregular(os.stat(name, dir_fd=folder, follow_symlinks=False), true, alone)
         descriptor = os.open(name, flags | _NO_LINK | _NO_WAITING | _BINARY, 0o666, dir_fd=folder)
     try:
@@ -150,19 +149,19 @@ def open_regular(true: str, flags: int, *, alone: bool = False) -> int:
     return descriptor
 
 
-def _refuse_irregular(found: os.stat_result, path: str, alone: bool) -> None:
-    if S_ISDIR(found.st_mode):
+def _refuse_irregular(status: os.stat_result, path: str, alone: bool) -> None:
+    if S_ISDIR(status.st_mode):
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR), path)
-    if not S_ISREG(found.st_mode):
+    if not S_ISREG(status.st_mode):
         raise OSError(EINVAL, NOT_REGULAR, path)
-    if alone and found.st_nlink > 1:
-        raise OSError(EMLINK, "it has another name as well, by a hard link, and is left as it is", path)
+    if alone and status.st_nlink > 1:
+        raise OSError(EMLINK, "it has several hard links and is not changed", path)
 
 
 def read_file(path: Path, most: int = -1, within: str | Path | None = None) -> bytes:
-    """The content of a regular file, up to `most` bytes of it. Raises OSError, also for what is no regular file.
+    """Return the content of a regular file, at most `most` bytes. Raises OSError, also for an irregular file.
 
-    Raises LeadsOutsideError if it is not truly within that folder, where one is given.
+    Raises LeadsOutsideError if the resolved path is not within the folder `within`.
     """
     if within is None and is_stream(path):
         return read_stream(path, most)
@@ -177,23 +176,22 @@ def _refuse_beyond(true: str, path: Path, folder: str | Path | None) -> None:
 
 
 def read_stream(path: Path, most: int = -1) -> bytes:
-    """What comes by a stream of this process, up to `most` bytes of it. Raises OSError."""
+    """Return the content of a stream of this process, at most `most` bytes. Raises OSError."""
     with path.open("rb") as stream:
         return stream.read(most)
 
 
 def read_true(true: str, most: int = -1) -> bytes:
-    """The content of a regular file by its path without links, up to `most` bytes of it. Raises OSError."""
+    """Return the content of a regular file by its resolved path, at most `most` bytes. Raises OSError."""
     with os.fdopen(open_regular(true, os.O_RDONLY), "rb") as stream:
         return stream.read(most)
 
 
 def replace_file(path: Path, data: bytes, within: Path, *, fresh: str = "", synced: bool = False) -> None:
-    """Write a file as a whole: another process, or one that is killed, leaves it as it was, or as it is to be.
+    """Write a file atomically: other processes see the old or the new content, even if this one is killed.
 
-    What is in its place, such as a link, is replaced and not written to. `fresh` is what the file is called until it is
-    whole; `synced`, whether it is on the disk before it has its name. Raises OSError, and LeadsOutsideError where a
-    link leads to another place than within that folder.
+    A link in its place is replaced, not followed. `fresh` is the name of the temporary file; with `synced` it is
+    flushed to the disk before it is renamed. Raises OSError, and LeadsOutsideError if a link leads outside of `within`.
     """
     fresh = fresh or f".{token_hex(8)}.tmp"
     true = _place(path, within)
@@ -214,42 +212,45 @@ def replace_file(path: Path, data: bytes, within: Path, *, fresh: str = "", sync
 
 
 def remove_file(path: Path, within: Path) -> None:
-    """Remove a file, or a link, where there is one. Raises OSError, and LeadsOutsideError as `replace_file` does."""
+    """Remove a file or a link, if it exists. Raises OSError, and LeadsOutsideError as `replace_file` does."""
     with suppress(FileNotFoundError), _named_in_folder(_place(path, within)) as (name, folder):
         os.unlink(name, dir_fd=folder)
 
 
 def remove_folder(path: Path, within: Path) -> None:
-    """Remove a folder that is empty. Raises OSError as `remove_file` does."""
+    """Remove an empty folder. Raises OSError as `remove_file` does."""
     with _named_in_folder(_place(path, within)) as (name, folder):
         os.rmdir(name, dir_fd=folder)
 
 
 def _place(path: Path, within: Path) -> str:
-    """Where a file is, whatever it is: the true path of its folder, and its name."""
+    """Return the resolved path of the folder of a file, with the name of the file, which may be a link."""
     true = os.path.join(os.path.realpath(path.parent), path.name)
     _refuse_beyond(true, path, within)
     return true
 
 
 def write_true(true: str, data: bytes) -> None:
-    """Write a file by its path without links, which may be a pipe or a device; a hard link is cut. Raises OSError."""
+    """Write a file by its resolved path, which may be a pipe or a device. Replace a hard link by a new file.
+
+    Raises OSError.
+    """
     with _named_in_folder(true) as (name, folder):
         with suppress(FileNotFoundError):
-            found = os.stat(name, dir_fd=folder, follow_symlinks=False)
-            if S_ISREG(found.st_mode) and found.st_nlink > 1:
+            status = os.stat(name, dir_fd=folder, follow_symlinks=False)
+            if S_ISREG(status.st_mode) and status.st_nlink > 1:
                 os.unlink(name, dir_fd=folder)
         flags = os.O_WRONLY | os.O_CREAT | _NO_LINK | _NO_WAITING | _BINARY
         descriptor = os.open(name, flags, 0o666, dir_fd=folder)
     with os.fdopen(descriptor, "wb") as stream:
-        if S_ISREG((found := os.fstat(descriptor)).st_mode):
-            _refuse_irregular(found, true, alone=True)
+        if S_ISREG((status := os.fstat(descriptor)).st_mode):
+            _refuse_irregular(status, true, alone=True)
             os.ftruncate(descriptor, 0)
         os.set_blocking(descriptor, True)
         stream.write(data)
 
 
 def called(folder: str | Path) -> str:
-    """What a folder is called in a message."""
+    """Return the name of a folder for a message."""
     seen = os.path.relpath(folder)
     return "this directory" if seen == os.curdir else seen

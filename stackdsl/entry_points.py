@@ -1,7 +1,7 @@
-"""Which systems other packages offer, by their entry points. Nothing of them is loaded, and nothing is read before.
+"""Looks up the systems that other packages offer by entry points, without loading them.
 
-Looking them up takes as long as the packages of the environment are many, so it is done where one is asked for by name,
-or where all are asked for.
+The time of a look-up grows with the number of installed packages, so it is done only for an unknown name of a system,
+or for the list of all systems.
 """
 
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ GROUP = "stackdsl.systems"
 
 @cache
 def offered() -> Mapping[str, tuple["EntryPoint", ...]]:
-    """The entry points of all packages that are installed, by the name of a system; there should be one of a name."""
-    from importlib.metadata import entry_points  # noqa: PLC0415 -- no start of a command pays for it
+    """Return the entry points of installed packages by system name. More than one for a name is a conflict."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 -- slow to import, and most commands do not need it
 
-    found: dict[str, tuple[EntryPoint, ...]] = {}
+    by_name: dict[str, tuple[EntryPoint, ...]] = {}
     for entry in entry_points(group=GROUP):
-        found[entry.name] = (*found.get(entry.name, ()), entry)
-    return dict(sorted(found.items()))
+        by_name[entry.name] = (*by_name.get(entry.name, ()), entry)
+    return dict(sorted(by_name.items()))

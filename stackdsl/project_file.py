@@ -1,7 +1,7 @@
-"""The project that scenarios belong to: the nearest directory upwards that says it is one, and what it says.
+"""Finds the project of scenarios, the nearest marked directory upwards, and reads its settings.
 
-That is a directory with `stackdsl.toml`, or with a `pyproject.toml` that has a table `[tool.stackdsl]`. Golden files
-and what is remembered belong to it, wherever the command is called. Else the working directory counts.
+A directory is marked by `stackdsl.toml`, or by a `pyproject.toml` with a table `[tool.stackdsl]`. Golden files and
+cached results belong to the project, from wherever the command is called. Without a mark, the working directory counts.
 """
 
 import os
@@ -19,34 +19,34 @@ GOLDEN: Final = Path("golden")
 SCENARIOS: Final = Path("scenarios")
 OWN_FILE: Final = "stackdsl.toml"
 SHARED_FILE: Final = "pyproject.toml"
-REPOSITORY: Final = ".git"  # marks what somebody sent as a whole
+REPOSITORY: Final = ".git"  # marks a repository, which may come from somebody else
 KEYS: Final = ("golden", "scenarios")
-MOST: Final = 1 << 20  # [bytes] of such a file
-STATE: Final = ".stackdsl"  # what is remembered from call to call; nothing is lost with it
-STATE_PARTS: Final = (("passed",), ("pending",), ("failed.json",), (".gitignore",))  # what is in it
-LONGEST_TOLD: Final = 60  # [characters] of a key
+MOST: Final = 1 << 20  # [bytes] of a project file
+STATE: Final = ".stackdsl"  # cache directory, which can be deleted at any time
+STATE_PARTS: Final = (("passed",), ("pending",), ("failed.json",), (".gitignore",))  # its contents
+LONGEST_KEY: Final = 60  # [characters] of a key in a message
 LINKED: Final = f"remove the link, or mark a folder above as the root by a file {OWN_FILE}"
 
 
 class ProjectError(ValueError):
-    """The file that marks a project cannot be read or says what it cannot mean, or a link leads out of the project.
+    """A project file is unreadable or invalid, or a link leads out of the project.
 
-    The message says which, where and what to do.
+    The message has the file, the cause and the remedy.
     """
 
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """Where things are, as seen from the working directory."""
+    """The directories of a project, relative to the working directory."""
 
     golden: Path = GOLDEN
     scenarios: Path = SCENARIOS
-    root: Path | None = None  # None where nothing marks one
+    root: Path | None = None  # None without a mark
 
     def goldens(self, asked: Path | None = None) -> Path:
-        """The directory of golden files: the one that was asked for, or else the project's own.
+        """Return the directory of golden files: `asked`, or by default that of the project.
 
-        Raises ProjectError where it is written as inside the project, and a link leads it outside.
+        Raises ProjectError if it is inside the project by its name, but a link leads outside.
         """
         golden = asked or self.golden
         try:
@@ -56,9 +56,9 @@ class Project:
         return golden
 
     def state(self, golden: Path) -> Path:
-        """Where to remember what concerns a directory of golden files.
+        """Return the cache directory for a directory of golden files.
 
-        Raises ProjectError where it, or a part of it, is a link.
+        Raises ProjectError if it, or a part of it, is a link.
         """
         home = self.root if self.root is not None and golden == self.golden else golden.parent
         for part in STATE_PARTS:
@@ -66,50 +66,50 @@ class Project:
                 unlinked(home / STATE, *part)
             except LeadsOutsideError as error:
                 raise ProjectError(f"{error.filename} is a link, which is not followed; remove it") from error
-            except OSError:  # what cannot be looked at remembers nothing
+            except OSError:  # an unreadable cache is empty
                 continue
         return home / STATE
 
 
 def project_of(paths: Sequence[Path]) -> Project:
-    """The project around some files and directories, or around the working directory if there are none.
+    """Return the project around files and directories, or around the working directory if there are none.
 
     Raises ProjectError.
     """
-    found = _marked(_common(paths) if paths else Path.cwd())
-    return Project() if found is None else _project(*found)
+    marked = _marked(_common(paths) if paths else Path.cwd())
+    return Project() if marked is None else _project(*marked)
 
 
 def root_around(folder: Path) -> Path | None:
-    """The root of the project around a folder; None where nothing marks one. Raises ProjectError."""
-    found = _marked(folder)
-    return None if found is None else found[0]
+    """Return the root of the project around a folder; None without a mark. Raises ProjectError."""
+    marked = _marked(folder)
+    return None if marked is None else marked[0]
 
 
 def _marked(start: Path) -> tuple[Path, Path, Mapping[str, object]] | None:
-    """The nearest folder upwards that is marked as the root of a project, the file that marks it, and its settings.
+    """Return the nearest marked folder upwards, the project file in it, and its settings.
 
-    The search ends at the root of a repository: a clone that is not marked belongs to no project around it.
+    The search ends at the root of a repository: a clone without a mark does not belong to a project around it.
     """
     for folder in (start, *start.parents):
-        found = _settings(folder)
-        if found is not None:
-            return folder, *found
+        marked = _settings(folder)
+        if marked is not None:
+            return folder, *marked
         if os.path.exists(folder / REPOSITORY):
             return None
     return None
 
 
 def _common(paths: Sequence[Path]) -> Path:
-    """The directory around all of them; links are left as they are, for goldens belong to where somebody points."""
+    """Return the common parent directory. Links are not resolved, so that goldens are near the path that is given."""
     try:
         return Path(os.path.commonpath([os.path.abspath(path) for path in paths]))
-    except ValueError:  # on several drives, or a NUL in a name, which is told when the file is read
+    except ValueError:  # on several drives, or a NUL in a name, which is reported when the file is read
         return Path.cwd()
 
 
 def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
-    """The file that makes this directory a project, and its settings; None if there is none."""
+    """Return the project file in a directory and its settings; None if there is none."""
     own, shared = folder / OWN_FILE, folder / SHARED_FILE
     if os.path.isfile(own):
         return own, _read(own)
@@ -119,7 +119,7 @@ def _settings(folder: Path) -> tuple[Path, Mapping[str, object]] | None:
 
 
 def _read(file: Path) -> Mapping[str, object]:
-    from tomllib import loads  # noqa: PLC0415 -- most directories on the way up have no such file
+    from tomllib import loads  # noqa: PLC0415 -- most directories have no such file
 
     try:
         text = read_file(file, MOST + 1, within=file.parent)
@@ -129,19 +129,19 @@ def _read(file: Path) -> Mapping[str, object]:
     except ProjectError:
         raise
     except LeadsOutsideError as error:
-        raise ProjectError(f"{_seen(file)}: {error.strerror}; put the file itself there") from error
+        raise ProjectError(f"{_seen(file)}: {error.strerror}; replace the link by the file") from error
     except OSError as error:
         raise ProjectError(f"{_seen(file)} cannot be read: {error.strerror}") from error
     except RecursionError as error:
-        raise ProjectError(f"{_seen(file)}: its values are nested too deeply; leave out what is not of use") from error
+        raise ProjectError(f"{_seen(file)}: its values are nested too deeply; remove unused values") from error
     except ValueError as error:  # no TOML, no UTF-8, or a number of thousands of digits
-        raise ProjectError(f"{_seen(file)} is no TOML: {visible(str(error).partition(';')[0])}") from error
+        raise ProjectError(f"{_seen(file)} is not valid TOML: {visible(str(error).partition(';')[0])}") from error
 
 
 def _table(holder: Mapping[str, object], key: str, file: Path) -> Mapping[str, object]:
     value = holder.get(key, {})
     if not isinstance(value, dict):
-        raise ProjectError(f"{_seen(file)}: '{key}' is to be a table, such as [tool.stackdsl]")
+        raise ProjectError(f"{_seen(file)}: '{key}' must be a table, such as [tool.stackdsl]")
     return value
 
 
@@ -149,14 +149,14 @@ def _project(folder: Path, file: Path, settings: Mapping[str, object]) -> Projec
     for key, value in settings.items():
         if key not in KEYS:
             raise ProjectError(
-                f"{_place(file, key)}: unknown key '{_short(key)}' of stackdsl; there are {' and '.join(KEYS)}"
+                f"{_place(file, key)}: unknown key '{_short(key)}' of stackdsl; the keys are {' and '.join(KEYS)}"
             )
         if isinstance(value, str) and (odd := next((c for c in value if not c.isprintable()), "")):
-            message = f"{key} has the character U+{ord(odd):04X}, which is not seen"
+            message = f"{key} has the invisible character U+{ord(odd):04X}"
             raise ProjectError(f"{_place(file, key)}: {message}; write the name of a directory below the file")
         if not isinstance(value, str) or not value or os.path.isabs(value) or ".." in Path(value).parts:
             raise ProjectError(
-                f'{_place(file, key)}: {key} is to be a directory below the file, such as {key} = "{key}"'
+                f'{_place(file, key)}: {key} must be a directory below the file, such as {key} = "{key}"'
             )
     golden, scenarios = (
         str(settings.get(key, default)) for key, default in zip(KEYS, (GOLDEN, SCENARIOS), strict=True)
@@ -165,24 +165,24 @@ def _project(folder: Path, file: Path, settings: Mapping[str, object]) -> Projec
 
 
 def _short(text: str) -> str:
-    return visible(text[:LONGEST_TOLD]) + ("..." if len(text) > LONGEST_TOLD else "")
+    return visible(text[:LONGEST_KEY]) + ("..." if len(text) > LONGEST_KEY else "")
 
 
 def _place(file: Path, key: str) -> str:
-    """The file, line and column of a key; the file alone if no line begins with the key."""
-    written = re.compile(rf"""\s*(?:tool\.)?(?:stackdsl\.)?["']?({re.escape(key)})["']?\s*=""")
+    """Return file, line and column of a key; the file alone if no line begins with the key."""
+    pattern = re.compile(rf"""\s*(?:tool\.)?(?:stackdsl\.)?["']?({re.escape(key)})["']?\s*=""")
     inside = file.name == OWN_FILE
     for number, line in enumerate(
         read_file(file, MOST, within=file.parent).decode("utf-8", "replace").splitlines(), start=1
     ):
         inside = line.split("#")[0].strip() == "[tool.stackdsl]" if line.lstrip().startswith("[") else inside
-        if (found := written.match(line)) is not None and (inside or "stackdsl." in line):
-            return f"{_seen(file)}:{number}:{found.start(1) + 1}"
+        if (match := pattern.match(line)) is not None and (inside or "stackdsl." in line):
+            return f"{_seen(file)}:{number}:{match.start(1) + 1}"
     return f"{_seen(file)}"
 
 
 def home_of(folder: Path) -> Path:
-    """The root of the project around a folder; the folder itself where nothing that can be read marks one."""
+    """Return the root of the project around a folder; the folder itself without a readable mark."""
     try:
         return root_around(folder.absolute()) or folder
     except ProjectError:
@@ -190,10 +190,10 @@ def home_of(folder: Path) -> Path:
 
 
 def confined(path: Path, *folders: Path) -> str:
-    """The true path of a file or a directory. Raises LeadsOutsideError if a link leads it out of a folder around it.
+    """Return the resolved path of a file or directory. Raises LeadsOutsideError if a link leads out of a folder.
 
-    Such folders are every project and repository that the path is written inside of, the project of the working
-    directory, and `folders`. Outer projects count too: the target of a link may be marked as a project itself.
+    The folders are all projects and repositories around the path as written, the project of the working directory, and
+    `folders`. Outer projects count too, since the target of a link may be marked as a project itself.
     """
     written, true = os.path.abspath(path), os.path.realpath(path)
     if written == true:
@@ -212,7 +212,7 @@ def _around(written: str) -> Iterator[Path]:
 
 
 def _is_marked(folder: Path) -> bool:
-    """Whether a folder is marked as the root of a project, or by a file that cannot be read."""
+    """Return whether a folder has a project file, readable or not."""
     try:
         return _settings(folder) is not None
     except ProjectError:
@@ -220,7 +220,7 @@ def _is_marked(folder: Path) -> bool:
 
 
 def _seen(path: Path) -> Path:
-    """A path as it is told: from the working directory on."""
+    """Return a path relative to the working directory, for messages."""
     try:
         return Path(os.path.relpath(path))
     except ValueError:  # on another drive

@@ -1,4 +1,4 @@
-"""Results: one outcome per claim, one result per variant, one report per call."""
+"""Results of a call: one outcome per claim, one result per variant, one report per call."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -29,18 +29,18 @@ from stackdsl.trace import (
 )
 from stackdsl.wording import MILLIMETRES
 
-# Trace -> observations: what a person would note of a run, and what of it another run of the same scene changes.
+# Observations of a run, and their changes in another run of the same scene.
 
 
-Seen: TypeAlias = float | str | tuple[str, ...] | None  # None where there was nothing of the kind to see
+Seen: TypeAlias = float | str | tuple[str, ...] | None  # None if the run has no such observation
 
 PERCENT = 100.0
-MOST_RELATIVE = 0.05  # what is large, such as how far debris flies, may change by this share of itself
+MOST_RELATIVE = 0.05  # relative tolerance, for large values such as the reach of debris
 
 
 @dataclass(frozen=True, slots=True)
 class ObservationKind:
-    """One kind of observation, and by how much it may change until it counts as moved."""
+    """A kind of observation, and the tolerance on its changes."""
 
     unit: str = ""  # of numbers
     tolerance: float = 0.0  # in `unit`
@@ -52,9 +52,9 @@ KINDS: Mapping[str, ObservationKind] = {
     "collapse time": ObservationKind("s", 0.05),  # as in golden files
     "first to leave": ObservationKind(),
     "fallen": ObservationKind(),
-    "drift": ObservationKind("mm", 0.1),  # of the whole structure, what fell included, as everywhere else
-    "drift of what stands": ObservationKind("mm", 0.1),  # in the end; beside what fell, creep would hide
-    "shift before": ObservationKind("mm", 0.1),  # the same when a brick was last set down before a collapse, or at all
+    "drift": ObservationKind("mm", 0.1),  # of the whole structure, with fallen bricks, as everywhere else
+    "drift of what stands": ObservationKind("mm", 0.1),  # shows creep, which the drift of fallen bricks would hide
+    "shift before": ObservationKind("mm", 0.1),  # drift at the last placement, or the last before a collapse
     "largest tilt": ObservationKind("deg", 0.5),
     "height": ObservationKind("mm", 0.5),  # as in golden files
     "energy gain": ObservationKind("%", 0.1),
@@ -65,7 +65,7 @@ KINDS: Mapping[str, ObservationKind] = {
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """One observation of a run, and the same of the run that it is held against."""
+    """One observation in two runs."""
 
     name: str  # a key of KINDS
     before: Seen
@@ -73,19 +73,19 @@ class Change:
 
     @property
     def unit(self) -> str:
-        """Of both, where they are numbers."""
+        """Return the unit of both values, if they are numbers."""
         return KINDS[self.name].unit
 
     @property
     def difference(self) -> float | None:
-        """How much larger the second is; None unless both are numbers."""
+        """Return the second value minus the first; None unless both are numbers."""
         if isinstance(self.before, float) and isinstance(self.after, float):
             return turned_back(self.after - self.before) if self.name == "bearing" else self.after - self.before
         return None
 
     @property
     def moved(self) -> bool:
-        """Whether they differ by more than the tolerance of their kind, or in anything that is no number."""
+        """Return whether numbers differ by more than the tolerance of their kind, or other values differ at all."""
         if self.difference is None or not isinstance(self.before, float) or not isinstance(self.after, float):
             return self.before != self.after
         size = 0.0 if self.unit in ("levels", "deg") else max(abs(self.before), abs(self.after))
@@ -93,12 +93,12 @@ class Change:
 
 
 def turned_back(angle: float) -> float:
-    """An angle [deg] between -180 and 180."""
+    """Wrap an angle [deg] to the range from -180 to 180."""
     return (angle + 180.0) % 360.0 - 180.0
 
 
 def observations(trace: Trace) -> Mapping[str, Seen]:
-    """All kinds, in the order of KINDS."""
+    """Return all observations of a run, in the order of KINDS."""
     structure = [track for track in trace.tracks.values() if track.state not in NO_PART]
     placed = [track for track in structure if track.state is not BrickState.UNPLACED]
     standing = [track for track in placed if track.state in STAND]
@@ -126,21 +126,21 @@ def _finite(value: float) -> float | None:
 
 
 def changes(before: Mapping[str, Seen], after: Mapping[str, Seen]) -> tuple[Change, ...]:
-    """Every kind that either run has seen, observation by observation."""
+    """Return a change for each kind of observation that at least one of two runs has."""
     pairs = ((name, before.get(name), after.get(name)) for name in KINDS)
     return tuple(Change(*pair) for pair in pairs if pair[1:] != (None, None))
 
 
-# What a run came to: one outcome an expectation, one result a variant, one report a call. Renderers only read.
+# Outcomes of claims, results of variants, and the report of a call. Renderers only read them.
 
 
-UNCHECKED = "unchecked"  # the conclusion of a run of which nothing is expected
-REFERENCE_SYSTEM = "tuned"  # what speed-ups are told against: PyBullet with the settings that stack best
+UNCHECKED = "unchecked"  # conclusion of a run without expectations
+REFERENCE_SYSTEM = "tuned"  # reference of speed-ups: PyBullet with the best settings for stacks
 
 
 @dataclass(frozen=True, slots=True)
 class ClaimOutcome:
-    """One expectation, held against what was measured."""
+    """The comparison of a claim with the measured value."""
 
     name: str  # the expectation's key, such as `stands`
     expected: str
@@ -149,33 +149,33 @@ class ClaimOutcome:
     unit: str
     passed: bool
     span: Span
-    numbers: tuple[Measure, ...] = ()  # what of it is a number, with its limits
+    numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
 
 
 @dataclass(frozen=True, slots=True)
 class Why:
-    """What is known of why a run came out otherwise than expected; what is not known is empty or None."""
+    """Explanation of an unexpected outcome; unknown parts are empty or None."""
 
-    cause: str = ""  # from the proof: what tips over what, or slides on what
-    moving: tuple[BodyId, ...] = ()  # every brick of that proof
-    bearing: float | None = None  # the side that it goes to, from +x towards +y [rad]
-    overhang: float | None = None  # of what tips as one body: how far its weight lies beyond the edge [m]
-    before: str = ""  # what was done just before, and where that is written
-    first: str = ""  # what moved first
-    see: str = ""  # the command for a shell that shows it
+    cause: str = ""  # from the proof: bricks that tip or slide, and on which bodies
+    moving: tuple[BodyId, ...] = ()  # all moving bricks of the proof
+    bearing: float | None = None  # direction of the motion, from +x towards +y [rad]
+    overhang: float | None = None  # distance of the centre of mass beyond the edge, of bricks tipping as one body [m]
+    before: str = ""  # the last action before, with its place in the file
+    first: str = ""  # the first brick that moved
+    see: str = ""  # the shell command that shows it
 
 
 class GoldenStatus(StrEnum):
-    """How a variant's snapshot stands to its file."""
+    """Result of comparing a snapshot with its golden file."""
 
     SAME = "same"
     MISSING = "missing"
     DIFFERENT = "different"
     WRITTEN = "written"
-    NEW = "new"  # there was none, and it was written
-    OTHER_ENGINE = "of another engine"  # made with it, and the same in what no engine decides
-    NEWER = "newer"  # a newer version of stackdsl wrote it, so that it is neither read nor rewritten
-    RENAMED = "renamed"  # there is none, and one that is nobody's says the same of a run that was called otherwise
+    NEW = "new"  # the file was missing and has been written
+    OTHER_ENGINE = "of another engine"  # made by another engine, and equal in all that engines do not decide
+    NEWER = "newer"  # written by a newer version of stackdsl, so it is neither read nor rewritten
+    RENAMED = "renamed"  # missing, but an obsolete file of another name has the same content
     UNREADABLE = "unreadable"
 
 
@@ -190,14 +190,14 @@ GOLDEN_FAILURES = (
 
 @dataclass(frozen=True, slots=True)
 class GoldenDifference:
-    """One observation that left its tolerance."""
+    """One observation beyond its tolerance."""
 
     subject: str  # brick name, or `structure`, or `event 3 (4 s)`
     quantity: str  # such as `x`, `state`, `share on L1.1`
     expected: str
     got: str
     tolerance: str
-    # Expected and got, in `unit`, where they are numbers.
+    # Expected and got, in `unit`, if they are numbers.
     numbers: tuple[float | None, float | None] = field(default=(None, None), compare=False)
     unit: str = field(default="", compare=False)
 
@@ -209,32 +209,32 @@ class GoldenResult:
     status: GoldenStatus
     file: str
     differences: tuple[GoldenDifference, ...] = ()
-    note: str = ""  # such as a stamp that differs, or why the file cannot be read
-    digest: str = ""  # SHA-256 of the file that the snapshot was compared with; empty where it was with none
-    renamed_from: str = ""  # the file that says the same of a run that was called otherwise
-    offered: str = field(default="", compare=False, repr=False)  # the text that would be accepted; empty if it agrees
+    note: str = ""  # such as a different stamp, or the reason why the file cannot be read
+    digest: str = ""  # SHA-256 of the golden file; empty if there is none
+    renamed_from: str = ""  # the file of another name with the same content
+    offered: str = field(default="", compare=False, repr=False)  # text of the new golden file; empty if it is the same
 
 
 @dataclass(frozen=True, slots=True)
 class Spared:
-    """What was left out of a run that ended early, as all that is asked of it was known."""
+    """Rest of a run that ended early, when all claims were decided."""
 
-    time: float  # of its end [s]
-    planned: float  # until when it would have gone on [s]
-    actions: int  # that would still have been done
+    time: float  # actual end of the run [s]
+    planned: float  # regular end of the run [s]
+    actions: int  # remaining actions
 
     @classmethod
     def by(cls, early: EarlyEnd | None) -> "Spared | None":
-        """What an early end spares; None where there was none."""
+        """Return the rest of a run that ended early; None if it did not."""
         return cls(early.time, early.planned, len(early.undone)) if early is not None else None
 
 
 class RunStatus(StrEnum):
-    """How playing one variant ended."""
+    """How the run of a variant ended."""
 
     DONE = "done"
-    SKIPPED = "skipped"  # what it needs is not installed
-    BLOCKED = "blocked"  # an action could not be done, since something had moved in its way
+    SKIPPED = "skipped"  # a required package is not installed
+    BLOCKED = "blocked"  # an action was not possible, since a brick was in its way
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
     NOT_RUN = "not run"  # the call was interrupted before its turn
@@ -242,7 +242,7 @@ class RunStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class VariantResult:
-    """All that is known of one scenario on one system."""
+    """Result of one variant of a scenario on one system."""
 
     scenario: str
     variant: str  # such as `step=10mm,thesis`
@@ -250,60 +250,60 @@ class VariantResult:
     file: str
     status: RunStatus
     verdict: str = ""  # `stands`, `collapses`, `numerical-collapse`, `unreliable`; empty if it did not run
-    numerical: str = ""  # why the collapse is the solver's and none of physics; empty where nothing says so
-    wrong_edges: WrongEdges | None = None  # None where no contact was seen to have a wrong normal
-    wrong_friction: WrongFriction | None = None  # the worst that an engine has had
-    touching_within: float = 0.0  # [m] the verdict of statics counts on gaps up to this as contact; 0 if on none
+    numerical: str = ""  # evidence that the solver, not physics, caused the collapse; empty if there is none
+    wrong_edges: WrongEdges | None = None  # None if no contact with a wrong normal was observed
+    wrong_friction: WrongFriction | None = None  # largest error in the friction of the engine
+    touching_within: float = 0.0  # [m] widest gap that the verdict of statics counts as contact; 0 if it counts none
     passed_through: Passed | None = None  # the first thrown brick that passed through another
-    energy_gained: float = 0.0  # share of energy that the engine added by itself, where that is a fault
+    energy_gained: float = 0.0  # share of energy that the engine added, if that is a fault
     collapse: Collapse | None = None
-    ensemble: Ensemble | None = None  # what became of many samples; None of one run
-    moving: tuple[BodyId, ...] = ()  # what was not at rest at the end
-    early_end: Spared | None = None  # None where it went on for as long as it was to
+    ensemble: Ensemble | None = None  # outcomes of the samples; None for one run
+    moving: tuple[BodyId, ...] = ()  # bricks that were moving at the end
+    early_end: Spared | None = None  # None if the run went on to its regular end
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[ClaimOutcome, ...] = ()  # expectations
-    why: Why | None = None  # None where every expectation holds
-    truths: tuple[ClaimOutcome, ...] = ()  # the same, against the answer known from outside; they inform and never fail
+    why: Why | None = None  # None if every expectation is met
+    truths: tuple[ClaimOutcome, ...] = ()  # comparison with answers from other sources, which never fails the scenario
     golden: GoldenResult | None = None
-    engine: str = ""  # the package that took the steps; empty if none was taken
-    modified: str = ""  # which constants of the scene are others than its author wrote; empty if none
+    engine: str = ""  # the package that took the steps; empty without steps
+    modified: str = ""  # constants of the scene that differ from the file; empty if none does
     message: str = ""  # why it crashed, timed out or was skipped
-    warnings: tuple[Warned, ...] = ()  # what is odd in the files that it comes from, and fails nothing
-    mistake: Diagnostic | None = None  # what kept a run that was blocked from going on, and where in the file that is
-    refinement: tuple[Change, ...] | None = None  # beside the refined run; None if that was not asked for
-    parameters: tuple[tuple[str, str], ...] = ()  # the choice from each row of the matrix, as written
-    remembered: bool = False  # from an earlier call, of the same program with the same files
-    set_aside: bool = False  # whether it was skipped because its author says so
-    xfail: str | None = None  # why its author knows it to fail; None if he does not
-    strict: bool = False  # whether it is a failure that such a one passes
-    must_claim: bool = False  # whether it is a failure that nothing is expected of it
+    warnings: tuple[Warned, ...] = ()  # about its files; they do not fail it
+    mistake: Diagnostic | None = None  # cause of a blocked run, with its place in the file
+    refinement: tuple[Change, ...] | None = None  # changes in a refined run; None if there was none
+    parameters: tuple[tuple[str, str], ...] = ()  # value from each row of the matrix, as written
+    remembered: bool = False  # from the cache, of the same program with the same files
+    set_aside: bool = False  # whether the scenario has the mark `skip`
+    xfail: str | None = None  # reason of the mark `xfail`; None without the mark
+    strict: bool = False  # whether it is a failure to pass despite `xfail`
+    must_claim: bool = False  # whether it is a failure to have no expectation
 
     @property
     def unchecked(self) -> bool:
-        """Whether it ran and nothing is expected of it, so that whatever came of it is as good as anything else."""
+        """Return whether it ran without expectations, so that any outcome passes."""
         return self.status is RunStatus.DONE and not self.outcomes
 
     @property
     def fell(self) -> bool:
-        """Whether anything fell that had come to rest, in the run or in any of its samples."""
+        """Return whether a brick that came to rest fell, in the run or in any sample."""
         return self.collapse is not None or (self.ensemble is not None and bool(self.ensemble.fell))
 
     @property
     def passed(self) -> bool:
-        """Whether every expectation holds, and a run whose convergence is asked for did not fall for the solver."""
+        """Return whether every expectation is met. A run with refinement must also not have a numerical collapse."""
         if (self.refinement is not None and self.numerical) or (self.must_claim and self.unchecked):
             return False
         return self.status is RunStatus.DONE and all(outcome.passed for outcome in self.outcomes)
 
     @property
     def is_one_run(self) -> bool:
-        """Whether there was one run, to its end."""
+        """Return whether there was a single, complete run."""
         return self.status is RunStatus.DONE and self.ensemble is None
 
     @property
     def unexpected(self) -> bool:
-        """Whether it failed and nobody said that it would, or passed though it was said, strictly, to fail."""
+        """Return whether it failed without `xfail`, or passed despite a strict `xfail`."""
         if self.must_claim and self.unchecked:
             return True
         if self.xfail is None or self.status is not RunStatus.DONE:
@@ -312,42 +312,42 @@ class VariantResult:
 
     @property
     def may_be_locked(self) -> bool:
-        """Whether what came out may become a golden file unasked: all is as expected, or its author knows that not."""
+        """Return whether the result may be written as a new golden file: it passed, or failed as marked by `xfail`."""
         return self.passed or not self.unexpected
 
     @property
     def moved(self) -> tuple[Change, ...]:
-        """The observations that refinement moves."""
+        """Return the observations that change with refinement."""
         return tuple(change for change in self.refinement or () if change.moved)
 
     @property
     def name(self) -> str:
-        """What people call it: the scenario, then the variant in brackets."""
+        """Return the name for reports: the scenario, then the variant in brackets."""
         return f"{self.scenario}[{self.variant}]"
 
     @property
     def case(self) -> str:
-        """The variant without its system, so that runs of one case on several systems find each other."""
+        """Return the variant without its system, which is the same for runs of one case on several systems."""
         return self.variant.removesuffix(self.system).rstrip(",")
 
     @property
     def met(self) -> int:
-        """How many expectations hold."""
+        """Return the number of expectations that are met."""
         return sum(outcome.passed for outcome in self.outcomes)
 
     @property
     def truth_agrees(self) -> bool | None:
-        """Whether all answers known from outside are met; None if there are none."""
+        """Return whether all truths are met; None if there are none."""
         return all(truth.passed for truth in self.truths) if self.truths else None
 
     @property
     def golden_failed(self) -> bool:
-        """Whether the snapshot and its file do not agree."""
+        """Return whether the snapshot and its file do not agree."""
         return self.golden is not None and self.golden.status in GOLDEN_FAILURES
 
     @property
     def wall_per_simulated(self) -> float | None:
-        """Wall seconds for one second of the scenario's clock; None if it did not finish or took no time."""
+        """Return the wall time per simulated second; None if the run did not finish or took no time."""
         if self.status is not RunStatus.DONE or self.cost is None:
             return None
         cost = self.cost
@@ -355,7 +355,7 @@ class VariantResult:
 
     @property
     def conclusion(self) -> str:
-        """The one word or two that a closing count files it under."""
+        """Return the category of the result in the summary of a report."""
         if self.status is not RunStatus.DONE:
             return self.status.value
         if self.xfail is not None and not self.golden_failed:
@@ -363,40 +363,42 @@ class VariantResult:
         only_solver = self.refinement is not None and bool(self.numerical)
         if not self.passed and self.xfail is None and (only_solver or not self.unchecked):
             return NUMERICAL_COLLAPSE if self.numerical else UNRELIABLE if self.verdict == UNRELIABLE else "failed"
-        told = self.golden is not None and (self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE)
-        if self.unchecked and (self.must_claim or not told):
+        shows_golden = self.golden is not None and (
+            self.golden_failed or self.golden.status is GoldenStatus.OTHER_ENGINE
+        )
+        if self.unchecked and (self.must_claim or not shows_golden):
             return UNCHECKED
-        return f"golden {self.golden.status.value}" if self.golden is not None and told else "passed"
+        return f"golden {self.golden.status.value}" if self.golden is not None and shows_golden else "passed"
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The whole call, in the order of files, scenarios and systems."""
+    """Results of a call, in the order of files, scenarios and systems."""
 
     results: tuple[VariantResult, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
-    obsolete: tuple[str, ...] = ()  # golden files that belong to no variant any more
+    obsolete: tuple[str, ...] = ()  # golden files without a variant
     removed: tuple[str, ...] = ()  # obsolete golden files that this call removed
     interrupted: bool = False
-    left: int = 0  # cases that were not played, since one failed and that was to be enough
-    accept: str = ""  # the command that accepts all that differs from its golden file, and removes what is obsolete
+    left: int = 0  # cases that did not run, since the call stops at the first failure
+    accept: str = ""  # the command that accepts all differences from golden files, and removes obsolete ones
     wall_time: float = field(default=0.0, compare=False)  # [s]
 
     @property
     def scenarios(self) -> int:
-        """How many scenarios have a result."""
+        """Return the number of scenarios with a result."""
         return len({(result.file, result.scenario) for result in self.results})
 
     @property
     def conclusions(self) -> Mapping[str, int]:
-        """How many variants ended which way: `passed` first, the rest by name."""
+        """Return the number of variants by conclusion: `passed` first, the rest by name."""
         counts = Counter(result.conclusion for result in self.results)
         return {"passed": counts.pop("passed", 0)} | dict(sorted(counts.items()))
 
     def speed_up(self, result: VariantResult) -> float | None:
-        """How many times less wall time a simulated second took than for the same case on REFERENCE_SYSTEM.
+        """Return the ratio of wall times per simulated second, REFERENCE_SYSTEM to `result`, for the same case.
 
-        Per simulated second, since a run that collapses early also stops early.
+        Times are per simulated second, since a run that collapses early also stops early.
         """
         own, reference = result.wall_per_simulated, self._reference_cost(result)
         return reference / own if own is not None and reference is not None else None
@@ -414,17 +416,17 @@ class Report:
 
 
 def exit_code(report: Report) -> int:
-    """The process exit code of a report; of several reasons the one that makes the others least trustworthy."""
+    """Return the exit code of a report. Of several reasons, the one that makes the results least trustworthy wins."""
     if report.interrupted:
         return ExitCode.INTERRUPTED
     if report.diagnostics or any(result.status is RunStatus.BLOCKED for result in report.results):
         return ExitCode.INVALID
-    tried = [result for result in report.results if result.status is not RunStatus.SKIPPED]
-    if any(result.status is not RunStatus.DONE for result in tried):
+    executed = [result for result in report.results if result.status is not RunStatus.SKIPPED]
+    if any(result.status is not RunStatus.DONE for result in executed):
         return ExitCode.CRASHED
-    if not tried and not any(result.set_aside for result in report.results):
+    if not executed and not any(result.set_aside for result in report.results):
         return ExitCode.USAGE
-    if any(result.unexpected for result in tried):
+    if any(result.unexpected for result in executed):
         return ExitCode.FAILED
     if report.obsolete or any(result.golden_failed for result in report.results):
         return ExitCode.GOLDEN

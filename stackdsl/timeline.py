@@ -1,6 +1,6 @@
-"""What the compiler hands to the runner and the judge: plain data in SI units, without YAML and without engine.
+"""Timeline of a compiled scenario, the input of runner and judge: plain data in SI units, without YAML and engine.
 
-Frame W: z up against gravity. A tilted scene is turned as a whole, so gravity always points down.
+Frame W: z up against gravity. A tilted scene is rotated as a whole, so gravity always points down.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,94 +19,94 @@ from stability.statics.assembly import Assembly
 
 @dataclass(frozen=True, slots=True)
 class FixedWorld:
-    """What does not move."""
+    """Fixed parts of the scene: planes, gravity, friction."""
 
     gravity: float  # [m/s2], along -z
-    friction: GivenFriction  # of brick on brick: one number, unless some rub otherwise
+    friction: GivenFriction  # of brick on brick: one coefficient, or a law with exceptions
     planes: tuple[Plane, ...]  # the ground first
-    touching: float = inf  # [m] statics count no wider gap as contact, as `Tolerances.within`
+    touching: float = inf  # [m] widest gap that statics counts as contact, as `Tolerances.within`
 
     def assembly(self) -> Assembly:
-        """What statics judges, with no bricks as yet."""
+        """Return an assembly for statics, without bricks."""
         return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     @property
     def tolerances(self) -> Tolerances:
-        """How exact statics is."""
+        """Return the tolerances of statics."""
         return Tolerances(within=self.touching)
 
     @property
     def roughest(self) -> float:
-        """The largest coefficient of all that are said."""
+        """Return the largest coefficient of friction in the scene."""
         return max(as_friction(self.friction).most, *(plane.friction for plane in self.planes))
 
     @property
     def rubs_alike(self) -> bool:
-        """Whether all that touches has the same coefficient."""
+        """Return whether all contacts have the same coefficient of friction."""
         return all(plane.friction == self.friction for plane in self.planes)
 
 
 class Arrival(StrEnum):
-    """How a brick comes."""
+    """How a brick enters the scene."""
 
     SET_DOWN = "set down"
-    SLID_IN = "slid in"  # into what stands by then, rather than built on
-    BY_HAND = "by hand"  # in one, which lowers it to where it is to stay, and lets it go there
-    LET_GO = "let go"  # in the air, to fall onto what stands by then and be a part of it
-    DROPPED = "dropped"  # by an impact, onto what stands by then
-    THROWN = "thrown"  # by an impact, at what stands by then
+    SLID_IN = "slid in"  # by an impact, into the existing structure
+    BY_HAND = "by hand"  # a hand lowers it to its place and releases it there
+    LET_GO = "let go"  # released in the air, to land and become part of the structure
+    DROPPED = "dropped"  # by an impact
+    THROWN = "thrown"  # by an impact
 
 
 @dataclass(frozen=True, slots=True)
 class ErrorSpread:
-    """How an error about zero is spread."""
+    """Distribution of an error with mean zero."""
 
     kind: Literal["normal", "uniform"]
-    width: float  # standard deviation, or how far to either side
+    width: float  # standard deviation, or half the width of the uniform range
 
 
 @dataclass(frozen=True, slots=True)
 class Jitter:
-    """The errors with which hands set something down, from where it belongs on what is there."""
+    """Errors with which hands set a brick down, relative to its place on the bricks below."""
 
-    position: ErrorSpread | None = None  # along each of two level axes [m]
-    yaw: ErrorSpread | None = None  # about the upright [rad]
+    position: ErrorSpread | None = None  # along each of two horizontal axes [m]
+    yaw: ErrorSpread | None = None  # about the vertical axis [rad]
 
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """One brick that comes at a time."""
+    """One brick enters the scene."""
 
     time: float  # [s]
     brick: Brick
-    level: int  # storey, counted from 1; 0 for what an impact drops or throws, which belongs to none
+    level: int  # storey, counted from 1; 0 for bricks that an impact drops or throws
     pose: Pose
     arrival: Arrival = Arrival.SET_DOWN
-    velocity_W: Vec3 = AT_REST  # with which it comes [m/s]
-    flight: float = 0.0  # until what an impact drops or throws meets what it is aimed at [s]
-    step: str = ""  # of the build, such as `step 5`, where several build its level
-    came: Pose | None = None  # where a hand comes with it, if one does; it lets it go at `pose`
-    together: bool = False  # whether hands set it down as one with the brick before it
+    velocity_W: Vec3 = AT_REST  # initial velocity [m/s]
+    flight: float = 0.0  # time until a dropped or thrown brick hits its target [s]
+    step: str = ""  # of the build, such as `step 5`, if several steps build its level
+    came: Pose | None = None  # start of the path if a hand brings it; the hand releases it at `pose`
+    together: bool = False  # whether it is set down at the same time as the brick before it
 
     @property
     def at_rest(self) -> bool:
-        """Whether it is where it is to stay as it comes."""
+        """Return whether the brick enters at rest in its final place."""
         return self.arrival in (Arrival.SET_DOWN, Arrival.SLID_IN)
 
     @property
     def builds(self) -> bool:
-        """Whether it is built on, rather than slid in or flying."""
+        """Return whether a build step, rather than an impact, brings the brick."""
         return self.arrival in (Arrival.SET_DOWN, Arrival.LET_GO, Arrival.BY_HAND)
 
     @property
     def hits(self) -> bool:
-        """Whether an impact drops or throws it, so that it is no part of the structure."""
+        """Return whether an impact drops or throws the brick, so that it is not part of the structure."""
         return self.arrival in (Arrival.DROPPED, Arrival.THROWN)
 
 
 @dataclass(frozen=True, slots=True)
 class Removal:
-    """Bricks pulled out together at a time."""
+    """Bricks are pulled out at the same time."""
 
     time: float  # [s]
     bricks: tuple[BodyId, ...]
@@ -114,12 +114,12 @@ class Removal:
 
 @dataclass(frozen=True, slots=True)
 class PushAction:
-    """An impulse on a brick at a time."""
+    """An impulse acts on a brick."""
 
     time: float  # [s]
     brick: BodyId
     impulse_W: Vec3  # [N s]
-    offset_W: Vec3 = (0.0, 0.0, 0.0)  # from the centre of the brick to the point that is pushed [m]
+    offset_W: Vec3 = (0.0, 0.0, 0.0)  # from the centre of the brick to the point of application [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,18 +132,18 @@ class ShakeAction:
 
 @dataclass(frozen=True, slots=True)
 class MoveAction:
-    """A hand moves a brick: it carries it, and holds it at rest from the end of the way on, or slides it."""
+    """A hand slides a brick, or carries it and then holds it at rest at the end of its path."""
 
     time: float  # [s]
     brick: BodyId
     course: HandCourse
-    free_W: Vec3 | None = None  # unit; along it what is slid moves by itself, and may tilt; None if it is carried
-    lowers: bool = False  # whether it came in this hand, through air in which it meets nothing
+    free_W: Vec3 | None = None  # unit vector along which a sliding brick is free, as in its tilt; None if carried
+    lowers: bool = False  # whether the hand brings a new brick through free air
 
 
 @dataclass(frozen=True, slots=True)
 class HoldAction:
-    """Hands hold bricks at rest from now on, as firmly as the ground; where some are in a hand already, these."""
+    """Hands hold bricks at rest from now on, as firmly as the ground. A hand that has a brick already keeps it."""
 
     time: float  # [s]
     bricks: tuple[BodyId, ...]
@@ -151,7 +151,7 @@ class HoldAction:
 
 @dataclass(frozen=True, slots=True)
 class LetGo:
-    """Hands let bricks go, all at once, and withdraw."""
+    """Hands release bricks, all at once, and withdraw."""
 
     time: float  # [s]
     bricks: tuple[BodyId, ...]
@@ -160,25 +160,25 @@ class LetGo:
 Handled: TypeAlias = MoveAction | HoldAction | LetGo
 Done: TypeAlias = Removal | PushAction | ShakeAction | Handled
 Action: TypeAlias = Placement | Done
-Moment: TypeAlias = tuple[Placement, ...] | Done  # what is done together
+Moment: TypeAlias = tuple[Placement, ...] | Done  # simultaneous actions
 
 
 def time_of_arrival(action: Action) -> float:
-    """When it has done all that it does to the structure: at once, unless it has to fly there, or goes on [s]."""
+    """Return the time at which an action takes effect: after the flight of a brick, at the end of shaking [s]."""
     if isinstance(action, ShakeAction):
         return action.motion.ends
     return action.time + (action.flight if isinstance(action, Placement) else 0.0)
 
 
 def leaves_to_engine(action: Action) -> bool:
-    """Whether something is dropped, thrown, pushed, shaken or in a hand, which only an engine can follow."""
+    """Return whether an action needs an engine: bricks that are dropped, thrown, pushed, shaken or moved by hand."""
     return isinstance(action, PushAction | ShakeAction | Handled) or (
         isinstance(action, Placement) and not action.at_rest
     )
 
 
 def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
-    """Whether it is a part of how hands bring bricks, which they let go at these times [s]."""
+    """Return whether an action belongs to bringing bricks by hand, which are released at the times `let_go` [s]."""
     if isinstance(action, MoveAction):
         return action.lowers and action.brick in let_go
     return isinstance(action, LetGo) and all(let_go.get(brick) == action.time for brick in action.bricks)
@@ -186,28 +186,28 @@ def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Timeline:
-    """All that happens to the structure, in order of time."""
+    """All actions of a scenario, in order of time, and the observations that its claims need."""
 
     world: FixedWorld
-    actions: tuple[Action, ...]  # by time, then in the author's order
-    hold: float  # how long the structure is watched after the last action, or the last hit that arrives later [s]
-    # Whether anything is asked that only motion shows. If not, a system with proofs does without an engine.
+    actions: tuple[Action, ...]  # by time, then in the order of the file
+    hold: float  # time to watch the structure after the last action and the arrival of the last hit [s]
+    # Whether a claim needs motion. If not, a system with proofs does not start an engine.
     watched: bool = True
-    margins: tuple[str, ...] = ()  # those of the proof that are asked for, such as `tilt`
-    told_margins: tuple[str, ...] = ()  # those that are told of few bricks, and that nothing depends on
-    closely: bool = False  # whether it is asked how something begins to fall, or where it lands
-    measures: tuple[str, ...] = ()  # what is measured only if it is asked for: `sway`, `penetration`
-    followed: float = 1.0  # how long a collapse is followed, at most [s]
-    jitter: Mapping[BodyId, Jitter] = field(default_factory=dict)  # by brick, of those that are set down with errors
-    aftermath: bool = True  # whether a collapse is followed for a while; if not, a run ends as soon as it is known
+    margins: tuple[str, ...] = ()  # margins of the proof that claims need, such as `tilt`
+    told_margins: tuple[str, ...] = ()  # margins that are only reported, and only for few bricks
+    closely: bool = False  # whether claims need the onset of a fall or the landing, which are recorded densely
+    measures: tuple[str, ...] = ()  # measurements that claims need: `sway`, `penetration`
+    followed: float = 1.0  # longest time for which a collapse is simulated [s]
+    jitter: Mapping[BodyId, Jitter] = field(default_factory=dict)  # placement errors by brick
+    aftermath: bool = True  # whether the run goes on after a collapse; otherwise it ends at once
 
     @property
     def placements(self) -> tuple[Placement, ...]:
-        """The actions by which a brick comes."""
+        """Return the actions that bring a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
     def moments(self) -> Iterator[Moment]:
-        """What is done together: the bricks set down at one time, or else one action."""
+        """Yield simultaneous actions: all placements of one time together, every other action alone."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):
             if placing:
                 yield tuple(action for action in group if isinstance(action, Placement))
@@ -215,9 +215,12 @@ class Timeline:
                 yield from (action for action in group if not isinstance(action, Placement))
 
     def as_set_down(self) -> "Timeline":
-        """The same for statics: what a hand brings, and does not hold, is set down when it is let go."""
+        """Return the timeline for statics: bricks brought by hand are set down at the time of their release.
+
+        Bricks that a hand holds longer keep their actions.
+        """
         held = {brick for action in self.actions if isinstance(action, HoldAction) for brick in action.bricks}
-        brought = {each.brick.id for each in self.placements if each.arrival is Arrival.BY_HAND} - held
+        brought = {placed.brick.id for placed in self.placements if placed.arrival is Arrival.BY_HAND} - held
         let_go = {
             brick: action.time
             for action in reversed(self.actions)
@@ -236,15 +239,15 @@ class Timeline:
 
     @property
     def built(self) -> float:
-        """When the last brick of the structure is placed [s]."""
+        """Return the time at which the last brick of the structure is placed [s]."""
         return max(placement.time for placement in self.placements if not placement.hits)
 
     @property
     def end(self) -> float:
-        """Until when the structure is watched [s]."""
+        """Return the time until which the structure is watched [s]."""
         return max(time_of_arrival(action) for action in self.actions) + self.hold
 
     @property
     def levels(self) -> int:
-        """The number of the highest level."""
+        """Return the number of the highest level."""
         return max(placement.level for placement in self.placements)

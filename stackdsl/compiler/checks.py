@@ -174,9 +174,9 @@ def beyond_what_is_built(built: Built, scenario: Scenario, source: Source) -> It
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for count in claim.stated.counts():
-                most = built_of[count.what]
+                most = built_of[count.noun]
                 if count.least > most:
-                    message = f"{count.least:g} {count.what} are claimed, and {most} are built"
+                    message = f"{count.least:g} {count.noun} are claimed, and {most} are built"
                     span = source.span_of((key, number, claim.kind, count.key))
                     yield Diagnostic("SD205", span, message, f"claim at most {most}, or build more")
 

@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 
 from stability.contact_law import Rule
 from stability.model import Vec3
-from stackdsl.diagnostics import MOST_TOLD, Diagnostic, Page, Span, reading_order
+from stackdsl.diagnostics import MOST_REPORTED, Diagnostic, Page, Span, reading_order
 from stackdsl.language.yaml.source import Plain
 
 # What is taken from a file: boxes and convex solids with exact places, and what the file has that is not taken.
@@ -104,7 +104,7 @@ class LoadReading:
 
     def _told(self, mistake: Diagnostic) -> None:
         self.mistakes.append(mistake)
-        if len(self.mistakes) > MOST_TOLD:
+        if len(self.mistakes) > MOST_REPORTED:
             self.end()
 
     def end(self) -> None:

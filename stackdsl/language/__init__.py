@@ -1,1 +1,1 @@
-"""What an author may write: values, layouts, claims, and the whole scenario."""
+"""The language of scenarios: YAML values, layouts, claims, impacts, and their validation."""

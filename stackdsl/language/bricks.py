@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from stability.geometry.solid_making import Made
 
 
-# Bricks that scenarios know by name.
+# Catalogue of bricks.
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,30 +52,30 @@ PINE: Final = 557.0  # [kg/m3], of a KAPLA plank of nominal size and 11.9 g
 
 CATALOGUE: Final[Mapping[str, CatalogueBrick]] = {
     "kapla": CatalogueBrick((0.1176, 0.0234, 0.0078), PINE),
-    # Sides of exactly 1:3:15, the plank of the published method. Of the same wood, so the same density and not the same
-    # mass: what a structure does does not depend on a density that all of its bricks share.
+    # Sides of exactly 1:3:15, the plank of the published method. Density of the same wood, rather than the same mass:
+    # a density common to all bricks does not change the behaviour of a structure.
     "kapla-ideal": CatalogueBrick((0.120, 0.024, 0.008), PINE),
 }
 
 
-# The text of a Wavefront OBJ file as corners and faces: of all that such a file may hold, its `v` and `f` lines.
+# Reader of Wavefront OBJ files: corners and faces, from the `v` and `f` lines; all other lines are ignored.
 
 
 MOST_LINES: Final = 100_000
-LEAST_PARTS: Final = 3  # of a corner, and of a face
+LEAST_PARTS: Final = 3  # numbers of a corner, and corners of a face
 _CORNER: Final = re.compile(r"[-+]?[0-9]{1,18}(?=/|$)")
 
 
 @dataclass(slots=True)
 class ObjMesh:
-    """What an OBJ file describes."""
+    """The mesh of an OBJ file."""
 
     points: list[tuple[float, float, float]] = field(default_factory=list)
     loops: list[tuple[int, ...]] = field(default_factory=list)  # corners of each face, from 0
 
 
 def obj_mesh(text: str, file: str) -> ObjMesh:
-    """The mesh of a file. Raises MistakeError, with the line, for what is no corner and no face."""
+    """Read the mesh of a file. Raises MistakeError, with the line, for malformed corners and faces."""
     mesh = ObjMesh()
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
@@ -88,7 +88,7 @@ def obj_mesh(text: str, file: str) -> ObjMesh:
             elif kind == "f":
                 mesh.loops.append(_loop(parts, len(mesh.points)))
         except ValueError as error:
-            hint = "a corner is `v 0.1 0 0.05`, and a face `f 1 2 3`, by the numbers of corners above it"
+            hint = "write a corner as `v 0.1 0 0.05`, and a face as `f 1 2 3`, the numbers of corners above it"
             raise MistakeError("SD104", f"{file}:{number}: {error}", hint) from None
     if not mesh.loops:
         raise MistakeError("SD104", f"{file} has no faces", "export it as a mesh, with `v` and `f` lines")
@@ -106,47 +106,47 @@ def _number(part: str) -> float:
     try:
         number = float(part)
     except ValueError:
-        raise ValueError(f"{shown(part)} is no number") from None
-    if not part.isascii() or "_" in part:  # as Python would read
-        raise ValueError(f"{shown(part)} is no number")
+        raise ValueError(f"{shown(part)} is not a number") from None
+    if not part.isascii() or "_" in part:  # forms that only Python reads
+        raise ValueError(f"{shown(part)} is not a number")
     if not isfinite(number):
-        raise ValueError(f"{shown(part)} is no number that means a place")
+        raise ValueError(f"{shown(part)} is not a finite number")
     return number
 
 
-def _loop(parts: Sequence[str], known: int) -> tuple[int, ...]:
+def _loop(parts: Sequence[str], corners: int) -> tuple[int, ...]:
     if len(parts) < LEAST_PARTS:
         raise ValueError(f"a face of {len(parts)} corners")
-    loop = tuple(_corner(part, known) for part in parts)
+    loop = tuple(_corner(part, corners) for part in parts)
     if len(set(loop)) < len(loop):
-        raise ValueError("a face that has one corner twice")
+        raise ValueError("a face with the same corner twice")
     return loop
 
 
-def _corner(part: str, known: int) -> int:
-    """Of `3/1/2`, where texture and normal follow; -1 is the last corner so far."""
+def _corner(part: str, corners: int) -> int:
+    """Return the index of the corner in `3/1/2`, before texture and normal; -1 is the last corner above the line."""
     number = corner_number(part)
     if number is None:
-        raise ValueError(f"{shown(part)} names no corner")
-    index = number - 1 if number > 0 else known + number
-    if number == 0 or not 0 <= index < known:
-        raise ValueError(f"there is no corner {number}: {known} stand above")
+        raise ValueError(f"{shown(part)} is not the number of a corner")
+    index = number - 1 if number > 0 else corners + number
+    if number == 0 or not 0 <= index < corners:
+        raise ValueError(f"there is no corner {number}: {corners} corners are above it")
     return index
 
 
 def corner_number(part: str) -> int | None:
-    """The number of a corner in a part of a face, such as 3 of `3/1/2`; None if there is none."""
+    """Return the number of the corner in a part of a face, such as 3 in `3/1/2`; None if there is none."""
     match = _CORNER.match(part)
     return int(match[0]) if match else None
 
 
-# What a brick is made to: its shape, the box around it, and which of its points an author means by its place.
+# Form of a brick: its shape, its bounding box, and its reference points.
 
 
-KEPT: Final = 4096  # forms that are worked out once
-MOST_AT_ONCE: Final = 200  # corners of which a solid is made in milliseconds, whatever they are
-TIME_LIMIT: Final = 20.0  # [s] of wall time for one of more corners; of a thousand that are no solid, Qhull takes two
-MEMORY_LIMIT: Final = 1 << 30  # [bytes] for it
+KEPT: Final = 4096  # forms in each cache
+MOST_AT_ONCE: Final = 200  # corners of a solid that Qhull handles in milliseconds in all cases
+TIME_LIMIT: Final = 20.0  # [s] of wall time for more corners; Qhull takes 2 s for a degenerate solid of a thousand
+MEMORY_LIMIT: Final = 1 << 30  # [bytes] for a solid of more corners
 METRES: Final = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 Outline: TypeAlias = tuple[tuple[float, float], ...]
@@ -154,29 +154,29 @@ Outline: TypeAlias = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """The form of a brick. Ways lead from its centre of mass, in its own axes [m]."""
+    """The form of a brick. Points are relative to its centre of mass, in the axes of the brick [m]."""
 
     shape: ConvexShape
-    size: Vec3  # of the box around it, along its own axes [m]
-    middle: Vec3 = MIDDLE  # to the middle of that box, which layouts, `on` and `beside` go by
-    origin: Vec3 = MIDDLE  # to what `at` says the place of: of a box its middle, of a solid where it is written from
+    size: Vec3  # of its bounding box, along the axes of the brick [m]
+    middle: Vec3 = MIDDLE  # of the bounding box, the reference point of layouts, `on` and `beside`
+    origin: Vec3 = MIDDLE  # reference point of `at`: the middle of a box, the origin of the corners of a solid
 
 
 def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
-    """A box, its centre of mass seen from its middle [m]. Raises MistakeError."""
+    """Return the form of a box. The centre of mass is relative to its middle [m]. Raises MistakeError."""
     if centre_of_mass is None or centre_of_mass == MIDDLE:
         return Form(Box(size), size)
     if any(abs(part) >= 0.5 * side for part, side in zip(centre_of_mass, size, strict=True)):
         message = "the centre of mass lies outside of the box"
-        raise MistakeError("SD104", message, "write it as seen from the middle of the box, inside of it")
+        raise MistakeError("SD104", message, "write it relative to the middle of the box, and inside of it")
     back = subtract(MIDDLE, centre_of_mass)
     return Form(OffCentreBox(size, centre_of_mass), size, back, back)
 
 
 @lru_cache(maxsize=KEPT)
 def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
-    """A prism. Raises MistakeError."""
-    from stability.geometry.solid_making import prism  # noqa: PLC0415 -- boxes do without scipy
+    """Return the form of a prism. Raises MistakeError."""
+    from stability.geometry.solid_making import prism  # noqa: PLC0415 -- boxes do not need scipy
 
     try:
         made = prism(outline, depth, centre_of_mass)
@@ -187,8 +187,8 @@ def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = Non
 
 @lru_cache(maxsize=KEPT)
 def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> Form:
-    """The hull of points. Raises MistakeError."""
-    from stability.geometry.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do without scipy
+    """Return the form of the convex hull of points. Raises MistakeError."""
+    from stability.geometry.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do not need scipy
 
     try:
         made = _solid(solid_of_corners, points, centre_of_mass)
@@ -199,8 +199,8 @@ def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> F
 
 @lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
-    """The solid of the text of an OBJ file. Raises MistakeError."""
-    from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do without scipy
+    """Return the form of the solid in the text of an OBJ file. Raises MistakeError."""
+    from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
 
     mesh = obj_mesh(text, file)
     try:
@@ -212,9 +212,10 @@ def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = Non
 
 
 def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: object) -> "Made":
-    """The solid that a function makes of points. Raises NotASolidError.
+    """Return the solid that `make` makes of points. Raises NotASolidError.
 
-    Of many it is made in a supervised process: for points on a circle Qhull takes their square, and no signal ends it.
+    For many points `make` runs in a supervised process: the time of Qhull is quadratic for points on a circle, and
+    signals do not interrupt it.
     """
     if len(points) <= MOST_AT_ONCE:
         return make(points, *others)
@@ -226,15 +227,15 @@ def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: objec
 
 @lru_cache(maxsize=KEPT)
 def _made_apart(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
-    done = supervised(Task(_made_or_why, (make, *arguments), TIME_LIMIT))
-    if done.status is TaskStatus.DONE:
-        return done.value  # type: ignore[return-value]  # it is what the function returns
-    broken = "take too long" if done.status is TaskStatus.TIMED_OUT else "break Qhull"
-    return f"its corners {broken}: {done.message}", "write a simpler solid, close to it", None
+    result = supervised(Task(_solid_or_error, (make, *arguments), TIME_LIMIT))
+    if result.status is TaskStatus.DONE:
+        return result.value  # type: ignore[return-value]  # the type of `_solid_or_error`
+    problem = "take too long" if result.status is TaskStatus.TIMED_OUT else "break Qhull"
+    return f"its corners {problem}: {result.message}", "write a simpler solid of about the same shape", None
 
 
-def _made_or_why(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
-    """What the worker does: make a solid, or say why there is none."""
+def _solid_or_error(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+    """Make a solid, or return the message, hint and number of the error. Runs in the worker."""
     with memory_limited(MEMORY_LIMIT):
         try:
             return make(*arguments)
@@ -250,14 +251,14 @@ def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
 
 
 def laid(form: Form, spec: BrickSpec) -> Form:
-    """What a layout lays of bricks of a form: whole ones, pieces, or stones of its own. Raises MistakeError."""
+    """Return the form of one brick of a layout: a whole brick, a piece, or a special stone. Raises MistakeError."""
     if spec.outline is None:
         return cut_to(form, spec.size or form.size)
     return prism_form(spec.outline, spec.depth)
 
 
 def cut_to(form: Form, size: Vec3) -> Form:
-    """The same material in another size, as at the ends of a wall: of boxes only."""
+    """Return a box cut to another size, such as at the ends of a wall. Raises MistakeError for other solids."""
     if size == form.size:
         return form
     match form.shape:
@@ -267,18 +268,18 @@ def cut_to(form: Form, size: Vec3) -> Form:
             x, y, z = (part * side / full for part, side, full in zip(centre, size, whole, strict=True))
             return box_form(size, (x, y, z))
     raise MistakeError(
-        "SD104", "the layout lays pieces of bricks, and a solid cannot be cut", "take boxes, given by their `size`"
+        "SD104", "the layout cuts bricks, and only boxes can be cut", "use bricks that are given by their `size`"
     )
 
 
-# What an author may say of a brick: what it is, and where it is put.
+# Models of bricks: kinds, and bricks in place.
 
 
 MAX_TYPES: Final = 1000
 
 
 class KnownBricks(Mapping[str, "BrickKind | None"]):
-    """The bricks that a scenario names, None where their own lines are mistaken; and the files that bricks are of."""
+    """The named bricks of a scenario, None if the definition has mistakes, and the contents of mesh files by path."""
 
     def __init__(self, kinds: Mapping[str, "BrickKind | None"], files: Mapping[str, str]) -> None:
         self.kinds, self.files = kinds, files
@@ -294,12 +295,12 @@ class KnownBricks(Mapping[str, "BrickKind | None"]):
 
 
 class Prism(AuthorModel):
-    """A solid that is alike all along one way."""
+    """A solid with a constant cross-section along one axis."""
 
     outline: Annotated[tuple[tuple[t.Length, t.Length], ...], Field(min_length=3, max_length=200)] = Field(
-        description="[x, y] of its corners in order around it, as seen from the front: y is up"
+        description="[x, y] of its corners in order around it, seen from the front: y is up"
     )
-    depth: t.Side = Field(description="how far it goes from front to back; the outline is in the middle of that")
+    depth: t.Side = Field(description="its length from front to back; the outline is in the middle of it")
 
     @model_validator(mode="after")
     def _is_a_solid(self) -> Self:
@@ -308,24 +309,24 @@ class Prism(AuthorModel):
 
 
 class BrickKind(Shorthand, ExactlyOneKey):
-    """A brick from the catalogue, or one of its own: a box, or any convex solid."""
+    """A brick from the catalogue, or a box or convex solid with its size and mass."""
 
     size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width, thickness of a box")
-    prism: Prism | None = Field(None, description="a solid of one outline all along: a wedge, a stone of an arch")
+    prism: Prism | None = Field(None, description="a solid of constant outline: a wedge, a stone of an arch")
     points: Annotated[tuple[tuple[t.Length, t.Length, t.Length], ...], Field(min_length=4, max_length=1000)] | None = (
         Field(None, description="[x, y, z] of each corner of a convex solid, in any order")
     )
     file: t.Text | None = Field(
-        None, description="a convex solid from an OBJ file, as seen from the folder of this one"
+        None, description="a convex solid from an OBJ file, relative to the folder of this file"
     )
-    unit: Literal["mm", "cm", "m"] | None = Field(None, description="of the lengths in the file, which do not say")
+    unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of the lengths in the file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
-        description="[x, y, z] from the middle of a box, or as the corners of a solid; default: of an even filling",
+        description="[x, y, z] from the middle of a box, or in the axes of the corners of a solid; default: centroid",
     )
-    density: t.Density | None = Field(None, description="density; or else give the mass")
-    mass: t.Mass | None = Field(None, description="mass of a whole brick; or else give the density")
-    friction: t.Friction | None = Field(None, description="Coulomb coefficient of its own; default: the scenario's")
+    density: t.Density | None = Field(None, description="density; give either this or the mass")
+    mass: t.Mass | None = Field(None, description="mass of a whole brick; give either this or the density")
+    friction: t.Friction | None = Field(None, description="its Coulomb coefficient; default: the scenario's")
     _form: Form = PrivateAttr()
     _called: str = PrivateAttr("")
 
@@ -334,12 +335,12 @@ class BrickKind(Shorthand, ExactlyOneKey):
 
     @property
     def form(self) -> Form:
-        """What a whole brick is made to."""
+        """Return the form of a whole brick."""
         return self._form
 
     @property
     def called(self) -> str:
-        """The name of this kind of brick; empty if it has none."""
+        """Return the name of this kind of brick; empty if it has none."""
         return self._called
 
     @classmethod
@@ -353,7 +354,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
             made = cls.model_construct(size=CATALOGUE[name].size, density=CATALOGUE[name].density)
             made._form, made._called = box_form(CATALOGUE[name].size), name
             return made
-        message = f"there is no brick {shown(scalar)} in the catalogue, nor under `brick_types`"
+        message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         raise MistakeError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
 
     @classmethod
@@ -373,10 +374,10 @@ class BrickKind(Shorthand, ExactlyOneKey):
     @field_validator("unit")
     @classmethod
     def _read_the_file(cls, unit: str | None, info: ValidationInfo) -> str | None:
-        """The unit comes after the file."""
+        """Read the file with its unit. Pydantic validates `unit` after `file`."""
         file = info.data.get("file")
         if unit is not None and "file" in info.data and file is None:
-            raise MistakeError("SD108", "`unit` is of a `file`, and there is none", "write units at the lengths")
+            raise MistakeError("SD108", "`unit` needs a `file`, and there is none", "write units at the lengths")
         if file is not None and unit is not None:
             mesh_form(_text_of(file, info), file, unit)
         return unit
@@ -390,14 +391,14 @@ class BrickKind(Shorthand, ExactlyOneKey):
 
     @field_validator("density", "mass")
     @classmethod
-    def _outweighs_nothing(cls, written: float, info: ValidationInfo) -> float:
-        """What statics cannot tell from nothing is no brick."""
+    def _reject_weightless(cls, written: float, info: ValidationInfo) -> float:
+        """Reject masses that statics cannot distinguish from zero."""
         form = _form_of(info.data, None, info)
-        if form is None:  # it is told by itself
+        if form is None:  # the mistake in the form is reported already
             return written
         mass = written * form.shape.volume if info.field_name == "density" else written
         if mass < LIGHTEST:
-            message = f"a brick of {mass:.3g} kg is lighter than any that can be weighed"
+            message = f"a brick of {mass:.3g} kg is too light"
             hint = f"write a {info.field_name} that makes it at least {LIGHTEST:g} kg"
             raise MistakeError("SD104", message, hint)
         return written
@@ -405,25 +406,25 @@ class BrickKind(Shorthand, ExactlyOneKey):
     @model_validator(mode="after")
     def _take_form(self, info: ValidationInfo) -> Self:
         if self.file is not None and self.unit is None:
-            raise MistakeError("SD102", "the file does not say in which unit its lengths are", "add `unit: mm`")
+            raise MistakeError("SD102", "the unit of the lengths in the file is missing", "add `unit: mm`")
         form = _form_of(dict(self), self.centre_of_mass, info)
-        assert form is not None  # one of its keys is there
+        assert form is not None  # one of the keys of `also_one_of` is written
         if not SHORTEST <= form.shape.least_thickness <= form.shape.length <= SIDE.most:
             across = f"{form.shape.least_thickness:.3g} to {form.shape.length:.3g} m"
-            message = f"the solid measures {across}, and a brick {SHORTEST:g} to {float(SIDE.most):g} m"
-            raise MistakeError("SD104", message, "look at its units")
+            message = f"the solid measures {across}, and a brick must measure {SHORTEST:g} to {float(SIDE.most):g} m"
+            raise MistakeError("SD104", message, "check its units")
         self._form = form
         return self
 
     def mass_of(self, form: Form) -> float:
-        """Mass of a piece of this form, of the same material [kg]."""
+        """Return the mass of a piece of another form, of the same material [kg]."""
         if self.mass is None:
             return (self.density or 0.0) * form.shape.volume
         return self.mass * form.shape.volume / self.form.shape.volume
 
 
 def _text_of(file: str, info: ValidationInfo) -> str:
-    """What a file held when the scenario was read."""
+    """Return the content that a file had when the scenario was read."""
     files = info.context.files if isinstance(info.context, KnownBricks) else {}
     if file not in files:
         raise MistakeError("SD113", f"the file {shown(file)} was not read", "write its path, without ${...}")
@@ -431,7 +432,7 @@ def _text_of(file: str, info: ValidationInfo) -> str:
 
 
 def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationInfo) -> Form | None:
-    """The form that some keys describe; None where one of them is mistaken."""
+    """Return the form that the written keys describe; None if one of them has a mistake."""
     if written.get("size") is not None:
         return box_form(written["size"], centre)
     if written.get("prism") is not None:
@@ -443,21 +444,21 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
     return None
 
 
-def _of_its_own(name: str) -> str:
+def _not_in_catalogue(name: str) -> str:
     if name in CATALOGUE:
         raise MistakeError("SD104", f"'{name}' is a brick of the catalogue", "take another name")
     return name
 
 
 BrickTypes = Annotated[
-    dict[Annotated[str, t.TYPE_NAME, AfterValidator(_of_its_own)], BrickKind], Field(max_length=MAX_TYPES)
+    dict[Annotated[str, t.TYPE_NAME, AfterValidator(_not_in_catalogue)], BrickKind], Field(max_length=MAX_TYPES)
 ]
 
 
 def known_bricks(written: object, files: Mapping[str, str]) -> KnownBricks:
-    """The bricks that a scenario names, made of these files; None where its own lines are mistaken."""
-    given = written if isinstance(written, dict) else {}
-    return KnownBricks({name: _kind(name, kind, files) for name, kind in given.items()}, files)
+    """Read the named bricks of a scenario, None if a definition has mistakes. `files` are mesh files by path."""
+    kinds = written if isinstance(written, dict) else {}
+    return KnownBricks({name: _kind(name, kind, files) for name, kind in kinds.items()}, files)
 
 
 def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | None:
@@ -465,7 +466,7 @@ def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | N
         made = BrickKind.model_validate(written, context=KnownBricks({}, files))
     except ValidationError:
         return None
-    made._called = name  # also where it is but another name for a brick of the catalogue
+    made._called = name  # also for an alias of a brick of the catalogue
     return made
 
 
@@ -477,10 +478,12 @@ class SetBrick(ExactlyOneKey):
         None, description="[x, y, z] of its middle, or of the origin of a solid"
     )
     on: Annotated[t.Supports, BeforeValidator(t.listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
-        None, description="the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground"
+        None, description="the brick or bricks on whose top it lies, in the middle of their centres; or the ground"
     )
-    beside: t.BodyName | None = Field(None, description="the brick that it stands beside, touching it, as low as that")
-    towards: t.Angle = default("0 deg", "where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y")
+    beside: t.BodyName | None = Field(
+        None, description="the brick that it stands beside and touches, with its lower side at the same height"
+    )
+    towards: t.Angle = default("0 deg", "direction from the brick that it is beside: 0 deg = +x, 90 deg = +y")
     offset: tuple[t.Length, t.Length, t.Length] = default(
         ["0 mm", "0 mm", "0 mm"], "shifts it from there by [x, y, z], in the axes of the scene"
     )
@@ -488,8 +491,8 @@ class SetBrick(ExactlyOneKey):
         ["0 deg", "0 deg", "0 deg"], "turn about x, then y, then z, the axes of the scene"
     )
     brick: BrickKind | None = Field(None, description="default: the brick of the step, or else of the scenario")
-    level: Levels | None = Field(None, description="its level; default: judged by its height")
-    friction: t.Friction | None = Field(None, description="Coulomb coefficient of its own; default: of what it is")
+    level: Levels | None = Field(None, description="its level; default: derived from its height")
+    friction: t.Friction | None = Field(None, description="its Coulomb coefficient; default: that of its kind of brick")
 
     one_of: ClassVar[tuple[str, ...]] = ("at", "on", "beside")
 
@@ -498,17 +501,17 @@ class SetBrick(ExactlyOneKey):
         written = self.model_fields_set
         if self.at is not None and "offset" in written:
             raise MistakeError(
-                "SD108", "`offset` is from another brick, and this one has its place `at`", "add them up"
+                "SD108", "`offset` goes with `on` or `beside`, and this brick has `at`", "add the offset to `at`"
             )
         if self.beside is None and "towards" in written:
-            raise MistakeError("SD108", "`towards` is of what stands `beside` another brick", "say beside which")
+            raise MistakeError("SD108", "`towards` goes with `beside`, which is missing", "add `beside` and a brick")
         if GROUND in (self.on or ()) and len(self.on or ()) > 1:
-            raise MistakeError("SD104", "a brick lies on others or on the ground, not on both", "leave the ground out")
+            raise MistakeError("SD104", "a brick lies on others or on the ground, not on both", "remove the ground")
         return self
 
 
 class PlacedBrick(SetBrick):
-    """One brick in any pose, set down or let go."""
+    """One brick in any pose, set down or dropped."""
 
-    drop: Annotated[bool, Field(strict=True)] = Field(False, description="let go in the air, rather than set down")
-    repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")
+    drop: Annotated[bool, Field(strict=True)] = Field(False, description="released in the air, rather than set down")
+    repeat: t.REPEAT = Field(None, description="variables and their values, one repetition for each combination")

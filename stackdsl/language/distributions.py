@@ -19,44 +19,44 @@ if TYPE_CHECKING:
     from stackdsl.language.quantities import Amount
 
 
-# Variables of which only the spread is known: `uncertain: {mu: 0.5 ± 0.05}`, with another value in each sample.
+# Random variables: `uncertain: {mu: 0.5 ± 0.05}`, with another value in each sample.
 #
-# The design has the middle of each. What two quantities have in common is said by expressions over one variable.
+# The nominal structure has the median of each. Quantities with a common cause are expressions of one variable.
 
 
-DIGITS: Final = 12  # of a value that is drawn: fewer than processors agree on
+DIGITS: Final = 12  # of a drawn value: few enough to be the same on all processors
 EXAMPLE: Final = "write 0.5 ± 0.05, normal 12 g ± 0.5 g least 10 g, lognormal 0.5 dispersion 0.2, or table 1 mm; 3 mm"
 LIMITS: Final[tuple[str, ...]] = ("least", "most")
-ONE_LINE: Final = ("uniform", "normal", "lognormal", "table")  # what one in one line may begin with
+ONE_LINE: Final = ("uniform", "normal", "lognormal", "table")  # first words of a distribution on one line
 KEYS: Final = (*ONE_LINE, "dispersion", *LIMITS)
 ONE_LINE_EXAMPLE: Final = "write such as normal 12 g ± 0.5 g least 10 g, or lognormal 0.5 dispersion 0.2"
-RAREST: Final = 1e-9  # of what lies within the limits; of less, digits are lost, and nobody means it
-_FURTHER = re.compile(rf",?\s+({'|'.join(('dispersion', *LIMITS))})\b")  # a comma ends a value within braces of YAML
+RAREST: Final = 1e-9  # least probability within the limits; a smaller one loses digits, and is a mistake
+_FURTHER = re.compile(rf",?\s+({'|'.join(('dispersion', *LIMITS))})\b")  # a comma is possible outside of YAML braces
 _AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")
 _BETWEEN = re.compile(r"(.+?)\s*\.\.\s*(.+)")
-Normal = Callable[[float], float]  # from a number between 0 and 1 to so many standard deviations
+Normal = Callable[[float], float]  # inverse of the standard normal distribution function
 
 
 @dataclass(frozen=True, slots=True)
 class Distribution:
-    """How a variable is spread, in SI."""
+    """The distribution of a variable, in SI."""
 
     kind: str
     unit: str
     numbers: tuple[float, ...]  # both ends; or mean and standard deviation; or median and dispersion; or a table
-    limits: tuple[float, float] = (-inf, inf)  # beyond which nothing is drawn
+    limits: tuple[float, float] = (-inf, inf)  # of a truncated distribution
 
     @property
     def middle(self) -> Plain:
-        """The value that the design has: half of all are below it."""
+        """Return the median, the value of the nominal structure."""
         if self.limits != (-inf, inf):
-            from statistics import NormalDist  # noqa: PLC0415 -- few are cut off
+            from statistics import NormalDist  # noqa: PLC0415 -- only truncated distributions need it
 
             return self.at(0.5, NormalDist().inv_cdf)
         return self._written(Fraction(repr(self._value(0.5, lambda _: 0.0))))
 
     def at(self, uniform: float, normal: Normal) -> Plain:
-        """The value below which this share of all lies, as an author would write it."""
+        """Return the quantile of a probability `uniform`, as written in YAML."""
         value = min(max(self._value(uniform, normal), self.limits[0]), self.limits[1])
         return self._written(Fraction(f"{value:.{DIGITS}g}"))
 
@@ -78,30 +78,33 @@ class Distribution:
                 return self.numbers[floor(uniform * len(self.numbers))]
 
     def _within(self, uniform: float, normal: Normal) -> float:
-        """So many standard deviations, none beyond the limits: what lies beyond is left out, not moved to them."""
+        """Return the quantile of the truncated standard normal distribution, in standard deviations.
+
+        Values beyond the limits are not moved to the limits; the distribution within them is scaled up.
+        """
         if self.limits == (-inf, inf):
             return normal(uniform)
         low, high = (self._deviations(limit) for limit in self.limits)
-        if low > 0.0:  # above the middle shares are near to one, where digits are lost: seen from the other side
+        if low > 0.0:  # probabilities near one lose digits, so mirror the interval
             return -_between(-high, -low, 1.0 - uniform, normal)
         return _between(low, high, uniform, normal)
 
     @property
     def share_within(self) -> float:
-        """The share of all that lies within the limits."""
+        """Return the probability within the limits."""
         low, high = (self._deviations(limit) for limit in self.limits)
         low, high = (-high, -low) if low > 0.0 else (low, high)
         return _share_below(high) - _share_below(low)
 
     def _deviations(self, limit: float) -> float:
-        """How many standard deviations a limit is above the middle."""
+        """Return the distance of a limit from the median, in standard deviations."""
         if self.kind == "lognormal":
             return -inf if limit <= 0.0 else (log(limit / self.numbers[0]) / self.numbers[1])
         return (limit - self.numbers[0]) / self.numbers[1]
 
 
 def _between(low: float, high: float, uniform: float, normal: Normal) -> float:
-    """So many standard deviations, between two numbers of them."""
+    """Return a quantile of the standard normal distribution truncated to an interval, in standard deviations."""
     least, most = _share_below(low), _share_below(high)
     return normal(least + (most - least) * uniform)
 
@@ -110,31 +113,33 @@ def _share_below(deviations: float) -> float:
     return 0.5 * erfc(-deviations / sqrt(2.0))
 
 
-def distributions(written: Plain, taken: Mapping[str, object], mistakes: Mistakes) -> dict[str, Distribution | None]:
-    """The variables of `uncertain`; None where one is mistaken. `taken` are the names that are in use."""
+def distributions(
+    written: Plain, used_names: Mapping[str, object], mistakes: Mistakes
+) -> dict[str, Distribution | None]:
+    """Read the variables of `uncertain`, as None where one has a mistake. `taken` are names already in use."""
     if not isinstance(written, dict) or not written:
         add(mistakes, ("uncertain",), MistakeError("SD103", "expected a mapping of variables", EXAMPLE))
         return {}
-    found: dict[str, Distribution | None] = {}
+    by_name: dict[str, Distribution | None] = {}
     for name, spread in written.items():
         try:
-            check_name(name, taken, "the matrix")
-            found[name] = distribution(spread)
+            check_name(name, used_names, "the matrix")
+            by_name[name] = distribution(spread)
         except MistakeError as mistake:
             add(mistakes, ("uncertain", name), mistake)
-            found[name] = None
-    return found
+            by_name[name] = None
+    return by_name
 
 
 def distribution(written: Plain) -> Distribution:
-    """How one variable is spread. Raises MistakeError."""
-    if isinstance(written, str) and (worded := _in_one_line(written)) is not None:
-        written = worded
+    """Read the distribution of one variable. Raises MistakeError."""
+    if isinstance(written, str) and (mapping := _in_one_line(written)) is not None:
+        written = mapping
     if not isinstance(written, dict):
         return _uniform(written)
     limits: dict[str, Plain] = {key: written[key] for key in LIMITS if key in written}
-    found = _of_keys({key: value for key, value in written.items() if key not in LIMITS}, written)
-    return _limited(found, limits) if limits else found
+    unlimited = _of_keys({key: value for key, value in written.items() if key not in LIMITS}, written)
+    return _limited(unlimited, limits) if limits else unlimited
 
 
 def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
@@ -147,48 +152,49 @@ def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
     if keys == {"lognormal", "dispersion"}:
         median, dispersion = _amount(written["lognormal"]), _amount(written["dispersion"])
         if unit_text(dispersion):
-            raise MistakeError("SD104", "a dispersion is a number", "write such as 0.2, of the logarithm")
+            hint = "write such as 0.2, the standard deviation of the logarithm"
+            raise MistakeError("SD104", "a dispersion is a number", hint)
         if median.magnitude <= 0 or dispersion.magnitude <= 0:
-            raise MistakeError("SD104", "median and dispersion are more than zero", EXAMPLE)
+            raise MistakeError("SD104", "median and dispersion must be more than zero", EXAMPLE)
         numbers = (float(median.magnitude), float(dispersion.magnitude))
         return Distribution("lognormal", unit_text(median), numbers)
     if keys == {"table"}:
         return _table(written["table"])
-    raise MistakeError("SD103", f"{shown(whole)} is no distribution", EXAMPLE)
+    raise MistakeError("SD103", f"{shown(whole)} is not a distribution", EXAMPLE)
 
 
 def _in_one_line(text: str) -> Plain:
-    """The mapping that `normal 0.5 ± 0.2 least 0.1` is short for; None of what begins with no such word."""
+    """Return the mapping for text such as `normal 0.5 ± 0.2 least 0.1`; None if it begins with another word."""
     word, _, rest = text.strip().partition(" ")
     if word not in ONE_LINE:
         return None
     if word == "table":
         return {"table": [part.strip() for part in re.split("[;,]", rest)]}
     first, *others = _FURTHER.split(rest)
-    found: dict[str, Plain] = {word: first.strip()}
+    mapping: dict[str, Plain] = {word: first.strip()}
     for key, value in zip(others[::2], others[1::2], strict=True):
-        if not value.strip() or key in found:
+        if not value.strip() or key in mapping:
             raise MistakeError("SD103", f"{shown(text)} cannot be read at '{key}'", ONE_LINE_EXAMPLE)
-        found[key] = value.strip()
-    return found
+        mapping[key] = value.strip()
+    return mapping
 
 
-def _limited(found: Distribution, written: Mapping[str, Plain]) -> Distribution:
-    """The same, with nothing beyond its limits."""
-    if found.kind not in ("normal", "lognormal"):
-        message = f"a {found.kind} distribution has its limits"
-        raise MistakeError("SD104", message, "leave `least` and `most` to normal and lognormal ones")
+def _limited(unlimited: Distribution, written: Mapping[str, Plain]) -> Distribution:
+    """Return the distribution truncated to limits. Raises MistakeError."""
+    if unlimited.kind not in ("normal", "lognormal"):
+        message = f"a {unlimited.kind} distribution has limits of its own"
+        raise MistakeError("SD104", message, "use `least` and `most` with normal and lognormal distributions only")
     limits = {}
     for key, value in written.items():
         amount = _amount(value)
-        if unit_text(amount) != found.unit and amount.magnitude != 0:
-            raise MistakeError("SD104", f"`{key}` is of another kind than what it limits", "give it the same unit")
+        if unit_text(amount) != unlimited.unit and amount.magnitude != 0:
+            raise MistakeError("SD104", f"`{key}` has another unit than its distribution", "give both the same unit")
         limits[key] = float(amount.magnitude)
     low, high = limits.get("least", -inf), limits.get("most", inf)
-    made = replace(found, limits=(low, high))
-    if low >= high or made.share_within < RAREST:
-        raise MistakeError("SD104", "hardly anything lies within `least` and `most`", "let them hold more of it")
-    return made
+    limited = replace(unlimited, limits=(low, high))
+    if low >= high or limited.share_within < RAREST:
+        raise MistakeError("SD104", "almost no value lies within `least` and `most`", "write wider limits")
+    return limited
 
 
 def _uniform(written: Plain) -> Distribution:
@@ -196,40 +202,40 @@ def _uniform(written: Plain) -> Distribution:
     if _BETWEEN.fullmatch(text.strip()):
         low, high = _pair(written, _BETWEEN)
         if low.magnitude >= high.magnitude:
-            raise MistakeError("SD104", f"{shown(written)} leaves no room", "write the smaller end first")
+            raise MistakeError("SD104", f"the range {shown(written)} is empty", "write the smaller end first")
         return _made("uniform", low, high)
     middle, width = _pair(written, _AROUND)
     if width.magnitude <= 0:
-        raise MistakeError("SD104", f"{shown(written)} leaves no room", "write a width that is more than zero")
+        raise MistakeError("SD104", f"the range {shown(written)} is empty", "write a width that is more than zero")
     return _made("uniform", middle - width, middle + width)
 
 
 def _table(written: Plain) -> Distribution:
     if not isinstance(written, list) or not written:
         raise MistakeError("SD103", f"expected a list of values, not {shown(written)}", EXAMPLE)
-    amounts = [_amount(each) for each in written]
+    amounts = [_amount(value) for value in written]
     units = {unit_text(amount) for amount in amounts}
     if len(units) > 1:
-        raise MistakeError("SD104", "the values of a table are of several kinds", "give all a unit of one kind")
+        raise MistakeError("SD104", "the values of the table have different units", "give all a unit of one kind")
     return Distribution("table", units.pop(), tuple(sorted(float(amount.magnitude) for amount in amounts)))
 
 
 def _made(kind: str, first: "Amount", second: "Amount", *, positive: bool = False) -> Distribution:
     if positive and second.magnitude <= 0:
-        raise MistakeError("SD104", "a standard deviation is more than zero", EXAMPLE)
+        raise MistakeError("SD104", "a standard deviation must be more than zero", EXAMPLE)
     return Distribution(kind, unit_text(first), (float(first.magnitude), float(second.magnitude)))
 
 
 def _pair(written: Plain, form: "re.Pattern[str]") -> tuple["Amount", "Amount"]:
-    """Both parts of a text; a unit that stands only at the end is for both."""
+    """Return both parts of a text. A unit that is only at the end applies to both."""
     match = form.fullmatch(written.strip()) if isinstance(written, str) else None
     if match is None:
-        raise MistakeError("SD103", f"{shown(written)} is no distribution", EXAMPLE)
+        raise MistakeError("SD103", f"{shown(written)} is not a distribution", EXAMPLE)
     first, second = _amount(match[1]), _amount(match[2])
     if unit_text(second) and not unit_text(first):
         first = _amount(f"{match[1]} {match[2].lstrip('+-.0123456789eE')}")
     if unit_text(first) != unit_text(second):
-        raise MistakeError("SD104", f"{shown(written)} has parts of several kinds", "give both a unit of one kind")
+        raise MistakeError("SD104", f"the parts of {shown(written)} have different units", "give both the same unit")
     return first, second
 
 
@@ -237,34 +243,34 @@ def _amount(written: Plain) -> "Amount":
     return constant(written, EXAMPLE)
 
 
-def named(found: Mapping[str, Distribution | None]) -> Iterator[tuple[str, Distribution]]:
-    """Those without a mistake."""
-    yield from ((name, each) for name, each in found.items() if each is not None)
+def named(by_name: Mapping[str, Distribution | None]) -> Iterator[tuple[str, Distribution]]:
+    """Yield the variables without mistakes."""
+    yield from ((name, each) for name, each in by_name.items() if each is not None)
 
 
 def middle(_: str, each: Distribution) -> Plain:
-    """What the design has of a variable."""
+    """Return the value of a variable in the nominal structure."""
     return each.middle
 
 
-# Distributions in place of a value: `friction: 0.5 ± 0.05`, each a variable of its own that has no name.
+# Distributions in place of a value: `friction: 0.5 ± 0.05`, each a variable without a name.
 #
-# Done for each variant once its expressions are worked out and its repeats written out, so that every repetition has a
-# variable of its own, and all later stages see a plain value.
+# Replaced in each variant after its expressions and repeats are expanded, so that every repetition has its own
+# variable, and all later stages see a plain value.
 
 
-ROOTS: Final = ("friction", "world", "brick", "brick_types", "build")  # what is built, and of what
-# What a step says of when and by whose hands, and what it is called.
+ROOTS: Final = ("friction", "world", "brick", "brick_types", "build")  # keys that may hold distributions
+# Keys of a build step that may not: its name and its timing, and the actions of hands.
 NOT_OF_A_STEP: Final = ("repeat", "name", "every", "until", "place", "jitter", "at", "after", "import")
-SILENT: Final = "${}"  # in place of what is mistaken and told: whoever validates it passes over it
+SILENT: Final = "${}"  # replaces a value with a reported mistake: validation skips it
 _MARK: Final = re.compile(r"±|\+/?-|\.\.|^(?:" + "|".join(ONE_LINE) + ") ")
 _EITHER: Final = re.compile(r"(.+?)\s*(?:±|\+/?-|\.\.)\s*(.+)")
 
-Pick: TypeAlias = Callable[[str, Distribution], Plain]  # the value that a variable has
+Pick: TypeAlias = Callable[[str, Distribution], Plain]  # chooses the value of a variable by its name and distribution
 
 
 def is_inline(written: Plain) -> bool:
-    """Whether a value is a distribution in one line."""
+    """Return whether a value is a distribution on one line."""
     if not isinstance(written, str):
         return False
     text = written.strip()
@@ -277,27 +283,27 @@ def is_inline(written: Plain) -> bool:
 
 
 def subject(path: KeyPath) -> str:
-    """What the variable at a path is called: `build[0].column.step`."""
-    text = "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in path)
+    """Return the name of the variable at a path: `build[0].column.step`."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
     return text.removeprefix(".")
 
 
 class Inline:
-    """Puts values in place of the distributions of a variant."""
+    """Replaces the distributions of a variant by values."""
 
     def __init__(self, pick: Pick, mistakes: Mistakes) -> None:
-        self.found: dict[KeyPath, Plain] = {}  # by path, as written
+        self.found: dict[KeyPath, Plain] = {}  # distributions by path, as written
         self._pick, self._mistakes = pick, mistakes
 
     def of(self, value: Plain, path: KeyPath) -> Plain:
-        """A value without distributions."""
+        """Return the value at a path with its distributions replaced."""
         if path[0] not in ROOTS or (path[0] == "build" and path[2:] in _LEFT_TO_STEPS):
             return value
         if isinstance(value, dict) and _is_spelt_out(value, path):
             add(
                 self._mistakes,
                 path,
-                MistakeError("SD103", "in place of a value a distribution is one line", _line(value)),
+                MistakeError("SD103", "a distribution in place of a value must be on one line", _line(value)),
             )
             return SILENT
         if isinstance(value, dict):
@@ -316,20 +322,20 @@ class Inline:
         return value
 
     def without_samples(self) -> Iterator[tuple[KeyPath, MistakeError]]:
-        """The mistakes where there are no samples of which each could have another value."""
+        """Yield a mistake for each distribution, for scenarios without samples."""
         for path, written in self.found.items():
-            message = f"'{written}' is another value in each sample, and there are no samples"
+            message = f"'{written}' is a distribution, but the scenario has no samples"
             yield path, MistakeError("SD102", message, "add samples: 1000 to the scenario, or write one value")
 
 
 def _is_spelt_out(value: Mapping[str, Plain], path: KeyPath) -> bool:
-    """Whether a mapping is a distribution, as `uncertain` has it."""
-    elsewhere = path[:2] == ("world", "shake") or "jitter" in path or path == ("brick_types",)  # have keys called so
+    """Return whether a mapping is a distribution as under `uncertain`."""
+    elsewhere = path[:2] == ("world", "shake") or "jitter" in path or path == ("brick_types",)  # have the same keys
     return not elsewhere and any(kind in value for kind in ONE_LINE) and value.keys() <= {*KEYS}
 
 
 def _line(value: Mapping[str, Plain]) -> str:
-    """The same in one line."""
+    """Return the remedy: the same distribution on one line."""
     kind = next(key for key in ONE_LINE if key in value)
     first = value[kind]
     table = "; ".join(map(str, first)) if isinstance(first, list) else str(first)
@@ -339,11 +345,11 @@ def _line(value: Mapping[str, Plain]) -> str:
 _LEFT_TO_STEPS: Final = tuple((key,) for key in NOT_OF_A_STEP)
 
 
-# Do samples and what is uncertain go together? And is all of a scenario something that is known of samples?
+# Consistency of samples, uncertain values, and the rest of a scenario.
 
 
 def sampled(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """The mistakes of a scenario with samples, or of one that has what only those with samples have."""
+    """Yield keys that do not go with samples, or that need samples where there are none."""
     if scenario.samples is None:
         yield from _without_samples(scenario, source)
     else:
@@ -355,14 +361,14 @@ def sampled(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 def _without_samples(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     for key in ("seed", "confidence", "uncertain"):
         if key in scenario.model_fields_set:
-            yield _mistake(source, (key,), f"there are no samples that this `{key}` could be of")
+            yield _mistake(source, (key,), f"`{key}` has no effect without samples")
     for number, step in enumerate(scenario.build):
         if step.jitter is not None:
-            yield _mistake(source, ("build", number, "jitter"), "where nothing is sampled, hands set down exactly")
+            yield _mistake(source, ("build", number, "jitter"), "`jitter` has no effect without samples")
     for key, number, claim in _claims(scenario):
         if claim.stated.wanted_share is not None:
             place: KeyPath = (key, number, claim.kind, "share")
-            yield _mistake(source, place, "there are no samples that this could be a share of")
+            yield _mistake(source, place, "`share` needs samples, and the scenario has none")
 
 
 def _mistake(source: Source, path: KeyPath, message: str) -> Diagnostic:
@@ -372,33 +378,33 @@ def _mistake(source: Source, path: KeyPath, message: str) -> Diagnostic:
 def _nothing_uncertain(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if scenario.uncertain is None and all(step.jitter is None for step in scenario.build):
         message = "nothing is uncertain, so all samples would be the same"
-        hint = "say jitter: {position: 1 mm, yaw: 1 deg} in a step of the build"
+        hint = "add jitter: {position: 1 mm, yaw: 1 deg} to a step of the build"
         yield Diagnostic("SD102", source.key_span_of(("samples",)), message, hint)
 
 
 def _beyond_statics(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """What statics, which judges samples after each brick, has no word on."""
-    hint = "leave it out, or the samples"
+    """Yield keys that need a simulation. Samples are judged by statics alone, after each brick."""
+    hint = "remove it, or remove the samples"
     if scenario.impacts:
-        message = "samples are built and judged, and nothing else is done to them"
+        message = "samples are judged by statics, which has no impacts"
         yield Diagnostic("SD104", source.key_span_of(("impacts",)), message, hint)
     if scenario.world.shake is not None:
-        message = "samples are built and judged on ground that is at rest"
+        message = "samples are judged by statics, on ground at rest"
         yield Diagnostic("SD104", source.key_span_of(("world", "shake")), message, hint)
     for number, step in enumerate(scenario.build):
         if step.place is not None:
-            message = "in samples bricks are set down as if from nowhere, with their errors"
-            yield Diagnostic("SD104", source.key_span_of(("build", number, "place")), message, "say `jitter` alone")
+            message = "samples are judged by statics, which does not move bricks by hand"
+            yield Diagnostic("SD104", source.key_span_of(("build", number, "place")), message, "write `jitter` alone")
         for index, brick in enumerate(step.bricks or ()):
             if brick.drop:
-                message = "in samples bricks are set down, and none is let go in the air"
+                message = "samples are judged by statics, which does not drop bricks"
                 yield Diagnostic("SD104", source.key_span_of(("build", number, "bricks", index, "drop")), message, hint)
 
 
 def _of_one_run(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     for key, number, claim in _claims(scenario):
         if claim.stated.wanted_share is None:
-            message = f"`{claim.kind}` speaks of one run, and there are samples of many"
+            message = f"`{claim.kind}` without a share applies to one run, and the scenario has samples"
             hint = 'write such as stands: {share: ">= 95 %"}, or collapses: {at: level 9 ± 1, share: ">= 90 %"}'
             yield Diagnostic("SD102", source.key_span_of((key, number, claim.kind)), message, hint)
 

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from stackdsl.language.quantities import Amount
 
 
-# One `${...}`: arithmetic with units over the variables of a scenario, done before validation.
+# Expressions `${...}`: arithmetic with units over the variables of a scenario, done before validation.
 #
-# An expression is split into tokens here; only Python's grammar is borrowed to group them, and nothing is evaluated by
-# Python. Values are exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots and sines are kept to 15 digits, so
-# that `floor(2 * sin(30 deg))` is 1.
+# An expression is split into tokens here. Python's parser only builds the tree; Python evaluates nothing. Values are
+# exact fractions, so that `floor(0.3 m / 0.1 m)` is 3. Roots and sines are rounded to 15 digits, so that
+# `floor(2 * sin(30 deg))` is 1.
 
 
 # Pint leaves its operators untyped.
@@ -45,27 +45,27 @@ if TYPE_CHECKING:
 
 if TYPE_CHECKING:
     Value: TypeAlias = Amount | str  # a number, a quantity, or a word
-    # None stands for a variable whose own line is mistaken: what uses it is left as written.
+    # None stands for a variable with a mistaken definition: expressions that use it stay as written.
     Names: TypeAlias = Mapping[str, Value | None]
 
 
 def inner_names(own: "Names", around: "Names") -> "Names":
-    """The names of a part over those around it; nothing is copied, as either may be many, and parts are many too."""
+    """Return an inner scope over the scope around it. Nothing is copied, since scopes and names may be many."""
     return ChainMap(cast("dict[str, Value | None]", own), cast("dict[str, Value | None]", around))
 
 
 MAX_LENGTH: Final = 160  # [characters] of an expression
-MAX_BITS: Final = 1000  # of numerator and denominator; any such fraction is a finite double
+MAX_BITS: Final = 1000  # of numerator and denominator, so that every fraction is a finite double
 MAX_POWER: Final = 64
 
 PI: Final = Fraction("3.14159265358979323846264338327950288")
 ROUNDINGS: Final = {
     "floor": math.floor,
     "ceil": math.ceil,
-    "round": lambda value: math.floor(value + Fraction(1, 2)),  # not half to even, which surprises: 2.5 gives 3
+    "round": lambda value: math.floor(value + Fraction(1, 2)),  # half up, as users expect, not half to even: 2.5 -> 3
 }
 WAVES: Final = {"sin": math.sin, "cos": math.cos, "tan": math.tan}
-ROUNDOFF: Final = 1e-15  # what a sine of a right angle may be wrong by
+ROUNDOFF: Final = 1e-15  # largest error of the sine or cosine of a right angle
 CHOICES: Final = {"min": min, "max": max}
 FUNCTIONS: Final = (*ROUNDINGS, *CHOICES, *WAVES, "abs", "sqrt")
 NOUNS: Final = {
@@ -82,10 +82,10 @@ NOUNS: Final = {
 MARK: Final = "_"
 PLAIN: Final = f"use numbers, quantities, variables, + - * / ** ( ) and {', '.join(FUNCTIONS)}"
 REMEDIES: Final = {
-    "^": "a power is written **",
-    "%": "a share is written such as 5 percent, and the rest of a division n - 2 * floor(n / 2)",
-    **dict.fromkeys("<>=!", "nothing is compared or assigned; for several values use `matrix`"),
-    **dict.fromkeys("\"'", "there is no text in an expression; for the name of a brick use no ${}"),
+    "^": "write a power as **",
+    "%": "write a share as 5 percent, and a remainder as n - 2 * floor(n / 2)",
+    **dict.fromkeys("<>=!", "expressions cannot compare or assign; for several values use `matrix`"),
+    **dict.fromkeys("\"'", "expressions cannot contain text; write the name of a brick without ${}"),
     "_": "the name of a variable begins with a letter",
 }
 
@@ -100,7 +100,7 @@ _TOKEN = re.compile(
 
 
 class EarlierMistakeError(Exception):
-    """The value cannot be known, for reasons already told."""
+    """The value is unknown because of a mistake that is reported already."""
 
 
 def _mistake(message: str, hint: str | Callable[[], str] = "") -> MistakeError:
@@ -108,36 +108,36 @@ def _mistake(message: str, hint: str | Callable[[], str] = "") -> MistakeError:
 
 
 def interpolate(text: str, names: "Names") -> int | float | str:
-    """Text with its expressions worked out; a number if it is one expression and that a number."""
-    whole = _EXPRESSION.fullmatch(text.strip())
-    if whole:
-        return _worked_out(whole[1], names)
+    """Evaluate the expressions in a text. A text that is one numeric expression becomes a number."""
+    single = _EXPRESSION.fullmatch(text.strip())
+    if single:
+        return _plain_value(single[1], names)
     if "${" in _EXPRESSION.sub("", text):
         raise _mistake(f"{shown(text)} has an expression without an end", "close it by }; braces do not nest")
-    return _EXPRESSION.sub(lambda match: str(_worked_out(match[1], names)), text)
+    return _EXPRESSION.sub(lambda match: str(_plain_value(match[1], names)), text)
 
 
-def _worked_out(expression: str, names: "Names") -> int | float | str:
-    """The number, or else the text, that an expression stands for; a word may stand in one by itself."""
+def _plain_value(expression: str, names: "Names") -> int | float | str:
+    """Evaluate an expression to a number or a text. A variable that is a word may only stand alone."""
     value = names.get(expression.strip())
     return value if isinstance(value, str) else _plain(evaluate(expression, names))
 
 
 def variables_in(text: str) -> set[str]:
-    """The names in the expressions of a text, those of units and functions among them."""
+    """Return the names in the expressions of a text, including units and functions."""
     return {name for expression in _EXPRESSION.findall(text) for name in VARIABLE.findall(expression)}
 
 
 def evaluate(expression: str, names: "Names") -> "Amount":
-    """The value of what stands between `${` and `}`."""
+    """Evaluate the text between `${` and `}`."""
     tree, literals = _parsed(expression)
     return _value(tree, inner_names(literals, names) if literals else names)
 
 
 @lru_cache(maxsize=REMEMBERED)
 def _parsed(expression: str) -> "tuple[ast.expr, Mapping[str, Amount]]":
-    """The tree of an expression, and its numbers and quantities by the names that they have there."""
-    if len(expression) > MAX_LENGTH:  # which also keeps its nesting far from Python's limits
+    """Return the tree of an expression, and its literals by their placeholder names in the tree."""
+    if len(expression) > MAX_LENGTH:  # also keeps the nesting far below Python's limits
         raise _mistake(f"the expression is longer than {MAX_LENGTH} characters", "split it by variables of `let`")
     grouped, literals = _grouped(expression)
     try:
@@ -148,7 +148,10 @@ def _parsed(expression: str) -> "tuple[ast.expr, Mapping[str, Amount]]":
 
 
 def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
-    """The tokens, names marked, numbers and quantities replaced by names that no variable can have; and these."""
+    """Return the tokens and the literals of an expression.
+
+    Names are marked; numbers and quantities are replaced by placeholder names that no variable can have.
+    """
     tokens: list[str] = []
     literals: dict[str, Amount] = {}
     position, after = 0, None
@@ -166,14 +169,14 @@ def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
         number = token["literal"] or token["number"]
         if number:
             literals[f"_{len(tokens)}"] = _bounded(unit_amount(token["unit"] or "") * Fraction(number))
-        # Ended by a mark, a name is none of Python's reserved words, such as `from`; no author can know those.
+        # The mark at the end of a name allows variables that are reserved words of Python, such as `from`.
         tokens.append(f"_{len(tokens)}" if number else token["name"] + MARK if token["name"] else token["operator"])
         position, after = token.end(), token if number else None
     return " ".join(tokens), literals
 
 
 def _value(node: ast.expr, names: "Names") -> "Amount":
-    """The value of a tree; whatever is not listed here is refused."""
+    """Evaluate a tree. Only the node types listed here are allowed."""
     match node:
         case ast.Name(id=name):
             return _variable(name.removesuffix(MARK), names)
@@ -191,12 +194,12 @@ def _variable(name: str, names: "Names") -> "Amount":
         return unit_amount("") * PI
     if name not in names:
         define, message = "define it above, under `let`", f"unknown variable '{name}'"
-        raise _mistake(message, lambda: did_you_mean(name, [each for each in names if each[0] != "_"]) or define)
+        raise _mistake(message, lambda: did_you_mean(name, [known for known in names if known[0] != "_"]) or define)
     value = names[name]
     if value is None:
         raise EarlierMistakeError
     if isinstance(value, str):
-        raise _mistake(f"'{name}' is the word '{value}', and no number", f"a word stands alone: ${{{name}}}")
+        raise _mistake(f"'{name}' is the word '{value}', not a number", f"write a word alone: ${{{name}}}")
     return value
 
 
@@ -205,7 +208,7 @@ def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amou
         case ast.Mult():
             return left * right
         case ast.Div() if right.magnitude == 0:
-            raise _mistake("division by zero", "keep what is divided by from being 0")
+            raise _mistake("division by zero", "make sure that the divisor is not 0")
         case ast.Div():
             return left / right
         case ast.Pow():
@@ -219,9 +222,9 @@ def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amou
 def _power(base: "Amount", exponent: "Amount") -> "Amount":
     power = _number(exponent, "an exponent")
     if power.denominator != 1 or abs(power) > MAX_POWER:
-        raise _mistake(f"an exponent is a whole number up to {MAX_POWER}", "for roots there is sqrt")
+        raise _mistake(f"an exponent is a whole number up to {MAX_POWER}", "use sqrt for roots")
     if base.magnitude == 0 and power < 0:
-        raise _mistake("division by zero", "keep what is divided by from being 0")
+        raise _mistake("division by zero", "make sure that the base is not 0")
     return base ** int(power)
 
 
@@ -243,7 +246,7 @@ def _call(name: str, values: "list[Amount]") -> "Amount":
 
 def _root(value: "Amount") -> "Amount":
     if value.magnitude < 0:
-        raise _mistake("the root of a negative value", "keep the value from being negative, such as by abs()")
+        raise _mistake("the root of a negative value", "make sure that the value is not negative, such as by abs()")
     root = Fraction(f"{math.sqrt(value.magnitude):.15g}")
     return registry().Quantity(root, value.units ** Fraction(1, 2))
 
@@ -251,12 +254,12 @@ def _root(value: "Amount") -> "Amount":
 def _wave(name: str, angle: "Amount") -> "Amount":
     if unit_text(angle) != "rad":
         raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write such as {name}(30 deg)")
-    # Whole turns are taken off while the angle is still exact: floats would lose the digits of a large one.
+    # Subtract whole turns while the angle is exact: a large angle would lose digits as a float.
     turns = round(angle.magnitude / (2 * PI)) if abs(angle.magnitude) > 2 * PI else 0
     wave = WAVES[name](float(angle.magnitude - turns * 2 * PI))
     if abs(wave) > 1 / ROUNDOFF:
-        raise _mistake("the tangent of a right angle", "keep the angle from being 90 deg")
-    # The cosine of 90 deg is 6e-17 in floats; 15 digits alone would keep it.
+        raise _mistake("the tangent of a right angle", "make sure that the angle is not 90 deg")
+    # The cosine of 90 deg is 6e-17 in floats, which rounding to 15 digits does not remove.
     return unit_amount("") * (Fraction(f"{wave:.15g}") if abs(wave) > ROUNDOFF else 0)
 
 
@@ -264,7 +267,7 @@ def _wave(name: str, angle: "Amount") -> "Amount":
 
 
 def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amount":
-    """A number or a quantity, written without an expression."""
+    """Read a number or a quantity without expressions."""
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
     amount = _amount(text.strip()) if isinstance(text, str) else None
     if amount is None:
@@ -274,22 +277,22 @@ def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amou
 
 @lru_cache(maxsize=REMEMBERED)
 def _amount(text: str) -> "Amount | None":
-    """A number or a quantity; None if the text is neither."""
+    """Read a number or a quantity; return None if the text is neither."""
     match = _CONSTANT.fullmatch(text)
     return None if match is None else _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
 
 
 def value_of(written: Plain, known: "Iterable[str]" = (), hint: str = "write such as 12, 13.5 mm, or kapla") -> "Value":
-    """What a variable may be: a number, a quantity, or a word that is not called as something `known`."""
+    """Read the value of a variable: a number, a quantity, or a word that is not one of the `known` names."""
     word = written.strip() if isinstance(written, str) else ""
     if not WORD.fullmatch(word):
         if "${" in word:
-            hint = "write the values themselves, and work out what follows from them under `let`"
+            hint = "write plain values, and put expressions of them under `let`"
         return constant(written, hint)
     if word in known:
-        raise _mistake(f"'{word}' is a variable, and not its value", f"write ${{{word}}}")
+        raise _mistake(f"'{word}' is the name of a variable, not a value", f"write ${{{word}}}")
     if word in UNITS or word in FUNCTIONS or word == "pi":
-        raise _mistake(f"'{word}' has a meaning in expressions, and is no word", "write such as 1 mm, or another word")
+        raise _mistake(f"'{word}' has a meaning in expressions", "write such as 1 mm, or another word")
     return word
 
 
@@ -310,7 +313,7 @@ def _noun(amount: "Amount") -> str:
 
 
 def unit_text(amount: "Amount") -> str:
-    """The unit in SI, such as `kg/m3`; empty for a number."""
+    """Return the SI unit of an amount, such as `kg/m3`; empty for a number."""
     powers = sorted(cast("Iterable[tuple[str, Fraction]]", amount.unit_items()))
     above = [name if power == 1 else f"{name}{power}" for name, power in powers if power > 0]
     below = [f"/{name}" if power == -1 else f"/{name}{-power}" for name, power in powers if power < 0]
@@ -318,32 +321,32 @@ def unit_text(amount: "Amount") -> str:
 
 
 def _plain(amount: "Amount") -> int | float | str:
-    """A number, whole if it can be, or the text of a quantity that reads back to the same double."""
+    """Return an int if possible, a float, or the text of a quantity that reads back to the same double."""
     unit, magnitude = unit_text(amount), amount.magnitude
     if unit:
         return quantity_text(magnitude, unit)
     return int(magnitude) if magnitude.denominator == 1 and abs(magnitude) < MAX_EXACT else float(magnitude)
 
 
-# Several values written as one: `1 .. 18`, `5 mm .. 15 mm by 0.5 mm`, or a list of them.
+# Ranges and lists of values: `1 .. 18`, `5 mm .. 15 mm by 0.5 mm`, `[10 mm, 12 mm]`.
 
 
 _RANGE: Final = re.compile(r"(?P<first>.+?)\s*\.\.\s*(?P<last>.+?)(?:\s+by\s+(?P<step>.+))?")
-ROUNDING: Final = Fraction(1, 10**9)  # of a step; what expressions may lose of their digits
-LONGEST_DECIMAL: Final = 20  # [digits] that the text of a value may have after its point, as numbers are bounded
+ROUNDING: Final = Fraction(1, 10**9)  # tolerance on the end of a range, in steps, for rounding in expressions
+LONGEST_DECIMAL: Final = 20  # digits after the decimal point, the same limit as in `NUMBER`
 _ADVICE: Final = "write such as [10 mm, 12 mm], 1 .. 18, or 5 mm .. 15 mm by 0.5 mm"
 
 
 def values_of(written: Plain, most: int) -> list[Plain]:
-    """The values that a row or a loop runs through, as an author would write each.
+    """Return the values of a range or a list, each as written in YAML.
 
-    Raises MistakeError: SD206 where there are more than `most`, which is known before any is made.
+    Raises MistakeError, SD206 for more than `most` values, before the values of a range are made.
     """
     if isinstance(written, str) and (match := _RANGE.fullmatch(written.strip())):
         return list(_between(match, written, most))
     if not isinstance(written, list) or not written:
         raise MistakeError("SD103", f"expected a list of values or a range, not {shown(written)}", _ADVICE)
-    _keep_to(most, len(written), "the list")
+    _check_count(most, len(written), "the list")
     return written
 
 
@@ -352,7 +355,9 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
     first, last = parts["first"], parts["last"]
     if first.units != last.units or parts.get("step", first).units != first.units:
         raise MistakeError(
-            "SD106", f"the range {shown(written)} has ends of two kinds", "give all parts a unit of one kind"
+            "SD106",
+            f"the parts of the range {shown(written)} have different units",
+            "give all parts a unit of one kind",
         )
     if "step" not in parts and not first.dimensionless:
         raise MistakeError(
@@ -361,15 +366,17 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
     step: Fraction = parts["step"].magnitude if "step" in parts else Fraction(1)
     if step == 0 or (last.magnitude - first.magnitude) / step < 0:
         raise MistakeError(
-            "SD104", f"the range {shown(written)} never gets to its end", "a step down is negative: 18 .. 1 by -1"
+            "SD104",
+            f"the range {shown(written)} never reaches its end",
+            "write a negative step to go down: 18 .. 1 by -1",
         )
     steps = (last.magnitude - first.magnitude) / step
     count = round(steps)
     if abs(steps - count) > ROUNDING:
         ends = _text(first.magnitude + int(steps) * step, _unit(match))
-        message = f"the range {shown(written)} ends at {ends}, and not where it says"
-        raise MistakeError("SD104", message, "let its last value be one that the steps meet")
-    _keep_to(most, count + 1, f"the range {shown(written)}")
+        message = f"the steps of the range {shown(written)} end at {ends}, not at its last value"
+        raise MistakeError("SD104", message, "write a last value that the steps reach")
+    _check_count(most, count + 1, f"the range {shown(written)}")
     yield from (_text(first.magnitude + index * step, _unit(match)) for index in range(count + 1))
 
 
@@ -380,19 +387,20 @@ def _part(part: str, written: str) -> "Amount":
         raise MistakeError("SD103", f"the range {shown(written)} cannot be read at '{part}'", _ADVICE) from mistake
 
 
-def _keep_to(most: int, count: int, what: str) -> None:
+def _check_count(most: int, count: int, noun: str) -> None:
     if count > most:
-        raise MistakeError("SD206", f"{what} has {count} values, and {most} is the most", "take fewer, or larger steps")
+        message = f"{noun} has {count} values, and {most} is the most"
+        raise MistakeError("SD206", message, "write fewer values, or larger steps")
 
 
 def _unit(match: re.Match[str]) -> str:
-    """The unit that the values are written in: that of the first part that has one."""
+    """Return the unit of the first part of a range that has one."""
     units = (part["unit"] for text in match.groups() if text and (part := QUANTITY.fullmatch(text.strip())))
     return next(filter(None, units), "")
 
 
 def _text(magnitude: Fraction, unit: str) -> Plain:
-    """So much, in a unit; a number if there is none."""
+    """Format an SI magnitude in a unit; return a number if the unit is empty."""
     number = magnitude / in_si(unit)
     decimal = f"{Decimal(number.numerator) / number.denominator:.{LONGEST_DECIMAL}f}".rstrip("0").rstrip(".")
     if not unit:
@@ -401,7 +409,7 @@ def _text(magnitude: Fraction, unit: str) -> Plain:
 
 
 def told_apart(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
-    """The values of a list that are none, or that are there already, by number; `10 mm` and `1 cm` are the same."""
+    """Yield index and mistake of each invalid or repeated value of a list; `10 mm` and `1 cm` are the same value."""
     seen: set[object] = set()
     for index, written in enumerate(values):
         try:
@@ -410,5 +418,5 @@ def told_apart(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
             yield index, mistake
             continue
         if value in seen:
-            yield index, MistakeError("SD104", f"{shown(written)} is in the row already", "write each value once")
+            yield index, MistakeError("SD104", f"{shown(written)} is in the list twice", "write each value once")
         seen.add(value)

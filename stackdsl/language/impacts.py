@@ -16,53 +16,53 @@ from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Kinds, Time
 from stackdsl.language.quantities import MistakeError, shown
 from stackdsl.language.value_types import NameReference, NamesBody, PositiveDuration, named_in
 
-# What a kind of impact answers for itself, and all the kinds there are.
+# Base class and registry of impacts.
 #
-# A kind is one module beside this one, a class that is read from YAML, and one in `compiling/impacts`, which says what
-# it comes to in the scene. What it names is known from the types of its values (`BodyName` and the like).
+# A kind of impact is a class here, which is read from YAML, and one in `compiler.impacts`, which compiles it to
+# actions. The bricks that it names follow from the types of its values (`BodyName` and others).
 
 
 @dataclass(frozen=True, slots=True)
 class Missile:
-    """A brick that comes from outside, and is no part of the structure."""
+    """A brick from outside that hits the structure and does not become part of it."""
 
-    name: BodyId | None  # None for such as `thrown-1`
-    brick: BrickKind | None  # None for the scenario's
-    how: str  # it comes: `thrown`
+    name: BodyId | None  # None for a default name such as `thrown-1`
+    brick: BrickKind | None  # None for the brick of the scenario
+    how: str  # first part of the default name: `thrown`
 
 
 class ImpactKind(AuthorModel):
-    """One thing done to the structure. A kind that says nothing else answers as it stands here."""
+    """An action on the structure. Kinds override the defaults here."""
 
     @property
     def slid_in(self) -> SetBrick | None:
-        """The brick that becomes part of the structure."""
+        """Return the brick that becomes part of the structure."""
         return None
 
     @property
     def missile(self) -> Missile | None:
-        """The brick that comes from outside."""
+        """Return the brick that comes from outside."""
         return None
 
     @property
     def pulled_out(self) -> Iterable[NameReference]:
-        """The bricks that are taken away."""
+        """Return the bricks that are removed."""
         return ()
 
     @property
     def lasts(self) -> float:
-        """How long it goes on, so that what comes after it has to wait [s]."""
+        """Return the duration, for which the next step waits [s]."""
         return 0.0
 
     @property
     def struck(self) -> Iterable[BodyId]:
-        """The bricks whose own way ends with it, so that from then on only a run can tell where they are."""
+        """Return the bricks whose poses after the impact are known from a simulation only."""
         return ()
 
 
 @dataclass(frozen=True, slots=True)
 class KindOfImpact:
-    """A kind, as `Impact` has it: the class that is read, and a phrase for editors."""
+    """A registered kind of impact: its model, and its description for editors."""
 
     model: type[ImpactKind]
     summary: str
@@ -74,7 +74,7 @@ Model = TypeVar("Model", bound=ImpactKind)
 
 
 def impact(key: str, summary: str) -> Callable[[type[Model]], type[Model]]:
-    """Register the class below as what an author writes under a key."""
+    """Return a decorator that registers the model of the key `key`."""
 
     def register(model: type[Model]) -> type[Model]:
         IMPACTS.register(key, KindOfImpact(model, summary))
@@ -83,15 +83,15 @@ def impact(key: str, summary: str) -> Callable[[type[Model]], type[Model]]:
     return register
 
 
-# What a hit is aimed at: one brick, or the middle of a level.
+# Targets of hits.
 
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """What a hit is aimed at: one brick, or the middle of a level."""
+    """The target of a hit: one brick, or the middle of a level."""
 
     brick: BodyId | None = None
-    level: int | None = None  # if no brick is meant
+    level: int | None = None  # None if the target is a brick
 
 
 _LEVEL: Final = r"level\s+([1-9][0-9]{0,5})"
@@ -103,7 +103,7 @@ def _read_aim(written: object) -> Aim:
         return Aim(level=int(level[1]))
     if re.fullmatch(t.NAME, text):
         return Aim(brick=text)
-    raise MistakeError("SD104", f"{shown(written)} is nothing to aim at", "write a level, such as level 3, or a brick")
+    raise MistakeError("SD104", f"{shown(written)} is not a target", "write a level, such as level 3, or a brick")
 
 
 def _brick_of(aim: object) -> BodyId | None:
@@ -117,7 +117,7 @@ AimText = Annotated[
 ]
 
 
-# Bricks pulled out, all at once.
+# The kinds of impacts.
 
 
 @impact("remove", "pull bricks out")
@@ -138,45 +138,36 @@ class Remove(ExactlyOneKey, ImpactKind):
         return (named.name for named in self.pulled_out)
 
 
-# A brick slid into what stands by then.
-
-
 @impact("insert", "slide a brick in")
 class Insert(SetBrick, ImpactKind):
-    """A brick slid into what stands by then."""
+    """A brick slid into the structure."""
 
     @property
     def slid_in(self) -> SetBrick:
         return self
 
 
-# A brick that flies at what stands by then.
-
-
 class ThrowOrigin(AuthorModel):
-    """Where a thrown brick comes from."""
+    """Start of the flight of a thrown brick."""
 
-    bearing: t.Angle = Field(description="where it comes from, seen from the aim: 0 deg = +x, 90 deg = +y")
-    distance: t.NonNegativeLength = default("10 mm", "between its nose and the first brick on its way")
+    bearing: t.Angle = Field(description="direction from the target to the start: 0 deg = +x, 90 deg = +y")
+    distance: t.NonNegativeLength = default("10 mm", "from its front to the first brick on its path")
 
 
 @impact("throw", "throw a brick at it")
 class Throw(ImpactKind):
-    """A brick that flies, end-on unless turned, at what stands by then."""
+    """A brick that is thrown at the structure, end-on unless turned."""
 
     name: t.BrickName | None = Field(None, description="its name; default: thrown-1 if it is the first impact")
-    brick: BrickKind | None = Field(None, description="what is thrown; default: the scenario's brick")
-    at: AimText = Field(description="the aim: the middle of a level, or of a brick")
-    from_: ThrowOrigin = Field(alias="from", description="where it comes from")
-    speed: t.Speed = Field(description="how fast it comes along the ground")
-    turn: t.Angle = default("0 deg", "about its upright axis, from end-on; at 90 deg it comes broadside")
+    brick: BrickKind | None = Field(None, description="the thrown brick; default: the scenario's brick")
+    at: AimText = Field(description="the target: the middle of a level, or of a brick")
+    from_: ThrowOrigin = Field(alias="from", description="start of its flight")
+    speed: t.Speed = Field(description="horizontal speed")
+    turn: t.Angle = default("0 deg", "rotation about the vertical axis, from end-on; at 90 deg it is broadside")
 
     @property
     def missile(self) -> Missile:
         return Missile(self.name, self.brick, "thrown")
-
-
-# An impulse on one brick.
 
 
 @impact("push", "give a brick an impulse")
@@ -186,7 +177,7 @@ class Push(ImpactKind):
     brick: t.BodyName = Field(description="the brick")
     impulse: tuple[t.Impulse, t.Impulse, t.Impulse] = Field(description="[x, y, z] in the axes of the scene")
     point: tuple[t.Length, t.Length, t.Length] = default(
-        ["0 mm", "0 mm", "0 mm"], "where it is pushed, from its centre, in the axes of the scene"
+        ["0 mm", "0 mm", "0 mm"], "point of application, relative to the centre of the brick, in the axes of the scene"
     )
 
     @property
@@ -194,19 +185,16 @@ class Push(ImpactKind):
         return (self.brick,)
 
 
-# A brick let go above what stands by then.
-
-
 @impact("drop", "drop a brick onto it")
 class Drop(ImpactKind):
-    """A brick let go above what stands by then."""
+    """A brick released above the structure."""
 
     name: t.BrickName | None = Field(None, description="its name; default: dropped-1 if it is the first impact")
-    brick: BrickKind | None = Field(None, description="what is dropped; default: the scenario's brick")
-    onto: AimText = Field(description="the aim: the middle of a level, or of a brick")
-    height: t.PositiveLength = Field(description="how far it falls until it meets what it is dropped onto")
+    brick: BrickKind | None = Field(None, description="the dropped brick; default: the scenario's brick")
+    onto: AimText = Field(description="the target: the middle of a level, or of a brick")
+    height: t.PositiveLength = Field(description="height of the fall, until it hits its target")
     rotate: tuple[t.Angle, t.Angle, t.Angle] | None = Field(
-        None, description="turn about x, then y, then z, the axes of the scene; default: flat, along what it falls onto"
+        None, description="turn about x, then y, then z, the axes of the scene; default: flat, aligned with its target"
     )
 
     @property
@@ -214,21 +202,20 @@ class Drop(ImpactKind):
         return Missile(self.name, self.brick, "dropped")
 
 
-# A brick that a hand moves along a path, with all that is in its way.
-
-
 @impact("move", "move a brick by hand")
 class Move(ExactlyOneKey, ImpactKind):
-    """A brick that a hand moves along a path, with all that is in its way, and lets go."""
+    """A hand moves a brick along a path, pushes all bricks in its way, and releases it."""
 
     brick: t.BodyName = Field(description="the brick")
-    by: SomeWay | None = Field(None, description="how far, straight, as [x, y, z] in the axes of the scene")
+    by: SomeWay | None = Field(None, description="straight displacement, as [x, y, z] in the axes of the scene")
     path: Places | None = Field(
-        None, description="the places it goes to, one after another, each from where it is at first; it stops in each"
+        None, description="the places it goes to in turn, each relative to its first place; it stops in each"
     )
-    speed: t.Speed = default("50 mm/s", "the most on the way; it sets out and stops smoothly")
-    held: t.Duration = default("0 s", "how long it is held at the end before it is let go")
-    slid: t.Flag = Field(False, description="pushed along level rather than carried: it keeps its weight, and may tip")
+    speed: t.Speed = default("50 mm/s", "highest speed on the path; it starts and stops smoothly")
+    held: t.Duration = default("0 s", "how long it is held at the end before it is released")
+    slid: t.Flag = Field(
+        False, description="whether it is pushed horizontally rather than carried: it keeps its weight, and may tip"
+    )
 
     one_of: ClassVar[tuple[str, ...]] = ("by", "path")
 
@@ -236,14 +223,14 @@ class Move(ExactlyOneKey, ImpactKind):
     def _slide_level(self) -> Self:
         if self.slid and any(z for _, _, z in self.course.places_W):
             raise MistakeError(
-                "SD104", "what is slid goes level, and this way goes up or down", "carry it, or write 0 for z"
+                "SD104", "a brick slides horizontally, and this path goes up or down", "remove `slid`, or write 0 for z"
             )
         return self
 
     @property
     def course(self) -> HandCourse:
-        """The way, in the axes of the scene."""
-        return HandCourse(self.path if self.by is None else (self.by,), self.speed)  # type: ignore[arg-type]  # one is
+        """Return the path, in the axes of the scene."""
+        return HandCourse(self.path if self.by is None else (self.by,), self.speed)  # type: ignore[arg-type]  # one of
 
     @property
     def lasts(self) -> float:
@@ -254,12 +241,9 @@ class Move(ExactlyOneKey, ImpactKind):
         return (self.brick,)
 
 
-# A brick that a hand holds where it is.
-
-
 @impact("hold", "hold a brick where it is")
 class Hold(ImpactKind):
-    """A brick that a hand holds where it is, and lets go."""
+    """A hand holds a brick where it is, and releases it."""
 
     brick: t.BodyName = Field(description="the brick")
     for_: t.PositiveDuration = Field(alias="for", description="how long it is held")
@@ -273,17 +257,15 @@ class Hold(ImpactKind):
         return (self.brick,)
 
 
-# One thing that is done to a structure, while it is built or after.
+# One impact of a scenario.
 
 
 class Impact(Timed):
-    """One thing done to the structure. Another kind is another key here, and another action of the timeline."""
+    """An action on the structure, while it is built or after. The keys of the kinds are added by `schema`."""
 
-    every: PositiveDuration | None = Field(
-        None, description="from one repetition to the next; default: all at one time"
-    )
+    every: PositiveDuration | None = Field(None, description="time between repetitions; default: all at one time")
 
     @property
     def done(self) -> ImpactKind:
-        """What is written under its key."""
+        """Return the value of the key of its kind."""
         return cast("ImpactKind", getattr(self, self.kind))

@@ -1,4 +1,4 @@
-"""`import`: the boxes of a file that another program wrote, and how they are to be taken."""
+"""`import`: the boxes in a file of another program, and the options for reading it."""
 
 import re
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
 FORMATS: Final[tuple[Format, ...]] = get_args(Format)
-# Of which formats a key is: the others say it by themselves, or have no such thing.
+# The formats that each key applies to. The others have the value in the file, or do not need it.
 OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "load": ("pallet-sim", "bed-bpp"),
     "point": ("table",),
@@ -30,22 +30,22 @@ _ADVICE: Final = "write as written, down, or such as within 5 mm"
 
 @dataclass(frozen=True, slots=True)
 class Settle:
-    """How boxes of a file are brought into contact with what is below them."""
+    """How imported boxes are brought into contact with the boxes below."""
 
-    lowered: bool = False  # each until it touches
+    lowered: bool = False  # each box moves down until it touches
     within: Fraction | None = None  # gaps up to this count as contact [m]
 
 
 def parse_settle(written: object) -> Settle:
-    """`as written`, `down`, or `within 5 mm`."""
+    """Read `as written`, `down`, or `within 5 mm`."""
     words = " ".join(written.split()) if isinstance(written, str) else ""
     if words in {"as written", "down"}:
         return Settle(lowered=words == "down")
-    if (found := re.fullmatch(r"within (.+)", words)) is None:
-        raise MistakeError("SD104", f"{shown(written)} is no way to settle", _ADVICE)
-    gap = exact_quantity(found[1], EXTENT)
+    if (match := re.fullmatch(r"within (.+)", words)) is None:
+        raise MistakeError("SD104", f"{shown(written)} is not a way to settle", _ADVICE)
+    gap = exact_quantity(match[1], EXTENT)
     if not 0 < gap <= 1:
-        raise MistakeError("SD104", f"a gap of {found[1]} is out of range", "write more than zero, at most 1 m")
+        raise MistakeError("SD104", f"a gap of {match[1]} is out of range", "write more than zero, at most 1 m")
     return Settle(within=gap)
 
 
@@ -53,13 +53,13 @@ _SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
 
 
 class DefaultUnits(AtLeastOneKey):
-    """Units of what says none."""
+    """Units of values without a unit in the file."""
 
-    length: Literal["mm", "cm", "m"] | None = Field(None, description="of sizes and places")
-    mass: Literal["g", "kg"] | None = Field(None, description="of masses")
+    length: Literal["mm", "cm", "m"] | None = Field(None, description="unit of sizes and places")
+    mass: Literal["g", "kg"] | None = Field(None, description="unit of masses")
 
 
-# Length and width, as names of standards have them [mm]: EN 13698 and ISO 6780.
+# Length and width of standard pallets [mm], from EN 13698 and ISO 6780.
 DECKS: Final[Mapping[str, tuple[int, int]]] = {
     "EUR": (1200, 800),
     "EUR2": (1200, 1000),
@@ -70,16 +70,16 @@ DECKS: Final[Mapping[str, tuple[int, int]]] = {
 
 
 def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
-    """`EUR` and others by name, or length and width with their units [m]."""
+    """Read the name of a standard pallet such as `EUR`, or length and width with their units. Return [m]."""
     advice = f"write one of {', '.join(DECKS)}, or such as [1200 mm, 800 mm]"
     if isinstance(written, str) and written in DECKS:
         length, width = DECKS[written]
         return Fraction(length, 1000), Fraction(width, 1000)
-    if not (isinstance(written, list | tuple) and len(written) == 2 and all(isinstance(each, str) for each in written)):  # noqa: PLR2004
-        raise MistakeError("SD104", f"{shown(written)} is no size of a deck", advice)
-    length_, width_ = (exact_quantity(each, EXTENT) for each in written)
+    if not (isinstance(written, list | tuple) and len(written) == 2 and all(isinstance(side, str) for side in written)):  # noqa: PLR2004
+        raise MistakeError("SD104", f"{shown(written)} is not the size of a deck", advice)
+    length_, width_ = (exact_quantity(side, EXTENT) for side in written)
     if not (0 < length_ <= 100 and 0 < width_ <= 100):  # noqa: PLR2004 -- [m]
-        raise MistakeError("SD104", "a deck has no length or width, or more than 100 m", advice)
+        raise MistakeError("SD104", "a side of the deck is out of range: more than zero, at most 100 m", advice)
     return length_, width_
 
 
@@ -91,10 +91,10 @@ _DECK_SIZE: Final = {
 
 
 class DeckWords(Shorthand):
-    """The deck of the pallet that a load is on: at height 0, its sides along x and y."""
+    """The deck of the pallet under a load: at height 0, its sides along x and y."""
 
     size: Annotated[tuple[Fraction, Fraction], Reads(parse_deck_size, _DECK_SIZE)] | None = Field(
-        None, description="EUR, EUR2, EUR3, EUR6, GMA, or [length along x, width along y]; default: what the file says"
+        None, description="EUR, EUR2, EUR3, EUR6, GMA, or [length along x, width along y]; default: from the file"
     )
     at: tuple[t.Length, t.Length] | None = Field(None, description="[x, y] of its corner; default: [0, 0] of the file")
     overhang: t.NonNegativeLength = default("0 mm", "how far a box may reach beyond it")
@@ -106,43 +106,41 @@ class Import(AuthorModel):
     """The boxes of one load in a file."""
 
     file: Annotated[str, WithJsonSchema({**t.FILE, "examples": ["load.csv"]})] = Field(
-        description="the file, as seen from this one; inside the project"
+        description="the file, relative to this one; inside the project"
     )
-    format: Format | None = Field(None, description="what it is; default: what it cannot but be")
-    load: str | None = Field(None, description="which of several loads: number of the pallet, or of the order")
+    format: Format | None = Field(None, description="format of the file; default: recognised from its name and content")
+    load: str | None = Field(None, description="one of several loads: number of the pallet, or of the order")
     settle: Annotated[
-        Settle, Reads(parse_settle, text_schema(_SETTLE, "how boxes come to touch what is below", "within 5 mm"))
-    ] = default("as written", "how boxes come to touch what is below them")
+        Settle, Reads(parse_settle, text_schema(_SETTLE, "how gaps below boxes are closed", "within 5 mm"))
+    ] = default("as written", "how gaps below boxes are closed")
     point: Literal["corner", "centre"] | None = Field(
-        None, description="of a table: what x, y, z are of a box, its lower corner or its centre"
+        None, description="point of a box at x, y, z in a table: its lower corner or its centre"
     )
     units: DefaultUnits | None = Field(
-        None, description="of columns whose headers say none, or of an OBJ or COMPAS file, which never does"
+        None, description="units of table columns without a unit in the header, or of an OBJ or COMPAS file"
     )
-    density: t.Density | None = Field(None, description="of an OBJ or COMPAS file: of all blocks in it")
-    up: Literal["+y", "+z"] | None = Field(None, description="of an OBJ file: which of its axes points up")
+    density: t.Density | None = Field(None, description="density of all blocks in an OBJ or COMPAS file")
+    up: Literal["+y", "+z"] | None = Field(None, description="vertical axis of an OBJ file")
     supports: Literal["bricks"] | None = Field(
-        None, description="of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others"
+        None, description="`bricks` reads the fixed blocks of a COMPAS file as movable bricks"
     )
-    deck: DeckWords | None = Field(
-        None, description="the deck of its pallet, of which what overhangs is told; default: what the file says"
-    )
+    deck: DeckWords | None = Field(None, description="the deck of the pallet, for overhang; default: from the file")
     origin: tuple[t.Length, t.Length, t.Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the load by [x, y, z]")
     ignore: Annotated[tuple[str, ...], Field(max_length=1000)] = Field(
-        (), description="what the file has beside, and is not to be taken: columns, keys, or bodies"
+        (), description="parts of the file to ignore: columns, keys, or bodies"
     )
 
     @model_validator(mode="after")
-    def _say_what_is_open(self) -> Self:
+    def _check_format(self) -> Self:
         if self.format is not None and (wrong := self.beside(self.format)) is not None:
             raise MistakeError("SD108", *wrong)
         if self.format not in {None, "table"} and self.units is not None and self.units.mass is not None:
-            raise MistakeError("SD108", "`units: mass` is of tables", "leave it out")
+            raise MistakeError("SD108", "`units: mass` applies to tables only", "remove it")
         return self
 
     def beside(self, format_: Format) -> tuple[str, str] | None:
-        """Which key there is that a file of this format has no use for, and what to do; None if there is none."""
+        """Return message and hint for the first key that does not apply to a format; None if there is none."""
         for key, formats in OF_FORMATS.items():
             if format_ not in formats and getattr(self, key) is not None:
-                return f"`{key}` is of {' and '.join(formats)} files, and this is {format_}", f"leave `{key}` out"
+                return f"`{key}` applies to {' and '.join(formats)} files, and this is {format_}", f"remove `{key}`"
         return None

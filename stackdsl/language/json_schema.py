@@ -1,4 +1,4 @@
-"""What an author may write, as JSON Schema: for editors, and for the remedies of mistakes."""
+"""JSON schema of a scenario, for editors and for the remedies of mistakes."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -16,11 +16,11 @@ from stackdsl.language.yaml.includes import INCLUDE, LISTS
 from stackdsl.language.yaml.source import KeyPath
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
-PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # what language servers for YAML read, old ones too
+PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # also read by old language servers for YAML
 
 
 _INCLUDE: Final = {
-    "description": "All items of the list that is called so in another file.",
+    "description": "All items of the list of the same key in another file.",
     "type": "object",
     "properties": {INCLUDE: FILE},
     "required": [INCLUDE],
@@ -29,7 +29,7 @@ _INCLUDE: Final = {
 
 
 class _ForEditors(GenerateJsonSchema):
-    """Any scalar may be an expression; a key may be absent, but not without a value."""
+    """Schema generator: any scalar may be an expression; a key may be absent, but not null."""
 
     def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
         return _or_expression(super().int_schema(schema))
@@ -56,7 +56,7 @@ def _or_expression(schema: JsonSchemaValue, pattern: str = EXPRESSION_PATTERN) -
 
 
 def json_schema() -> JsonSchemaValue:
-    """What an author may write, as JSON Schema; expressions are not looked into."""
+    """Return the JSON schema of a scenario. The content of expressions is not checked."""
     return _json_schema_of(models().Scenario)
 
 
@@ -71,7 +71,7 @@ def _json_schema_of(scenario: type[Scenario]) -> JsonSchemaValue:
 
 
 def schema_text() -> str:
-    """The JSON schema that editors read, in draft 7: what stands in many places is written once, in `$defs`."""
+    """Return the text of the JSON schema for editors, in draft 7. Repeated parts are written once, in `$defs`."""
     quantities, layout_keys = _quantities(), _keys_of_layouts()
     names = {_text_of(_bare(schema)): name for name, schema in reversed(quantities.items())}
     schema = json_schema()
@@ -84,19 +84,19 @@ def schema_text() -> str:
 
 
 def _quantities() -> dict[str, JsonSchemaValue]:
-    """How values are written, by the names of their types."""
+    """Return the schemas of quantities by the names of their types."""
     kinds = {name: getattr(kind, "__metadata__", ()) for name, kind in vars(value_types).items()}
     return {name: dict(read.schema) for name, kind in kinds.items() for read in kind[:1] if isinstance(read, Reads)}
 
 
 def _keys_of_layouts() -> dict[str, JsonSchemaValue]:
-    """The keys that all layouts have."""
+    """Return the schemas of the keys that all layouts have."""
     keys = LayoutParams.model_json_schema(schema_generator=_ForEditors)["properties"]
     return {f"Layout{key.capitalize()}": schema for key, schema in keys.items()}
 
 
 def _shared(value: Any, names: Mapping[str, str]) -> Any:  # noqa: ANN401 -- JSON
-    """A part of a schema, with a reference in place of what has a name."""
+    """Return a part of a schema with named schemas replaced by references."""
     if isinstance(value, list):
         return [_shared(item, names) for item in value]
     if not isinstance(value, dict):
@@ -109,7 +109,7 @@ def _shared(value: Any, names: Mapping[str, str]) -> Any:  # noqa: ANN401 -- JSO
 
 
 def _bare(schema: JsonSchemaValue) -> JsonSchemaValue:
-    """What a schema says of the value, without what it says of the key that has it."""
+    """Return a schema without the keys that depend on its place: description and default."""
     return {key: member for key, member in schema.items() if key not in ("description", "default")}
 
 
@@ -122,7 +122,7 @@ def _reference(name: str) -> str:
 
 
 def _as_draft_7(value: Any) -> Any:  # noqa: ANN401 -- JSON
-    """A schema as draft 7 spells it: tuples by `items`, and nothing beside a `$ref`, since it would be passed over."""
+    """Convert a schema to draft 7: tuples by `items`, and no keys beside a `$ref`, since draft 7 ignores them."""
     if isinstance(value, list):
         return [_as_draft_7(item) for item in value]
     if not isinstance(value, dict):
@@ -134,40 +134,38 @@ def _as_draft_7(value: Any) -> Any:  # noqa: ANN401 -- JSON
 
 
 def keys_at(path: KeyPath) -> tuple[str, ...]:
-    """The keys that an author may write in the mapping at a path."""
+    """Return the keys that are allowed in the mapping at a path."""
     return tuple(key for node in nodes_at(path) for key in node.get("properties", {}))
 
 
 def description_at(path: KeyPath) -> str:
-    """What is said of the value at a path; empty if nothing is."""
+    """Return the description of the value at a path; empty if there is none."""
     return next((str(node["description"]) for node in nodes_at(path) if "description" in node), "")
 
 
 def nodes_at(path: KeyPath) -> Iterator[JsonSchemaValue]:
-    """The parts of the schema that speak of a path, the nearest first."""
-    yield from _nodes_at(tuple(0 if isinstance(each, int) else each for each in path), models().Scenario)
+    """Return the schema nodes of a path, the nearest first."""
+    yield from _nodes_at(tuple(0 if isinstance(key, int) else key for key in path), models().Scenario)
 
 
-@lru_cache(maxsize=1000)  # whoever makes one mistake in all of a hundred bricks asks for one place again and again
+@lru_cache(maxsize=1000)  # one mistake repeated in a hundred bricks looks up the same path a hundred times
 def _nodes_at(path: KeyPath, scenario: type[Scenario]) -> tuple[JsonSchemaValue, ...]:
-    return tuple(_found_at(path, scenario))
+    return tuple(_uncached_nodes_at(path, scenario))
 
 
-def _found_at(path: KeyPath, scenario: type[Scenario]) -> Iterator[JsonSchemaValue]:
+def _uncached_nodes_at(path: KeyPath, scenario: type[Scenario]) -> Iterator[JsonSchemaValue]:
     if not path:
         yield from _alternatives(json_schema())
         return
     for parent in _nodes_at(path[:-1], scenario):
-        within = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
-        within = within or next(
-            iter(parent.get("patternProperties", {}).values()), None
-        )  # what authors call as they like
-        if isinstance(within, dict):
-            yield from _alternatives(within)
+        child = parent.get("items") if isinstance(path[-1], int) else parent.get("properties", {}).get(path[-1])
+        child = child or next(iter(parent.get("patternProperties", {}).values()), None)  # keys that authors choose
+        if isinstance(child, dict):
+            yield from _alternatives(child)
 
 
 def _alternatives(node: JsonSchemaValue) -> Iterator[JsonSchemaValue]:
-    """A node, and what stands behind its references and alternatives."""
+    """Yield a node and, recursively, the nodes of its references and alternatives."""
     yield node
     definitions = json_schema().get("$defs", {})
     reference = str(node.get("$ref", "")).rpartition("/")[2]

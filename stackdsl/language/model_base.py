@@ -22,11 +22,11 @@ from pydantic_core import CoreSchema
 from stackdsl.language.quantities import DURATION, MistakeError, parse_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import NAME, REPEAT, Duration, JsonSchema, Reads, text_schema
 
-# The kinds of mapping that an author writes, which the models of the language are made from.
+# Kinds of mappings in YAML, the base classes of the models of the language.
 
 
 class AuthorModel(BaseModel):
-    """A mapping that an author writes."""
+    """A mapping in YAML."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
@@ -34,19 +34,19 @@ class AuthorModel(BaseModel):
     @classmethod
     def _reject_nothing(cls, written: object) -> object:
         if written is None:
-            raise MistakeError("SD103", "there is no value", "write one, or remove the key")
+            raise MistakeError("SD103", "there is no value", "write a value, or remove the key")
         return written
 
 
 class ExactlyOneKey(AuthorModel):
-    """A mapping that needs exactly one of several keys, and of others likewise."""
+    """A mapping that needs exactly one key of `one_of`, and exactly one of `also_one_of` if there are any."""
 
     one_of: ClassVar[tuple[str, ...]]
     also_one_of: ClassVar[tuple[str, ...]] = ()
 
     @property
     def kind(self) -> str:
-        """The one of them that is written."""
+        """Return the key of `one_of` that is written."""
         return next(key for key in self.one_of if getattr(self, key) is not None)
 
     @model_validator(mode="after")
@@ -54,8 +54,8 @@ class ExactlyOneKey(AuthorModel):
         for keys in filter(None, (self.also_one_of, self.one_of)):
             written = [key for key in keys if getattr(self, key) is not None]
             if len(written) != 1:
-                needed, found = (list(map(self._spelling, each)) for each in (keys, written))
-                message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(found) or 'none'}"
+                needed, present = (list(map(self._spelling, names)) for names in (keys, written))
+                message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(present) or 'none'}"
                 raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
         return self
 
@@ -73,31 +73,31 @@ class ExactlyOneKey(AuthorModel):
 
 
 class AtLeastOneKey(AuthorModel):
-    """A mapping of which at least one key is due."""
+    """A mapping that needs at least one key besides those of `defaults`."""
 
-    defaults: ClassVar[tuple[str, ...]] = ()  # keys that ask nothing by themselves
+    defaults: ClassVar[tuple[str, ...]] = ()  # optional keys that do not count
 
     @property
     def asked(self) -> tuple[str, ...]:
-        """The questions that are written."""
-        return tuple(key for key in self._questions() if getattr(self, key) is not None)
+        """Return the keys that are written, without those of `defaults`."""
+        return tuple(key for key in self._counted_keys() if getattr(self, key) is not None)
 
     @classmethod
-    def _questions(cls) -> tuple[str, ...]:
+    def _counted_keys(cls) -> tuple[str, ...]:
         return tuple(key for key in cls.model_fields if key not in cls.defaults)
 
     @model_validator(mode="after")
-    def _ask_something(self) -> Self:
+    def _need_a_key(self) -> Self:
         if not self.asked:
-            cause = "nothing is asked" if self.model_fields_set else "the mapping is empty"
-            raise MistakeError("SD102", cause, f"give one of {', '.join(self._questions())}")
+            cause = "no condition is given" if self.model_fields_set else "the mapping is empty"
+            raise MistakeError("SD102", cause, f"give one of {', '.join(self._counted_keys())}")
         return self
 
 
 class Shorthand(AuthorModel):
-    """A mapping that may also be written as one scalar: the value of one key, or a word that stands for no key.
+    """A mapping that may also be written as one scalar: the value of one key, or a word for the default mapping.
 
-    The scalar is spelt out as the mapping before validation. A union would report a mistake once for each alternative.
+    The scalar is replaced by the mapping before validation. A union would report a mistake once for each alternative.
     """
 
     scalar_key: ClassVar[str] = ""
@@ -105,7 +105,7 @@ class Shorthand(AuthorModel):
 
     @classmethod
     def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
-        """The scalar as a mapping, or as the model itself; `known` are the words that the scenario gives a meaning."""
+        """Return the scalar as a mapping or as an instance; `known` are the names that the scenario defines."""
         if cls.scalar_key:
             return {cls.scalar_key: scalar}
         if scalar == cls.scalar_word:
@@ -123,7 +123,7 @@ class Shorthand(AuthorModel):
 
     @classmethod
     def scalar_schema(cls, properties: dict[str, JsonSchema]) -> JsonSchema:
-        """What editors are told of the scalar."""
+        """Return the JSON schema of the scalar."""
         return properties[cls.scalar_key] if cls.scalar_key else {"const": cls.scalar_word}
 
     @model_validator(mode="wrap")
@@ -141,13 +141,13 @@ class Shorthand(AuthorModel):
 
 
 def default(written: object, description: str) -> Any:  # noqa: ANN401 -- as `Field`, it stands for a value of any type
-    """A key that may be absent, with its default as an author would write it, so that editors show it so."""
+    """Return the field of an optional key, with its default as written in YAML, which editors show."""
     return Field(default=written, validate_default=True, description=description)
 
 
-# Kinds: what an author may write under a key of its own, each registered by the one module that knows all of it.
+# Registries of layouts, claims and impacts. Each kind has a key in YAML and is registered by its own module.
 #
-# There are kinds of layouts, of claims and of impacts. Who meets one asks it, and nobody lists them.
+# There is no list of kinds in the code: code that needs a property of a kind asks the kind itself.
 
 
 Entry = TypeVar("Entry")
@@ -155,7 +155,7 @@ Model = TypeVar("Model", bound=ExactlyOneKey)
 
 
 class Kinds(Mapping[str, Entry], Generic[Entry]):
-    """By the key that an author writes, in the order in which they registered: that of the JSON Schema."""
+    """Registry of kinds by their key in YAML, in order of registration, which is the order of the JSON schema."""
 
     def __init__(self, noun: str) -> None:
         self._noun, self._entries = noun, dict[str, Entry]()
@@ -170,20 +170,20 @@ class Kinds(Mapping[str, Entry], Generic[Entry]):
         return len(self._entries)
 
     def register(self, key: str, entry: Entry) -> None:
-        """Let a kind be known. Raises ValueError if its key is taken."""
+        """Add a kind. Raises ValueError if its key is registered already."""
         if key in self._entries:
-            raise ValueError(f"there is a {self._noun} '{key}' already")
+            raise ValueError(f"the {self._noun} '{key}' is registered already")
         self._entries[key] = entry
 
     def forget(self, key: str) -> None:
-        """Let a kind be unknown again. Raises KeyError if it is."""
+        """Remove a kind. Raises KeyError if it is not registered."""
         del self._entries[key]
 
 
 def with_kinds(base: type[Model], keys: Mapping[str, tuple[type, str]], *others: str) -> type[Model]:
-    """The choice with a key for each kind, whose value is read by a type and described in a phrase, beside others.
+    """Return a subclass of `base` with a key for each kind. `keys` maps a key to its type and description.
 
-    The keys of the base come first, in its JSON Schema as well.
+    Exactly one of these keys and `others` is needed. The keys of the base come first, also in the JSON schema.
     """
     fields = {key: (value | None, Field(None, description=summary)) for key, (value, summary) in keys.items()}
     made: type[Model] = create_model(  # type: ignore[call-overload]  # likewise
@@ -193,7 +193,7 @@ def with_kinds(base: type[Model], keys: Mapping[str, tuple[type, str]], *others:
     return made
 
 
-# Times tied to events, as people write them: `built`, `level 9 + 1 s`, `brick L3.2`, `impact 1`.
+# Times tied to events: `built`, `level 9 + 1 s`, `brick L3.2`, `impact 1`.
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,21 +209,21 @@ _EVENT = rf"start|built|(?:level|impact)\s+[1-9][0-9]{{0,5}}|brick\s+{NAME}"
 
 
 def parse_anchor(written: object) -> Anchor:
-    """An anchor such as `built`, `level 9 + 1 s`, or `brick L3.2`."""
+    """Read an anchor such as `built`, `level 9 + 1 s`, or `brick L3.2`."""
     match = re.fullmatch(rf"({_EVENT})(?:\s*\+\s*(.+))?", written.strip()) if isinstance(written, str) else None
     if match is None:
-        raise MistakeError("SD110", f"{shown(written)} is not an event", _meant(written))
+        raise MistakeError("SD110", f"{shown(written)} is not an event", _remedy(written))
     offset = parse_quantity(match[2], DURATION) if match[2] else 0.0
     event, *name = match[1].split()
     return Anchor(event, "".join(name), offset)
 
 
-def _meant(written: object) -> str:
-    """What to write instead; of a word that is close to one of ours, which one that may be."""
-    hint = "write start, built, level 9, brick L3.2, or impact 1, perhaps + 1 s; for a clock time there is `at`"
+def _remedy(written: object) -> str:
+    """Return the closest event if the word is near one, and the forms of events."""
+    hint = "write start, built, level 9, brick L3.2, or impact 1, optionally + 1 s; for a fixed time use `at`"
     word, *rest = str(written).split(maxsplit=1) or [""]
     close = get_close_matches(word, ("start", "built", "level", "brick", "impact"), n=1, cutoff=0.6)
-    return f"did you mean '{' '.join([close[0], *rest])}'? Else {hint}" if close and close[0] != word else hint
+    return f"did you mean '{' '.join([close[0], *rest])}'? Otherwise {hint}" if close and close[0] != word else hint
 
 
 _ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(DURATION)})?"
@@ -233,9 +233,9 @@ AnchorText = Annotated[
 
 
 class Timed(ExactlyOneKey):
-    """A step that begins at a time, or after an event, or else after what comes before it."""
+    """A step that begins at a time, after an event, or by default after the previous step."""
 
-    repeat: REPEAT = Field(None, description="variables that each repetition has its own values of")
+    repeat: REPEAT = Field(None, description="variables and their values, one repetition for each combination")
     at: Duration | None = Field(None, description="when the step begins; default: after the previous step")
     after: AnchorText | None = Field(None, description="the event that the step begins after")
 

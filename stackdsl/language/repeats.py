@@ -24,31 +24,31 @@ if TYPE_CHECKING:
     from stackdsl.language.expressions import Names, Value
 
 
-# Which combinations of values a scenario is played with: `matrix:`, `cases:` and `exclude:`.
+# Combinations of values, one for each variant: `matrix:`, `cases:` and `exclude:`.
 
 
 MAX_VARIANTS: Final = 256
-_FEWER: Final = f"write at most {MAX_VARIANTS}, or make several scenarios of it"
+_FEWER: Final = f"write at most {MAX_VARIANTS}, or split it into several scenarios"
 
-# A mistake may turn up once a variant: where it is and what it says make it one.
+# By path and message, so that a mistake that occurs in every variant is reported once.
 Mistakes: TypeAlias = dict[tuple[KeyPath, str], MistakeError]
 
 
 class NameMistakeError(MistakeError):
-    """The name of a variable is at fault, not its value."""
+    """A mistake in the name of a variable, not in its value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Combination:
-    """One combination: the value of each variable, as written; None where that is mistaken."""
+    """One combination of values."""
 
-    values: Mapping[str, Plain]
-    called: tuple[tuple[str, str], ...]  # the variables that tell it from the others, each with its value as written
+    values: Mapping[str, Plain]  # of all variables, as written; None for a mistaken value
+    called: tuple[tuple[str, str], ...]  # variables that identify the combination, each with its value as written
 
 
 @dataclass(frozen=True, slots=True)
 class Combinations:
-    """All combinations, in the author's order."""
+    """All combinations, in the order of the file."""
 
     all: tuple[Combination, ...]
     names: frozenset[str] = frozenset()  # of the variables
@@ -56,31 +56,33 @@ class Combinations:
 
 
 def combinations_of(values: Mapping[str, Plain]) -> Combinations:
-    """What a scenario is played with; where there are too many combinations, one of no values."""
+    """Return the combinations of a scenario; if there are too many, a single one without values."""
     mistakes: Mistakes = {}
     cases = _cases(values["cases"], mistakes) if "cases" in values else [{}]
     rows = _rows(values["matrix"], mistakes) if "matrix" in values else {}
     for name in sorted(rows.keys() & cases[0].keys()):
         add(mistakes, ("matrix", name), _taken(name, "the cases"))
     names = frozenset((*rows, *cases[0]))
-    if prod(map(len, rows.values()), start=len(cases)) > MAX_VARIANTS:  # told without the number, which may be long
+    if prod(map(len, rows.values()), start=len(cases)) > MAX_VARIANTS:  # the number may be too long for the message
         message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
-        add(mistakes, ("matrix",), MistakeError("SD206", message, "make several scenarios of it"))
+        add(mistakes, ("matrix",), MistakeError("SD206", message, "split it into several scenarios"))
         return Combinations((Combination(dict.fromkeys(names), ()),), names, mistakes)
-    made = [_choice(case, dict(zip(rows, row, strict=True))) for case in cases for row in product(*rows.values())]
-    kept = _kept(made, values.get("exclude"), names, mistakes)
-    return Combinations(tuple(kept), names, mistakes)
+    combinations = [
+        _combination(case, dict(zip(rows, row, strict=True))) for case in cases for row in product(*rows.values())
+    ]
+    included = _included(combinations, values.get("exclude"), names, mistakes)
+    return Combinations(tuple(included), names, mistakes)
 
 
-def _choice(case: Mapping[str, Plain], row: Mapping[str, Plain]) -> Combination:
+def _combination(case: Mapping[str, Plain], row: Mapping[str, Plain]) -> Combination:
     first = next(iter(case), None)
-    told = {**({} if first is None else {first: case[first]}), **row}
-    called = tuple((name, str(written)) for name, written in told.items() if written is not None)
+    identifying = {**({} if first is None else {first: case[first]}), **row}
+    called = tuple((name, str(written)) for name, written in identifying.items() if written is not None)
     return Combination({**case, **row}, called)
 
 
 def compact(text: str) -> str:
-    """A value of a choice as it stands in the name of a case."""
+    """Remove white space from a value, for the name of a case."""
     return "".join(text.split())
 
 
@@ -88,7 +90,7 @@ def compact(text: str) -> str:
 
 
 def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
-    """The rows of `matrix`; a mistaken one has the single value None."""
+    """Return the rows of `matrix`; a row with a mistake has the single value None."""
     if not isinstance(matrix, dict):
         add(mistakes, ("matrix",), MistakeError("SD103", "expected a mapping", "write {step: [10 mm, 12 mm]}"))
         return {}
@@ -115,17 +117,17 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
             add(
                 mistakes,
                 (*path, index),
-                MistakeError("SD104", f"{shown(written)} is in the row already", "write each value once"),
+                MistakeError("SD104", f"{shown(written)} is in the list twice", "write each value once"),
             )
         seen.add(compact(str(written)))
     return [None] if len(mistakes) > before else values
 
 
 def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
-    """The cases, each a mapping of the same variables; without any that can be used, one without variables."""
+    """Return the cases, each a mapping of the same variables; a single empty one if `cases` is malformed."""
     if not isinstance(cases, list) or not cases or not all(isinstance(case, dict) and case for case in cases):
         mistake = MistakeError(
-            "SD103", "expected a list of mappings", "write - {speed: 1 m/s, shift: 34 mm}, a line a case"
+            "SD103", "expected a list of mappings", "write - {speed: 1 m/s, shift: 34 mm}, one line per case"
         )
         add(mistakes, ("cases",), mistake)
         return [{}]
@@ -139,8 +141,8 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
         _check_case(number, case, listed[0], mistakes)
     if len(mistakes) == before:
         for number, mistake in told_apart([case[first] for case in listed]):
-            message = f"two cases have {first} {shown(listed[number][first])}, by which they are told apart"
-            hint = "begin each case with a variable whose value is its own, such as name: slow"
+            message = f"two cases have {first} {shown(listed[number][first])}, which is also the name of a case"
+            hint = "begin each case with a variable of unique values, such as name: slow"
             add(mistakes, ("cases", number, first), MistakeError(mistake.code, message, hint))
     return listed if len(mistakes) == before else [dict.fromkeys(listed[0])]
 
@@ -157,7 +159,7 @@ def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plai
         path: KeyPath = ("cases", number, name)
         try:
             if name not in first:
-                raise _unknown("SD101", name, tuple(first), "give it to all cases")
+                raise _unknown("SD101", name, tuple(first), "add it to all cases")
             check_name(name)
             value_of(written)
         except MistakeError as mistake:
@@ -168,30 +170,30 @@ def _unknown(code: str, name: str, known: Sequence[str], otherwise: str = "") ->
     return NameMistakeError(code, f"unknown variable '{name}'", lambda: did_you_mean(name, known) or otherwise)
 
 
-def _kept(made: list[Combination], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Combination]:
-    """The combinations that none of `exclude` speaks of."""
+def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Combination]:
+    """Return the combinations that do not match an item of `exclude`."""
     if exclude is None:
         return made
-    if not isinstance(exclude, list) or not exclude or not all(isinstance(each, dict) and each for each in exclude):
+    if not isinstance(exclude, list) or not exclude or not all(isinstance(item, dict) and item for item in exclude):
         mistake = MistakeError(
-            "SD103", "expected a list of mappings", "write - {step: 12 mm, levels: 3}, a line a combination"
+            "SD103", "expected a list of mappings", "write - {step: 12 mm, levels: 3}, one line per combination"
         )
         add(mistakes, ("exclude",), mistake)
         return made
     if len(exclude) > MAX_VARIANTS:
-        add(mistakes, ("exclude",), MistakeError("SD206", f"{len(exclude)} combinations are left out", _FEWER))
+        add(mistakes, ("exclude",), MistakeError("SD206", f"{len(exclude)} combinations are excluded", _FEWER))
         return made
-    known = [({name: _value(written) for name, written in choice.values.items()}, choice) for choice in made]
-    left = known
-    for number, each in enumerate(exclude):
-        wanted = dict(_excluded(number, each, names, mistakes)) if isinstance(each, dict) else {}
-        if not any(_has(values, wanted) for values, _ in known) and not mistakes:
-            hint = "write values that the matrix or the cases have together"
-            add(mistakes, ("exclude", number), MistakeError("SD104", "there is no such combination to leave out", hint))
-        left = [pair for pair in left if not _has(pair[0], wanted)] if wanted else left
+    parsed = [({name: _value(written) for name, written in each.values.items()}, each) for each in made]
+    left = parsed
+    for number, item in enumerate(exclude):
+        values = dict(_excluded(number, item, names, mistakes)) if isinstance(item, dict) else {}
+        if not any(_has(own, values) for own, _ in parsed) and not mistakes:
+            hint = "write values that occur together in the matrix or in the cases"
+            add(mistakes, ("exclude", number), MistakeError("SD104", "there is no such combination to exclude", hint))
+        left = [pair for pair in left if not _has(pair[0], values)] if values else left
     if not left:
-        add(mistakes, ("exclude",), MistakeError("SD104", "no combination is left", "leave out fewer"))
-    return [choice for _, choice in left] or made[:1]
+        add(mistakes, ("exclude",), MistakeError("SD104", "no combination is left", "exclude fewer"))
+    return [each for _, each in left] or made[:1]
 
 
 def _value(written: Plain) -> "Value | None":
@@ -203,10 +205,10 @@ def _has(values: Mapping[str, "Value | None"], wanted: Mapping[str, "Value"]) ->
 
 
 def _excluded(
-    number: int, each: Mapping[str, Plain], names: frozenset[str], mistakes: Mistakes
+    number: int, item: Mapping[str, Plain], names: frozenset[str], mistakes: Mistakes
 ) -> Iterator[tuple[str, "Value"]]:
-    """The variables that one of `exclude` speaks of, each with its value."""
-    for name, written in each.items():
+    """Yield the variables of an item of `exclude`, each with its value."""
+    for name, written in item.items():
         try:
             if name not in names:
                 raise _unknown("SD109", name, sorted(names))
@@ -219,7 +221,7 @@ def _excluded(
 
 
 def check_name(name: str, taken: Iterable[str] = (), where: str = "") -> None:
-    """Raise MistakeError if a variable cannot be called so, or if the name is taken `where` others are."""
+    """Raise MistakeError if a name is invalid, or used already `where` the names in `taken` are defined."""
     if not VARIABLE.fullmatch(name):
         raise NameMistakeError(
             "SD109", f"'{name}' cannot name a variable", "write letters, digits and _, a letter first"
@@ -231,35 +233,35 @@ def check_name(name: str, taken: Iterable[str] = (), where: str = "") -> None:
 
 
 def _taken(name: str, where: str) -> MistakeError:
-    return NameMistakeError("SD109", f"'{name}' is a variable of {where} already", "take another name")
+    return NameMistakeError("SD109", f"'{name}' is already a variable of {where}", "take another name")
 
 
 def _meaning(name: str) -> str:
-    """What a name means in every expression."""
+    """Describe the fixed meaning of a name in expressions."""
     if name == "pi":
         return "is a number"
     return "is a unit" if name in UNITS else "is a function"
 
 
 def add(mistakes: Mistakes, path: KeyPath, mistake: MistakeError) -> None:
-    """Note a mistake of the value, or the key, at a path."""
-    mistakes[path, mistake.message] = mistake.with_traceback(None)  # whose frames would keep all that they knew
+    """Record a mistake in the value, or the key, at a path."""
+    mistakes[path, mistake.message] = mistake.with_traceback(None)  # frees the frames and their objects
 
 
-# `repeat: {i: 1 .. 18}`: a brick, a step, an impact or a claim as often as its variables have values.
+# `repeat: {i: 1 .. 18}`: repeats a brick, a step, an impact or a claim for each combination of its variables.
 #
-# Done for each variant before anything is worked out, so that all later stages see a list as if it had been written
-# out, and the place of every value in the file that it comes from.
+# Repeats are expanded in each variant before expressions, so that all later stages see a plain list, with the place of
+# every value in the original file.
 
 
 REPEAT: Final = "repeat"
-REPEATABLE: Final = ("build", "impacts", "expect", "truth")  # lists whose items may be repeated; and those of `bricks`
-MAX_REPEATS: Final = 20_000  # of one item, all of its variables together
-MAX_SPREAD: Final = 200_000  # values that all repeats of a scenario make; a second, and some hundred megabytes
+REPEATABLE: Final = ("build", "impacts", "expect", "truth")  # lists of repeatable items, besides `bricks` of a step
+MAX_REPEATS: Final = 20_000  # combinations of the variables of one item
+MAX_SPREAD: Final = 200_000  # values from all repeats of a scenario; a second, and some hundred megabytes
 
 
 class TooMuchError(Exception):
-    """The scenario is larger than what can be worked out in time."""
+    """The scenario is too large to be expanded in time."""
 
     def __init__(self, path: KeyPath, message: str) -> None:
         super().__init__(message)
@@ -268,38 +270,38 @@ class TooMuchError(Exception):
 
 @dataclass(slots=True)
 class Budget:
-    """How much all variants together may still cost."""
+    """Number of values that repeats may still make, in all variants together."""
 
     spread: int = MAX_SPREAD
 
 
 @dataclass(frozen=True, slots=True)
 class ExpandedScenario:
-    """A scenario with its repeats written out."""
+    """A scenario with its repeats expanded."""
 
     source: Source
-    scopes: Mapping[KeyPath, "Names"] = field(default_factory=dict)  # the variables of each item that was repeated
-    mistakes: Mistakes = field(default_factory=dict)  # at paths of the spread source
+    scopes: Mapping[KeyPath, "Names"] = field(default_factory=dict)  # variables of each repetition, by path
+    mistakes: Mistakes = field(default_factory=dict)  # at paths of the expanded source
 
 
 def expand_repeats(source: Source, names: "Names", budget: Budget) -> ExpandedScenario:
-    """The scenario with its repeats written out, given its other variables. Raises TooMuchError."""
+    """Expand the repeats of a scenario; `names` are its other variables. Raises TooMuchError."""
     repeating = [key for key in REPEATABLE if _repeats(source.values.get(key))]
     if not repeating:
         return ExpandedScenario(source)
     places = PlaceBuilder()
     places.keep(source, {(key,): None for key in repeating})
-    spreading = _Spreading(source, budget, names, places)
+    expansion = _Expansion(source, budget, names, places)
     values = dict(source.values)
     for key in repeating:
         places.note(source, (key,), (key,))
-        values[key] = spreading.list_of(values[key], (key,), (key,), _Scope(names))
-    spread_source = replace(source, values=values, value_spans=places.value_spans, key_spans=places.key_spans)
-    return ExpandedScenario(spread_source, spreading.scopes, spreading.mistakes)
+        values[key] = expansion.list_of(values[key], (key,), (key,), _Scope(names))
+    expanded = replace(source, values=values, value_spans=places.value_spans, key_spans=places.key_spans)
+    return ExpandedScenario(expanded, expansion.scopes, expansion.mistakes)
 
 
 def _repeats(items: Plain) -> bool:
-    """Whether anything in a list is repeated, or wants to be."""
+    """Return whether an item of a list, or of `bricks` in it, has the key `repeat`."""
     if not isinstance(items, list):
         return False
     mappings = [item for item in items if isinstance(item, dict)]
@@ -308,40 +310,42 @@ def _repeats(items: Plain) -> bool:
 
 @dataclass(slots=True)
 class _Scope:
-    """In which repetition a value stands."""
+    """Variables of one repetition."""
 
     names: "Names"
-    told: str = ""  # such as `i = 3`
+    label: str = ""  # such as `i = 3`
 
 
 @dataclass(slots=True)
-class _Spreading:
+class _Expansion:
+    """Expands the repeats of one variant. Methods take the path of a value in the file and in the expansion."""
+
     source: Source
     budget: Budget
-    taken: "Names"  # the variables of the scenario
+    scenario_names: "Names"
     places: PlaceBuilder
     scopes: dict[KeyPath, "Names"] = field(default_factory=dict)
     mistakes: Mistakes = field(default_factory=dict)
 
     def list_of(self, items: Plain, old: KeyPath, new: KeyPath, scope: _Scope) -> Plain:
-        """A list with its items as often as they say."""
+        """Return a list with its items repeated."""
         if not isinstance(items, list):
             return self.copy(items, old, new, scope)
-        made: list[Plain] = []
+        items_: list[Plain] = []
         for index, item in enumerate(items):
             if isinstance(item, dict) and REPEAT in item:
-                made += self._repeated(item, (*old, index), (*new, len(made)), scope)
+                items_ += self._repeated(item, (*old, index), (*new, len(items_)), scope)
             else:
-                made.append(self.copy(item, (*old, index), (*new, len(made)), scope))
-        return made
+                items_.append(self.copy(item, (*old, index), (*new, len(items_)), scope))
+        return items_
 
     def copy(self, value: Plain, old: KeyPath, new: KeyPath, scope: _Scope) -> Plain:
-        """A value that stands elsewhere, with the places that it comes from."""
+        """Return a value, and record its places in the file for its path in the expansion."""
         self.budget.spread -= 1
         if self.budget.spread < 0:
-            message = f"what is repeated comes to more than {MAX_SPREAD} values in all variants"
+            message = f"the repeats expand to more than {MAX_SPREAD} values in all variants"
             raise TooMuchError(old, message)
-        self.places.note(self.source, old, new, scope.told)
+        self.places.note(self.source, old, new, scope.label)
         if isinstance(value, dict):
             return {key: self._member(key, member, (*old, key), (*new, key), scope) for key, member in value.items()}
         if isinstance(value, list):
@@ -355,27 +359,27 @@ class _Spreading:
             and old[0] == "build"
             and isinstance(member, list)
         ):
-            self.places.note(self.source, old, new, scope.told)
+            self.places.note(self.source, old, new, scope.label)
             return self.list_of(member, old, new, scope)
         return self.copy(member, old, new, scope)
 
     def _repeated(self, item: dict[str, Plain], old: KeyPath, new: KeyPath, scope: _Scope) -> Iterator[Plain]:
         rest = {key: value for key, value in item.items() if key != REPEAT}
         first, start = int(new[-1]), new[:-1]
-        for number, (own, words) in enumerate(self._turns(item[REPEAT], old, new, scope.names)):
+        for number, (own, label) in enumerate(self._repetitions(item[REPEAT], old, new, scope.names)):
             place = (*start, first + number)
-            inner = _Scope(inner_names(own, scope.names), ", ".join(filter(None, [scope.told, words])))
+            inner = _Scope(inner_names(own, scope.names), ", ".join(filter(None, [scope.label, label])))
             self.scopes[place] = own
             written, sources = rest, dict[str, str]()
             if old[0] == "impacts" and number and "every" in rest:
                 written, sources = _following(rest, first + number)
             copied = self.copy(written, old, place, inner)
-            for key, other in sources.items():  # what is said once for all that follow
-                self.places.note(self.source, (*old, other), (*place, key), inner.told)
+            for key, other in sources.items():  # added keys have the place of the key that they come from
+                self.places.note(self.source, (*old, other), (*place, key), inner.label)
             yield copied
 
-    def _turns(self, loops: Plain, old: KeyPath, new: KeyPath, names: "Names") -> Iterator[tuple["Names", str]]:
-        """The variables of each repetition, and what is told of them; of a mistaken loop one, with unknown values."""
+    def _repetitions(self, loops: Plain, old: KeyPath, new: KeyPath, names: "Names") -> Iterator[tuple["Names", str]]:
+        """Yield variables and label of each repetition; for a mistaken loop a single one, with unknown values."""
         before = len(self.mistakes)
         written = loops if isinstance(loops, dict) and loops else {}
         if not written:
@@ -398,28 +402,28 @@ class _Spreading:
                 MistakeError(
                     "SD206",
                     f"this is repeated more than {MAX_REPEATS} times, which is the most",
-                    "repeat it less often",
+                    "write fewer values",
                 ),
             )
         if len(self.mistakes) > before:
             yield dict.fromkeys(rows), ""
             return
-        for turn in product(*rows.values()):
-            told = ", ".join(f"{name} = {text}" for name, (text, _) in zip(rows, turn, strict=True))
-            yield {name: value for name, (_, value) in zip(rows, turn, strict=True)}, told
+        for values in product(*rows.values()):
+            label = ", ".join(f"{name} = {text}" for name, (text, _) in zip(rows, values, strict=True))
+            yield {name: value for name, (_, value) in zip(rows, values, strict=True)}, label
 
     def _row(
         self, name: str, row: Plain, old: KeyPath, new: KeyPath, names: "Names"
     ) -> list[tuple[str, "Value | None"]]:
-        """The values of one variable, each as written and as it is."""
+        """Return the values of one variable, each as text and parsed."""
         try:
-            check_name(name, names, "the scenario" if name in self.taken else "an outer `repeat`")
+            check_name(name, names, "the scenario" if name in self.scenario_names else "an outer `repeat`")
             written = [
-                interpolate(each, names) if isinstance(each, str) and "${" in each else each
-                for each in (row if isinstance(row, list) else [row])
+                interpolate(value, names) if isinstance(value, str) and "${" in value else value
+                for value in (row if isinstance(row, list) else [row])
             ]
             values = values_of(written if isinstance(row, list) else written[0], MAX_REPEATS)
-            return [(str(each), value_of(each, names)) for each in values]
+            return [(str(value), value_of(value, names)) for value in values]
         except MistakeError as mistake:
             self.places.note(self.source, old, new)
             add(self.mistakes, new, mistake)
@@ -433,10 +437,13 @@ class _Spreading:
         add(self.mistakes, (*new, REPEAT), mistake)
 
 
-_SILENT: Final = MistakeError("", "")  # what follows from a mistake that is told elsewhere
+_SILENT: Final = MistakeError("", "")  # follows from a mistake that is reported elsewhere
 
 
 def _following(item: dict[str, Plain], number: int) -> tuple[dict[str, Plain], dict[str, str]]:
-    """A repeated impact but the first, so long after the one before it; and of a key that is new, which key says so."""
+    """Return an impact after the first of a repeat with `every`, and the source keys of its added keys.
+
+    The impact begins the time `every` after the impact before it.
+    """
     rest = {key: value for key, value in item.items() if key not in ("at", "after", "every")}
     return {**rest, "after": f"impact {number} + {item['every']}"}, {"after": "every"}

@@ -1,4 +1,4 @@
-"""The pydantic models of one scenario, with the description of every key."""
+"""Pydantic models of a scenario, with a description of every key."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -32,7 +32,7 @@ from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Tim
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.value_types import MAX_BRICKS
 
-# What an author may say of how bricks rub on each other, beside the one coefficient that most scenarios have.
+# Friction of particular pairs, besides the one coefficient that most scenarios have.
 
 
 MAX_PAIRS: Final = 1000
@@ -41,29 +41,29 @@ RubbingName = Annotated[str, t.TYPE_NAME]
 
 
 class PairOfBodies(AuthorModel):
-    """Two bodies, or kinds of bricks, and how they rub on each other."""
+    """Friction between two bodies or kinds of bricks."""
 
     pair: tuple[RubbingName, RubbingName] = Field(
-        description="two kinds of brick, or bricks, the ground, walls by name; one kind twice for two of its bricks"
+        description="names of two kinds of brick, bricks, the ground or walls; one kind twice for two bricks of it"
     )
-    friction: t.Friction = Field(description="Coulomb coefficient of the one on the other")
+    friction: t.Friction = Field(description="Coulomb coefficient between the two")
 
 
 class Frictions(AuthorModel):
-    """What two surfaces have on each other."""
+    """Friction between bodies with different coefficients."""
 
     rule: Literal["lower", "higher", "mean", "geometric"] = Field(
-        "lower", description="what two bodies have on each other, of the friction that each has"
+        "lower", description="how the coefficients of two bodies combine"
     )
     between: Annotated[tuple[PairOfBodies, ...], Field(max_length=MAX_PAIRS)] = Field(
-        (), description="what certain pairs have, whatever each has by itself"
+        (), description="coefficients of particular pairs, in place of the rule"
     )
 
 
-# Scenarios that are not played, or that are known to come out wrong, each with the reason.
+# Scenarios that are skipped or expected to fail, each with the reason.
 
 
-Package = Literal["mujoco", "sapien"]  # that formats are read with, and engines are of
+Package = Literal["mujoco", "sapien"]  # optional packages, for formats and engines
 
 
 def _in_one_line(text: str) -> str:
@@ -71,42 +71,42 @@ def _in_one_line(text: str) -> str:
 
 
 class Mark(Shorthand):
-    """Why, and on which systems."""
+    """A reason, and the systems that it applies to."""
 
-    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="why")
+    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="the reason")
     system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
-        None, description="the system, or systems, that this is said of; default: all"
+        None, description="the system or systems that this applies to; default: all"
     )
 
     scalar_key: ClassVar[str] = "reason"
 
     def is_of(self, system: str) -> bool:
-        """Whether it is said of a system."""
+        """Return whether the mark applies to a system."""
         return self.system is None or system in self.system
 
 
 class Skip(Mark):
-    """Not played."""
+    """A scenario that is not run."""
 
-    without: Package | None = Field(None, description="played all the same wherever this Python package is installed")
+    without: Package | None = Field(None, description="skipped only if this Python package is not installed")
 
     def is_of(self, system: str) -> bool:
-        """Whether it is said of a system, here."""
+        """Return whether the mark applies to a system in this environment."""
         return Mark.is_of(self, system) and (self.without is None or not is_installed(self.without))
 
 
 def is_installed(package: str) -> bool:
-    """Whether a Python package can be imported here."""
+    """Return whether a Python package can be imported."""
     return find_spec(package) is not None
 
 
 class Xfail(Mark):
-    """Played, and known to fail its expectations: for now, and for a reason."""
+    """A scenario that is run and expected to fail."""
 
-    strict: t.Flag = Field(True, description="whether it fails the check that all expectations are met after all")
+    strict: t.Flag = Field(True, description="whether the check fails if all expectations are met")
 
 
-# How the ground is shaken: as a sine, or as a table says.
+# Shaking of the ground: a sine, or a table.
 
 
 Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
@@ -115,10 +115,12 @@ Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
 def _in_order(rows: Sequence[Row]) -> Sequence[Row]:
     for number, (before, after) in enumerate(pairwise(rows), start=2):
         if after[0] < before[0]:
-            message = f"row {number} of the table is of {after[0]:g} s, and the one before it of {before[0]:g} s"
-            raise MistakeError("SD104", message, "write the rows in order of time; twice the same time is a jump")
+            message = f"row {number} of the table is at {after[0]:g} s, and the row before it at {before[0]:g} s"
+            raise MistakeError(
+                "SD104", message, "write the rows in order of time; two rows of the same time are a jump"
+            )
     if rows[-1][0] == rows[0][0]:
-        raise MistakeError("SD104", "the table takes no time", "write a later row")
+        raise MistakeError("SD104", "the table has no duration", "write a later row")
     return rows
 
 
@@ -126,17 +128,19 @@ Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), Afte
 
 
 class Shake(Timed):
-    """The ground moves to and fro, level, along one line."""
+    """The ground moves horizontally to and fro along one line."""
 
     at: t.Duration | None = Field(None, description="when it begins; default: when all is built")
     after: AnchorText | None = Field(None, description="the event that it begins after")
-    bearing: t.Angle = default("0 deg", "which way it accelerates first: 0 deg = +x, 90 deg = +y")
-    acceleration: t.ShakeAcceleration | None = Field(None, description="the most, of a sine")
-    amplitude: t.PositiveLength | None = Field(None, description="to either side, of a sine; or else its acceleration")
-    frequency: t.ShakeFrequency | None = Field(None, description="of the sine")
-    for_: t.PositiveDuration | None = Field(None, alias="for", description="how long the sine goes on")
+    bearing: t.Angle = default("0 deg", "direction of the first acceleration: 0 deg = +x, 90 deg = +y")
+    acceleration: t.ShakeAcceleration | None = Field(None, description="peak acceleration of a sine")
+    amplitude: t.PositiveLength | None = Field(
+        None, description="amplitude of a sine; give either this or the acceleration"
+    )
+    frequency: t.ShakeFrequency | None = Field(None, description="frequency of the sine")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="duration of the sine")
     table: Table | None = Field(
-        None, description="rows of [time, acceleration] along the bearing, straight between; one time twice is a jump"
+        None, description="rows of [time, acceleration] along the bearing, linear between; one time twice is a jump"
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("acceleration", "amplitude", "table")
@@ -147,8 +151,8 @@ class Shake(Timed):
         written = [key for key in self.of_a_sine if getattr(self, key) is not None]
         if self.table is not None:
             if written:
-                message = f"a table says all, and there is no sine to have a `{self._spelling(written[0])}`"
-                raise MistakeError("SD108", message, "leave it out, or the table")
+                message = f"`{self._spelling(written[0])}` goes with a sine, and this shake has a table"
+                raise MistakeError("SD108", message, "remove one of them")
         elif len(written) < len(self.of_a_sine):
             missing = next(key for key in self.of_a_sine if key not in written)
             example = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}[missing]
@@ -157,17 +161,17 @@ class Shake(Timed):
             message = (
                 f"the ground would accelerate by up to {self._most:.4g} m/s2, and {t.MOST_SHAKEN:g} m/s2 is the most"
             )
-            raise MistakeError("SD104", message, "write a lesser amplitude or frequency")
+            raise MistakeError("SD104", message, "write a lower amplitude or frequency")
         return self
 
     @property
     def _most(self) -> float:
-        """Of a sine [m/s2]."""
+        """Return the peak acceleration of a sine [m/s2]."""
         return self.acceleration or (self.amplitude or 0.0) * (2.0 * pi * (self.frequency or 0.0)) ** 2
 
     @property
     def course(self) -> Course:
-        """The acceleration along the bearing."""
+        """Return the acceleration along the bearing over time."""
         if self.table is None:
             return Sine(self._most, self.frequency or 0.0, self.for_ or 0.0)
         start = self.table[0][0]
@@ -175,59 +179,58 @@ class Shake(Timed):
 
     @property
     def delay(self) -> float:
-        """From when it begins until the ground first moves [s]."""
+        """Return the time from its beginning until the ground first moves [s]."""
         return self.table[0][0] if self.table is not None else 0.0
 
 
-# What an author may write: the models of one scenario, and the description of every key.
+# Models of a scenario.
 #
-# The classes here are what is known of a scenario whatever kinds of layouts, claims and impacts there are; `models`
-# adds a key for each kind.
+# The classes here do not depend on the registered layouts, claims and impacts; `models` adds a key for each of these.
 
 
-# --- given: the world -------------------------------------------------------------------------------------------------
+# --- the world --------------------------------------------------------------------------------------------------------
 
 
 class Ground(AuthorModel):
     """The level ground."""
 
-    friction: t.Friction | None = Field(None, description="of a brick on the ground; default: the scenario's")
+    friction: t.Friction | None = Field(None, description="friction of a brick on the ground; default: the scenario's")
 
 
 class Wall(AuthorModel):
     """A vertical wall that faces the origin."""
 
-    bearing: t.Angle = Field(description="where the wall is, seen from the origin: 0 deg = +x, 90 deg = +y")
-    distance: t.NonNegativeLength = Field(description="from the origin to the wall")
-    friction: t.Friction | None = Field(None, description="of a brick on the wall; default: the scenario's")
+    bearing: t.Angle = Field(description="direction of the wall from the origin: 0 deg = +x, 90 deg = +y")
+    distance: t.NonNegativeLength = Field(description="distance of the wall from the origin")
+    friction: t.Friction | None = Field(None, description="friction of a brick on the wall; default: the scenario's")
 
 
 class Tilt(Shorthand):
-    """How far the whole scene is tilted."""
+    """Tilt of the whole scene."""
 
-    angle: t.Slope = Field(description="between the ground and the horizontal")
-    towards: t.Angle = default("0 deg", "bearing of downhill: 0 deg = +x, 90 deg = +y")
+    angle: t.Slope = Field(description="angle between the ground and the horizontal")
+    towards: t.Angle = default("0 deg", "downhill direction: 0 deg = +x, 90 deg = +y")
 
     scalar_key: ClassVar[str] = "angle"
 
 
 class World(AuthorModel):
-    """What bricks stand on, and what pulls at them."""
+    """Ground, walls, gravity and friction."""
 
     gravity: t.Acceleration = default("9.81 m/s2", "acceleration of free fall")
     ground: Ground = Field(default_factory=Ground, description="the level ground")
     walls: Annotated[tuple[Wall, ...], Field(max_length=16)] = Field((), description="vertical walls")
-    tilt: Tilt = default("0 deg", "how far the whole scene is tilted")
-    shake: Shake | None = Field(None, description="how the ground moves to and fro")
-    friction: Frictions = Field(default_factory=Frictions, description="where some bodies rub otherwise than most")
+    tilt: Tilt = default("0 deg", "tilt of the whole scene")
+    shake: Shake | None = Field(None, description="shaking of the ground")
+    friction: Frictions = Field(default_factory=Frictions, description="friction of particular pairs of bodies")
     touching: t.Touching | None = Field(
         None, description="which gaps statics count as contact; default: up to 2 % of the smallest side"
     )
 
 
-# --- when: the steps of building --------------------------------------------------------------------------------------
+# --- the steps of building --------------------------------------------------------------------------------------------
 
-UNTIL_COLLAPSE: Final = 100  # levels, or bricks; plank stacks that are made to fall do so long before
+UNTIL_COLLAPSE: Final = 100  # levels, or bricks; unstable stacks of planks fall long before
 
 
 class BuildStep(Timed):
@@ -236,49 +239,48 @@ class BuildStep(Timed):
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
         None, description="bricks in any pose, one by one"
     )
-    imported: Import | None = Field(None, alias="import", description="the boxes of a file that another program wrote")
-    name: t.BrickName | None = Field(None, description="goes before the names of the bricks of this step")
-    brick: BrickKind | None = Field(None, description="what this step is built of; default: the scenario's brick")
+    imported: Import | None = Field(None, alias="import", description="the boxes in a file of another program")
+    name: t.BrickName | None = Field(None, description="prefix of the names of the bricks of this step")
+    brick: BrickKind | None = Field(None, description="the brick of this step; default: the scenario's brick")
     every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
-    until: Literal["collapse"] | None = Field(None, description="goes on until the structure falls")
+    until: Literal["collapse"] | None = Field(None, description="the step goes on until the structure falls")
     place: ByHand | None = Field(
-        None, description="by hand, one brick after another; default: set down as if from nowhere"
+        None, description="by hand, one brick after another; default: each brick appears in its place"
     )
 
-    jitter: HandErrors | None = Field(
-        None, description="how far off its bricks are set down, in `samples`; default: not at all"
-    )
+    jitter: HandErrors | None = Field(None, description="placement errors of its bricks, in `samples`; default: none")
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
-        """Name and parameters of the layout, unless the step lists its bricks."""
+        """Return name and parameters of the layout; None for bricks that are listed or imported."""
         return None if self.kind in {"bricks", "imported"} else (self.kind, getattr(self, self.kind))
 
     @model_validator(mode="before")
     @classmethod
-    def _go_on(cls, written: object) -> object:
-        """Fill in how much is built at most, where that is left to the collapse."""
+    def _fill_in_count(cls, written: object) -> object:
+        """Fill in the largest number of levels or bricks for `until: collapse`."""
         if not isinstance(written, dict) or "until" not in written:
             return written
         layouts = {name: written[name] for name in LAYOUTS if isinstance(written.get(name), dict)}
         return written | {name: {LAYOUTS[name].params.count: UNTIL_COLLAPSE} | layouts[name] for name in layouts}
 
     @model_validator(mode="after")
-    def _fall_on_the_way(self) -> Self:
+    def _check_until_collapse(self) -> Self:
         if self.until is None:
             return self
         if self.layout is None:
-            raise MistakeError("SD108", "`until: collapse` goes on with a layout, and this step has none", "write one")
+            message = "`until: collapse` needs a layout, and this step has none"
+            raise MistakeError("SD108", message, "write a layout")
         if self.every is None and self.place is None:
-            message = "`until: collapse` needs `every`: all at once, nothing is left to add when it falls"
+            message = "`until: collapse` needs `every`, to add one brick after another"
             raise MistakeError("SD102", message, "add such as every: 1 s")
         return self
 
     @model_validator(mode="after")
-    def _let_go_in_one_way(self) -> Self:
+    def _place_or_drop(self) -> Self:
         if self.place is not None and any(brick.drop for brick in self.bricks or ()):
-            message = "a hand lets a brick go in its place, and `drop` in the air"
-            raise MistakeError("SD108", message, "leave out one of them, or take two steps")
+            message = "`place` releases a brick in its place, and `drop` in the air"
+            raise MistakeError("SD108", message, "remove one of them, or write two steps")
         return self
 
     @classmethod
@@ -291,69 +293,72 @@ class BuildStep(Timed):
         return schema
 
 
-# --- the whole --------------------------------------------------------------------------------------------------------
+# --- the scenario -----------------------------------------------------------------------------------------------------
 
 _NAMED: Final[t.JsonSchema] = {
     "type": "object",
     "properties": {"file": t.FILE, "scenario": {"type": "string", "description": "its name; default: the only one"}},
     "additionalProperties": False,
 }
-_BASE = WithJsonSchema({"anyOf": [t.FILE, _NAMED]})  # what it says is taken over by `composing`
+_BASE = WithJsonSchema({"anyOf": [t.FILE, _NAMED]})  # `includes` merges the base before validation
 _CHOSEN = WithJsonSchema({"type": "array", "items": {"type": "object", "additionalProperties": t.VALUE}, "minItems": 1})
 
 
 class Scenario(AuthorModel):
-    """What is built, and what must come of it."""
+    """A structure to build, and the expected outcome."""
 
-    scenario: t.Slug = Field(description="its name, and that of its files")
+    scenario: t.Slug = Field(description="name of the scenario and of its files")
     extends: Annotated[object, _BASE] = Field(
-        None, description="a scenario, in another file or in this one, whose keys hold for all that is not said here"
+        None, description="a scenario in another file or in this one; its keys apply where this scenario has none"
     )
     description: t.Text | None = Field(None, description="what it shows, in a sentence")
     tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field((), description="words to select scenarios by")
-    brick_types: BrickTypes = Field({}, description="names for bricks, to be written wherever a brick is asked for")
-    brick: BrickKind = default("kapla", "what is built with")
+    brick_types: BrickTypes = Field({}, description="names for kinds of bricks, for use wherever a brick is expected")
+    brick: BrickKind = default("kapla", "the brick of the structure")
     friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt, shaking")
-    # Judged by `variants.expand`, which has filled them in before.
+    # Validated by `variants.expand`, which also fills them in.
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
-        None, description="variables for ${...}, each of numbers, quantities, words, and variables above it"
+        None, description="variables for ${...}: numbers, quantities, words, and expressions of variables above"
     )
     uncertain: Annotated[object, t.variables_schema(t.SPREADS)] = Field(
-        None, description="variables of which each of the `samples` has another value: ranges, or distributions"
+        None, description="random variables, with a value for each of the `samples`: ranges or distributions"
     )
     matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
         None, description="variables with several values: a variant of the scenario for each combination"
     )
     cases: Annotated[object, _CHOSEN] = Field(
-        None, description="variables whose values belong together: a variant for each, called by the first of them"
+        None, description="sets of values, a variant for each; the first value names the variant"
     )
-    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations that are left out")
+    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations without a variant")
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
-        description="what is built, step by step"
+        description="steps of building, in order"
     )
-    impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field((), description="what is done to it")
+    impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field(
+        (), description="actions on the structure: hits, pushes, bricks pulled out"
+    )
     samples: t.Samples | None = Field(
-        None,
-        description="how many samples of what is uncertain are judged at most; claims say in which share they hold",
+        None, description="largest number of random samples that are judged; claims give the share in which they hold"
     )
-    seed: t.Seed = Field(1, description="of the samples: another one draws others")
-    confidence: t.Confidence = default("95 %", "how sure one is to be of a share that is found to hold or to fail")
+    seed: t.Seed = Field(1, description="seed of the random samples")
+    confidence: t.Confidence = default("95 %", "confidence with which a share is judged to hold or to fail")
     watch: t.PositiveDuration | None = Field(
-        None, description="how long it is watched after the last action, and a collapse is followed, at most"
+        None, description="longest simulated time after the last action, and of a collapse"
     )
-    skip: Skip | None = Field(None, description="why it is not played")
-    xfail: Xfail | None = Field(None, description="why it is known to fail its expectations")
-    systems: t.Systems = Field(("exact",), description="what the scenario is played on")
-    expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="what must come of it")
-    truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field((), description="what is known from outside")
+    skip: Skip | None = Field(None, description="why it is not run")
+    xfail: Xfail | None = Field(None, description="why it is expected to fail")
+    systems: t.Systems = Field(("exact",), description="the systems that simulate the scenario")
+    expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="the expected outcome")
+    truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field(
+        (), description="the outcome known from another source, such as an experiment"
+    )
 
 
 # --- with all kinds ---------------------------------------------------------------------------------------------------
 
 
 class Models(NamedTuple):
-    """The models that are read from a file, with a key for each kind of layout, claim and impact."""
+    """The models of a file, with a key for each registered layout, claim and impact."""
 
     BuildStep: type[BuildStep]
     Impact: type[Impact]
@@ -363,12 +368,12 @@ class Models(NamedTuple):
 
 
 def models() -> Models:
-    """The models for the kinds that are registered by now."""
+    """Return the models for the kinds that are registered now."""
     return _models_of(tuple(LAYOUTS.items()), tuple(CLAIMS.items()), tuple(IMPACTS.items()))
 
 
 class _ByName:
-    """Where pickle finds a model, which no module holds: `MADE.Scenario`."""
+    """Lets pickle find a generated model, which is in no module: `MADE.Scenario`."""
 
     def __getattr__(self, name: str) -> type[AuthorModel]:
         made: type[AuthorModel] = getattr(models(), name)
@@ -387,7 +392,7 @@ def _models_of(
     step = with_kinds(BuildStep, {key: (kind.params, kind.summary) for key, kind in layouts}, "bricks", "imported")
     impact = with_kinds(Impact, {key: (kind.model, kind.summary) for key, kind in impacts})
     claim = with_kinds(Claim, {key: (kind.model, kind.summary) for key, kind in claims})
-    # Of two bases, the fields of the second come first.
+    # Pydantic puts the fields of the second base first.
     expectation = _made("Expectation", Expectation, claim)
     truth = _made("Truth", Truth, claim)
     lists = {"build": step, "impacts": impact, "expect": expectation, "truth": truth}
@@ -395,7 +400,7 @@ def _models_of(
     scenario = _made("Scenario", Scenario, **fields)
     made = Models(step, impact, expectation, truth, scenario)
     for name, model in made._asdict().items():
-        model.__module__, model.__qualname__ = __name__, f"MADE.{name}"  # where pickle asks for it
+        model.__module__, model.__qualname__ = __name__, f"MADE.{name}"  # for pickle
     return made
 
 

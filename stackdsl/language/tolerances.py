@@ -1,6 +1,6 @@
-"""Tolerances as people write them, read into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`.
+"""Tolerances, read into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`.
 
-One that can never hold, or that a measured value could only meet by luck, is a mistake.
+A tolerance that no value meets, or that allows a single measured value only, is a mistake.
 """
 
 import re
@@ -25,36 +25,36 @@ from stackdsl.language.quantities import (
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """The values that satisfy an author, in SI."""
+    """An interval of accepted values, in SI."""
 
     low: float  # -inf if there is none
     high: float  # inf if there is none
-    low_open: bool  # the bound itself does not hold
+    low_open: bool  # the lower bound itself is not accepted
     high_open: bool
     text: str  # as written
 
     def holds(self, value: float) -> bool:
-        """Whether the value lies inside."""
+        """Return whether the value lies inside."""
         above = self.low < value if self.low_open else self.low <= value
         return above and (value < self.high if self.high_open else value <= self.high)
 
     def meets(self, other: "Tolerance") -> bool:
-        """Whether some value satisfies both."""
+        """Return whether some value lies in both tolerances."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return low < high or (low == high and self.holds(low) and other.holds(low))
 
     def same_for(self, least: float, most: float) -> bool:
-        """Whether all values between two hold, or none does."""
+        """Return whether all values from `least` to `most` are accepted, or none is."""
         between = Tolerance(least, most, low_open=False, high_open=False, text="")
         return (self.holds(least) and self.holds(most)) or not self.meets(between)
 
     def margin(self, value: float) -> float:
-        """Signed distance to the nearest bound, positive inside; 0 at a bound, also at an open one."""
+        """Return the signed distance to the nearest bound, positive inside; 0 at a bound, open or not."""
         return min(value - self.low, self.high - value)
 
     @property
     def least_count(self) -> float:
-        """The least whole number that holds; 0 if there is no lower bound."""
+        """Return the least whole number that is accepted; 0 if there is no lower bound."""
         if self.low == -inf:
             return 0.0
         return floor(self.low) + 1.0 if self.low_open else float(ceil(self.low))
@@ -66,34 +66,34 @@ _BETWEEN = re.compile(r"(.+?)\s*\.\.\s*(.+)")
 
 
 def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
-    """A tolerance in SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`, or an exact whole number."""
+    """Read a tolerance into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`, or an exact whole number. Raises MistakeError."""
     text = as_text(written, dimension)
     body = _after_prefix(text, dimension)
     low, high, is_open = _bounds(body, text, dimension)
     tolerance = Tolerance(float(low), float(high), is_open and low != -inf, is_open and high != inf, text)
     if low > high:
-        raise _malformed(text, "has its bounds the wrong way round", "write the smaller number first")
-    # But a measured value may be exactly the least there is: `drift: 0 mm` says that nothing moves at all.
+        raise _malformed(text, "has its bounds in the wrong order", "write the smaller number first")
+    # A measured value can be exactly the least of its dimension: `drift: 0 mm` means that nothing moves.
     if low == high and not dimension.whole and low != dimension.least:
-        raise _malformed(text, "leaves no room, and a measured value is never exact", _with_room(body))
+        raise _malformed(text, "is a single value, which a measured value never equals", _with_room(body))
     if not _can_hold(tolerance, dimension):
         raise _malformed(text, f"can never hold for {dimension.noun}", range_advice(dimension))
     return tolerance
 
 
 def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
-    """A tolerance without an upper end."""
+    """Read a tolerance that must not have an upper bound. Raises MistakeError."""
     text = as_text(written, dimension)
     low, high, _ = _bounds(_after_prefix(text, dimension), text, dimension)
     if isinstance(high, Fraction):
-        meant = max(low if isinstance(low, Fraction) else high, Fraction(0))
-        hint = f'write "> {quantity_text(meant, si_unit(dimension)).rstrip()}"'
+        bound = max(low if isinstance(low, Fraction) else high, Fraction(0))
+        hint = f'write "> {quantity_text(bound, si_unit(dimension)).rstrip()}"'
         raise _malformed(text, "is not a lower bound", hint)
     return parse_tolerance(text, dimension)
 
 
 def parse_share(written: object, dimension: Dimension) -> Tolerance:
-    """A tolerance of a share of many; one number alone is the least that will do."""
+    """Read a tolerance of a share; a single number is the least accepted share. Raises MistakeError."""
     text = as_text(written, dimension)
     alone = QUANTITY.fullmatch(text) is not None
     return parse_tolerance(f">= {text}" if alone else text, dimension)
@@ -104,7 +104,7 @@ def _malformed(text: str, fault: str, hint: str) -> MistakeError:
 
 
 def _with_room(body: str) -> str:
-    """What to write in place of a single value: a width around it, or a limit that it may be."""
+    """Return the remedy for a single value: add a width, or write a limit."""
     is_range = re.search(r"±|\+/?-|\.\.", body)
     return "add ± and a width" + ("" if is_range else f', or write a limit, "<= {body}" or ">= {body}"')
 
@@ -114,12 +114,12 @@ def _after_prefix(text: str, dimension: Dimension) -> str:
     if not dimension.prefix:
         return text
     if head != dimension.prefix:
-        raise MistakeError("SD105", f"'{text}' does not say '{dimension.prefix}'", advice(dimension))
+        raise MistakeError("SD105", f"'{text}' does not begin with '{dimension.prefix}'", advice(dimension))
     return rest.strip()
 
 
 def _bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction | float, Fraction | float, bool]:
-    """Lower and upper bound, and whether they are open; what is written is no more than a double can hold."""
+    """Return lower and upper bound, and whether they are open. Raises MistakeError if a bound overflows a double."""
     low, high, is_open = _exact_bounds(body, text, dimension)
     if any(isinstance(bound, Fraction) and not isfinite(nearest_double(bound)) for bound in (low, high)):
         raise MistakeError("SD104", f"the tolerance '{text}' is out of range", range_advice(dimension))
@@ -143,7 +143,7 @@ def _exact_bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction 
 
 
 def _pair(match: re.Match[str], text: str, dimension: Dimension) -> tuple[Fraction, Fraction]:
-    """Both numbers; a unit that is due and stands only at the end is for both."""
+    """Return both numbers. A unit that is only at the end applies to both."""
     first, last = match[1], match[2]
     unit = QUANTITY.fullmatch(last)
     if dimension.needs_unit and unit and re.fullmatch(SIGNED, first):

@@ -1,4 +1,4 @@
-"""The types of values in YAML: quantities, tolerances, names, systems, references to bricks."""
+"""Types of values in YAML: quantities, tolerances, names, systems, references to bricks."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +38,7 @@ from stackdsl.language.quantities import (
 from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_share, parse_tolerance
 from stackdsl.language.yaml.source import KeyPath
 
-# Which bricks a claim or an impact names: all values whose type says that they do.
+# References to bricks in claims and impacts: values whose type carries a `NamesBody` marker.
 
 
 def _itself(value: object) -> BodyId | None:
@@ -49,28 +49,28 @@ def _itself(value: object) -> BodyId | None:
 class NamesBody:
     """Marks a type whose values name a brick, as `Annotated[..., NamesBody()]`."""
 
-    or_plane: bool = False  # or else the ground or a wall
-    read: Callable[[object], BodyId | None] = _itself  # the name in a value, if there is one
+    or_plane: bool = False  # the ground and walls are allowed, too
+    read: Callable[[object], BodyId | None] = _itself  # returns the name in a value, or None
 
 
 @dataclass(frozen=True, slots=True)
 class NameReference:
-    """A name, and where it stands in the file."""
+    """A name of a body and its path in the file."""
 
     path: KeyPath
     name: BodyId
-    or_plane: bool  # whether the ground or a wall may be meant as well
+    or_plane: bool  # the ground and walls are allowed, too
 
 
 def named_in(model: BaseModel, path: KeyPath = ()) -> Iterator[NameReference]:
-    """The names in a mapping that stands at a path, in the order of its keys."""
+    """Yield the names in the mapping at a path, in the order of its keys."""
     markers = _markers(type(model))
     for key, field in type(model).model_fields.items():
         value, place = getattr(model, key), (*path, field.alias or key)
         if isinstance(value, BaseModel):
             yield from named_in(value, place)
         elif key in markers and isinstance(value, tuple):
-            yield from (name for index, each in enumerate(value) for name in _name(each, markers[key], (*place, index)))
+            yield from (name for index, item in enumerate(value) for name in _name(item, markers[key], (*place, index)))
         elif key in markers:
             yield from _name(value, markers[key], place)
 
@@ -83,32 +83,32 @@ def _name(value: object, marker: NamesBody, path: KeyPath) -> Iterator[NameRefer
 
 @cache
 def _markers(model: type[BaseModel]) -> Mapping[str, NamesBody]:
-    found = {key: _marker_in((*field.metadata, field.annotation)) for key, field in model.model_fields.items()}
-    return {key: marker for key, marker in found.items() if marker is not None}
+    markers = {key: _marker_in((*field.metadata, field.annotation)) for key, field in model.model_fields.items()}
+    return {key: marker for key, marker in markers.items() if marker is not None}
 
 
 def _marker_in(parts: tuple[object, ...]) -> NamesBody | None:
     for part in parts:
-        found = part if isinstance(part, NamesBody) else _marker_in(get_args(part))
-        if found is not None:
-            return found
+        marker = part if isinstance(part, NamesBody) else _marker_in(get_args(part))
+        if marker is not None:
+            return marker
     return None
 
 
-# The types of the values that an author writes: quantities, tolerances, names, and systems.
+# Types of values: quantities, tolerances, names, and systems.
 #
-# Each tells pydantic how the value is read, and editors how it is written.
+# Each type has a parser for pydantic and a JSON schema for editors.
 
 
 JsonSchema: TypeAlias = dict[str, object]
 EXPRESSION_PATTERN: Final = r"\$\{"
-# In place of a value: a range, or a distribution. What it comes to, `uncertain` says.
+# A range or a distribution in place of a value, read by `distributions`.
 DISTRIBUTION_PATTERN: Final = r"±|\+/?-|\.\.|^\s*(?:uniform|normal|lognormal|table)\s"
 
 
-@dataclass(frozen=True, eq=False)  # compared as what it is, for `schema` cannot be hashed
+@dataclass(frozen=True, eq=False)  # compared by identity, since `schema` cannot be hashed
 class Reads:
-    """Tells pydantic which function reads a value, and editors how it is written."""
+    """Gives a type a parser for pydantic and a JSON schema for editors."""
 
     read: Callable[[object], object]
     schema: JsonSchema
@@ -121,7 +121,7 @@ class Reads:
 
 
 def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
-    """Text of one form, or an expression."""
+    """Return the schema of text that matches a pattern or holds an expression."""
     whole = rf"^\s*(?:{pattern})\s*$|{EXPRESSION_PATTERN}"
     return {"type": "string", "pattern": whole, "description": description, "examples": [example]}
 
@@ -130,7 +130,7 @@ def text_schema(pattern: str, description: str, example: str) -> JsonSchema:
 
 
 def quantity(dimension: Dimension) -> Reads:
-    """How a quantity of a dimension is read, and written."""
+    """Return parser and schema of quantities of a dimension."""
     noun = f"{dimension.noun} with its unit" if dimension.needs_unit else dimension.noun
     schema = text_schema(quantity_pattern(dimension), noun, dimension.example)
     schema["pattern"] = f"{schema['pattern']}|{DISTRIBUTION_PATTERN}"
@@ -151,7 +151,7 @@ def _tolerance(
 
 def _or_number(schema: JsonSchema, dimension: Dimension) -> JsonSchema:
     if dimension.needs_unit:
-        # What editors tell of another number; only 0 is the same in every unit.
+        # Only 0 needs no unit; `errorMessage` is shown by editors for other numbers.
         bare = {"const": 0, "errorMessage": f"write {schema['description']}"}
         return schema if dimension.positive else {"anyOf": [bare, schema]}
     number = {"type": "integer" if dimension.whole else "number", "minimum": dimension.least, "maximum": dimension.most}
@@ -171,8 +171,8 @@ Mass = Annotated[float, quantity(MASS)]  # [kg]
 Acceleration = Annotated[float, quantity(ACCELERATION)]  # [m/s2]
 Speed = Annotated[float, quantity(SPEED)]  # [m/s]
 Impulse = Annotated[float, quantity(IMPULSE)]  # [N s], either sign
-MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: beyond, there is a typo
-FASTEST_SHAKEN: Final = 100.0  # [Hz] beyond, the steps of an engine do not tell one way from the other
+MOST_SHAKEN: Final = 1e3  # [m/s2] a hundred times gravity: more is a typo
+FASTEST_SHAKEN: Final = 100.0  # [Hz] the time steps of the engines do not resolve faster shaking
 ShakeFrequency = Annotated[float, quantity(replace(FREQUENCY, most=FASTEST_SHAKEN, positive=True))]  # [Hz]
 ShakeAcceleration = Annotated[float, quantity(replace(ACCELERATION, most=MOST_SHAKEN))]  # [m/s2]
 # [m/s2], either way
@@ -202,15 +202,15 @@ _TOUCHING_ADVICE = "write `exactly`, or the widest gap that counts, such as `wit
 
 
 def read_touching(written: object) -> float:
-    """How wide gaps count as contact in statics [m]: `exactly`, none at all, or `within 0.1 mm`."""
+    """Read the widest gap that counts as contact in statics [m]: 0 for `exactly`, or `within 0.1 mm`."""
     if not isinstance(written, str):
-        raise MistakeError("SD103", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
+        raise MistakeError("SD103", f"{shown(written)} is not a limit on gaps", _TOUCHING_ADVICE)
     if written.strip() == "exactly":
         return 0.0
-    found = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
-    if found is None:
-        raise MistakeError("SD104", f"{shown(written)} does not say which gaps count as contact", _TOUCHING_ADVICE)
-    return parse_quantity(found[1], replace(EXTENT, positive=True))
+    match = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
+    if match is None:
+        raise MistakeError("SD104", f"{shown(written)} is not a limit on gaps", _TOUCHING_ADVICE)
+    return parse_quantity(match[1], replace(EXTENT, positive=True))
 
 
 _TOUCHING_PATTERN = rf"exactly|within\s+{quantity_pattern(EXTENT)}"
@@ -220,12 +220,12 @@ Touching = Annotated[
 
 # --- counts -----------------------------------------------------------------------------------------------------------
 
-MAX_LEVELS: Final = 10_000  # beyond, a typo: the tallest plank towers have a few hundred levels
+MAX_LEVELS: Final = 10_000  # more is a typo: the tallest plank towers have a few hundred levels
 MAX_BRICKS: Final = 20_000  # in one step of `build`; some seconds of computing
-MAX_STONES: Final = 200  # of one arch: each is a solid of its own, and as thin wedges all are near each other
+MAX_STONES: Final = 200  # of one arch: each is a separate solid, and thin wedges are all near each other
 
 Flag = Annotated[bool, Field(strict=True)]
-MAX_SAMPLES: Final = 10_000_000  # an hour of a tower of 100 planks
+MAX_SAMPLES: Final = 10_000_000  # an hour for a tower of 100 planks
 Samples = Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)]
 Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
 Levels = Annotated[int, Field(strict=True, ge=1, le=MAX_LEVELS)]
@@ -271,8 +271,8 @@ _FIXED = rf"(?:{GROUND}|wall[0-9]+)"
 
 def _not_fixed(name: str) -> str:
     if re.fullmatch(_FIXED, name):
-        whose = "the ground" if name == GROUND else "a wall"
-        message = f"'{name}' is not a name that a brick can have, but that of {whose}"
+        owner = "the ground" if name == GROUND else "a wall"
+        message = f"'{name}' cannot name a brick, since it is the name of {owner}"
         raise MistakeError("SD104", message, "take another name")
     return name
 
@@ -303,20 +303,20 @@ VALUES: Final[JsonSchema] = {
 _EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
 _IN_ONE_LINE: Final[JsonSchema] = {"type": "string", "pattern": DISTRIBUTION_PATTERN, "examples": ["0.5 ± 0.05"]}
 _DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
-    "uniform": ("all alike likely", _EITHER_WAY),
+    "uniform": ("all values equally likely", _EITHER_WAY),
     "normal": ("mean ± standard deviation", _EITHER_WAY),
     "lognormal": ("the median", VALUE),
-    "dispersion": ("of a lognormal one: the standard deviation of the logarithm", {"type": "number"}),
-    "table": ("values, one as likely as the other", {"type": "array", "items": VALUE, "minItems": 1}),
-    "least": ("of a normal or lognormal one: nothing below is drawn", VALUE),
-    "most": ("of a normal or lognormal one: nothing above is drawn", VALUE),
+    "dispersion": ("of a lognormal distribution: the standard deviation of the logarithm", {"type": "number"}),
+    "table": ("a list of equally likely values", {"type": "array", "items": VALUE, "minItems": 1}),
+    "least": ("lower limit of a normal or lognormal distribution", VALUE),
+    "most": ("upper limit of a normal or lognormal distribution", VALUE),
 }
 SPREADS: Final[JsonSchema] = {
     "anyOf": [
         _IN_ONE_LINE,
         {
             "type": "object",
-            "properties": {key: {**schema, "description": told} for key, (told, schema) in _DISTRIBUTIONS.items()},
+            "properties": {key: {**schema, "description": text} for key, (text, schema) in _DISTRIBUTIONS.items()},
             "additionalProperties": False,
         },
     ]
@@ -324,27 +324,31 @@ SPREADS: Final[JsonSchema] = {
 
 
 def variables_schema(values: JsonSchema) -> WithJsonSchema:
-    """A mapping of variables to these."""
+    """Return the schema of a mapping from variables to values."""
     return WithJsonSchema({"type": "object", "additionalProperties": values})
 
 
-# Written out by `spreading` before anything is validated.
+# Expanded by `repeats` before validation.
 REPEAT = Annotated[object, variables_schema(VALUES)]
 
 # --- files ------------------------------------------------------------------------------------------------------------
 
-FILE: Final[JsonSchema] = {"type": "string", "description": "a file, as seen from this one", "examples": ["base.yaml"]}
+FILE: Final[JsonSchema] = {
+    "type": "string",
+    "description": "a file, relative to this one",
+    "examples": ["base.yaml"],
+}
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 
 System: TypeAlias = Literal["exact", "thesis", "tuned", "stock", "modified"]
 SYSTEMS: Final[tuple[System, ...]] = get_args(System)
-PROVING: Final[tuple[System, ...]] = ("exact",)  # those that know what statics says
+PROVING: Final[tuple[System, ...]] = ("exact",)  # systems with proofs of statics
 
 
 def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
     if len(set(systems)) < len(systems):
-        raise MistakeError("SD104", "a system is named twice", "name each once")
+        raise MistakeError("SD104", "a system is named twice", "name each system once")
     return systems
 
 
@@ -356,5 +360,5 @@ ONE_OR_MORE_SYSTEMS: Final[JsonSchema] = {
 
 
 def listed(written: object) -> object:
-    """One in place of a list of one."""
+    """Wrap a single text in a list."""
     return [written] if isinstance(written, str) else written

@@ -1,4 +1,4 @@
-"""The variants of a scenario: one for each of its choices, with `let:`, all repeats and all expressions worked out."""
+"""The variants of a scenario: one for each combination of values, with `let:`, repeats and expressions evaluated."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -27,32 +27,32 @@ if TYPE_CHECKING:
     from stackdsl.language.expressions import Names
 
 CHOOSING: Final = ("matrix", "cases", "exclude")
-FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # what is not filled in like the rest
-FRICTION: Final = "friction"  # the key that may be fixed as a variable may
+FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # keys whose expressions are not evaluated with the rest
+FRICTION: Final = "friction"  # the only key that can be fixed like a variable
 NOTHING_FIXED: Final[Mapping[str, Plain]] = {}
 UNDER: Final = "write it under `uncertain`, or in place of a value"
 MAX_EXPRESSIONS: Final = 20_000  # of all variants together; some seconds of arithmetic
-_DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # but not the 3.2 of a brick L3.2
+_DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # does not match in a name such as L3.2
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
     """A scenario with its variables filled in."""
 
-    parameters: tuple[tuple[str, str], ...]  # by which it is told from the others, as written
-    values: dict[str, Plain]
-    source: Source  # the same as written, with repeats written out: the places of all values
-    written: Source  # as written, repeats and all
-    choice: Mapping[str, Plain]  # the value of each variable that varies, as written
+    parameters: tuple[tuple[str, str], ...]  # values that identify the variant, as written
+    values: dict[str, Plain]  # with expressions evaluated
+    source: Source  # with repeats expanded, expressions as written: the places of all values
+    written: Source  # with repeats and expressions as written
+    choice: Mapping[str, Plain]  # values of its combination, as written
 
 
 def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]:
-    """One variant for each choice, in the author's order, and the mistakes of all expressions.
+    """Return one variant for each combination, in the order of the file, and the mistakes in all expressions.
 
-    A value whose expression is mistaken stays as written, so that the rest of its variant can still be validated.
+    A value whose expression has a mistake stays as written, so that the rest of its variant can still be validated.
     """
     choices = combinations_of(source.values)
-    found = [(source, choices.mistakes)]
+    mistakes_by_source = [(source, choices.mistakes)]
     work = len(choices.all) * sum(map(_expressions, source.values.values()))
     if work > MAX_EXPRESSIONS:
         return (), (_too_many(source, f"the variants have {work} expressions in all"),)
@@ -61,30 +61,31 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         for choice in choices.all:
             variant, mistakes, done = _variant(source, choice, budget, left)
             variants.append(variant)
-            found.append((variant.source, mistakes))
+            mistakes_by_source.append((variant.source, mistakes))
             left -= done
-    except TooMuchError as much:
-        return (), (Diagnostic("SD206", source.key_span_of(much.path), much.message, "make several scenarios of it"),)
-    mistaken = any(mistakes for _, mistakes in found)
-    told = first_of(diagnostics_of(found) if mistaken else _unused(source))
-    return tuple(variants), tuple(sorted(told, key=reading_order))
+    except TooMuchError as error:
+        span = source.key_span_of(error.path)
+        return (), (Diagnostic("SD206", span, error.message, "split it into several scenarios"),)
+    mistaken = any(mistakes for _, mistakes in mistakes_by_source)
+    diagnostics = first_of(diagnostics_of(mistakes_by_source) if mistaken else _unused(source))
+    return tuple(variants), tuple(sorted(diagnostics, key=reading_order))
 
 
-def _too_many(source: Source, what: str) -> Diagnostic:
+def _too_many(source: Source, cause: str) -> Diagnostic:
     key = next((key for key in CHOOSING if key in source.values), "build")
-    message = f"{what}, and {MAX_EXPRESSIONS} is the most"
-    return Diagnostic("SD206", source.key_span_of((key,)), message, "make several scenarios of it")
+    message = f"{cause}, and {MAX_EXPRESSIONS} is the most"
+    return Diagnostic("SD206", source.key_span_of((key,)), message, "split it into several scenarios")
 
 
 def _expressions(value: Plain) -> int:
-    """How many expressions there are in a value."""
+    """Return the number of expressions in a value."""
     if isinstance(value, dict | list):
         return sum(map(_expressions, value.values() if isinstance(value, dict) else value))
     return value.count("${") if isinstance(value, str) else 0
 
 
 def repeated(written: Plain, filled: Plain) -> Plain:
-    """A value of a variant for people to read: the numbers of its expressions in six digits, the rest as written."""
+    """Return a value of a variant for a report: computed numbers with six digits, the rest as written."""
     if isinstance(written, dict) and isinstance(filled, dict):
         return {key: repeated(written[key], member) for key, member in filled.items()}
     if isinstance(written, list) and isinstance(filled, list):
@@ -96,13 +97,13 @@ def repeated(written: Plain, filled: Plain) -> Plain:
     return float(f"{filled:.6g}") if isinstance(filled, float) else filled
 
 
-def diagnostics_of(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
-    """What each source has of mistakes; of those that several variants share, that of the first."""
-    told: set[tuple[KeyPath, str]] = set()
-    for source, mistakes in found:
+def diagnostics_of(mistakes_by_source: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnostic]:
+    """Yield the diagnostics of the mistakes in each source; a mistake that several variants share only once."""
+    reported: set[tuple[KeyPath, str]] = set()
+    for source, mistakes in mistakes_by_source:
         for (path, message), mistake in mistakes.items():
-            if mistake.code and (path, message) not in told:  # without a code, it follows from another
-                told.add((path, message))
+            if mistake.code and (path, message) not in reported:  # without a code it follows from another mistake
+                reported.add((path, message))
                 span = source.key_span_of(path) if isinstance(mistake, NameMistakeError) else source.span_of(path)
                 yield Diagnostic(mistake.code, span, message, mistake.hint)
 
@@ -111,9 +112,9 @@ def diagnostics_of(found: Iterable[tuple[Source, Mistakes]]) -> Iterable[Diagnos
 
 
 def resampled(variant: Variant, pick: Pick, fixed: Mapping[str, Plain] = NOTHING_FIXED) -> tuple[Variant, Mistakes]:
-    """A variant with other values of what is uncertain, and what is mistaken with them.
+    """Return a variant with other values of its random variables, and the mistakes that these values cause.
 
-    Variables that are `fixed`, wherever they are written, have these values; so has the key `friction`.
+    `fixed` sets the values of variables, no matter where they are defined, and of the key `friction`.
     """
 
     def picked(name: str, each: Distribution) -> Plain:
@@ -133,7 +134,7 @@ def resampled(variant: Variant, pick: Pick, fixed: Mapping[str, Plain] = NOTHING
 
 
 def variables_of(variant: Variant) -> tuple[str, ...]:
-    """The names of all variables of a variant, but not of its repeats."""
+    """Return the names of all variables of a variant, without those of repeats."""
     rows = (variant.choice, *(variant.written.values.get(key) for key in ("uncertain", "let")))
     return tuple(name for row in rows if isinstance(row, Mapping) for name in row)
 
@@ -141,49 +142,49 @@ def variables_of(variant: Variant) -> tuple[str, ...]:
 def _variant(
     source: Source, choice: Combination, budget: Budget, most: int, pick: Pick = middle
 ) -> tuple[Variant, Mistakes, int]:
-    """One choice, filled in; its mistakes, at paths of its source; and how many expressions it has.
+    """Return the variant of a combination, its mistakes at paths of its source, and its number of expressions.
 
-    What is uncertain has the values that are picked: those of the design, unless others are drawn.
+    `pick` chooses the values of random variables: the nominal ones by default.
     """
     rows = {name: None if written is None else value_of(written) for name, written in choice.values.items()}
     filling = _Filling(most)
     if "uncertain" in source.values:
-        found = distributions(source.values["uncertain"], rows, filling.mistakes)
-        values = {name: pick(name, each) for name, each in named(found)}
-        rows |= dict.fromkeys(found) | {name: value_of(value) for name, value in values.items()}
+        uncertain = distributions(source.values["uncertain"], rows, filling.mistakes)
+        values = {name: pick(name, each) for name, each in named(uncertain)}
+        rows |= dict.fromkeys(uncertain) | {name: value_of(value) for name, value in values.items()}
     names, lets = _let(source.values.get("let", {}), rows, filling)
     _check_fixed(source, filling.mistakes)
-    spreads = expand_repeats(source, names, budget)
-    filling.mistakes |= spreads.mistakes
-    filling.scopes = spreads.scopes
-    values = spreads.source.values
+    expanded = expand_repeats(source, names, budget)
+    filling.mistakes |= expanded.mistakes
+    filling.scopes = expanded.scopes
+    values = expanded.source.values
     filled = {key: filling.of(value, (key,), names) for key, value in values.items() if key not in FIXED}
     inline = Inline(pick, filling.mistakes)
     changed = {key: inline.of(value, (key,)) for key, value in filled.items()}
     changed |= {"let": lets} if "let" in values else {}
     if inline.found and "samples" in values:
-        own = values.get("uncertain")
-        told: dict[str, Plain] = {subject(path): written for path, written in inline.found.items()}
-        changed["uncertain"] = {**(own if isinstance(own, dict) else {}), **told}
+        named_variables = values.get("uncertain")
+        unnamed: dict[str, Plain] = {subject(path): written for path, written in inline.found.items()}
+        changed["uncertain"] = {**(named_variables if isinstance(named_variables, dict) else {}), **unnamed}
     else:
         filling.mistakes |= {(path, mistake.message): mistake for path, mistake in inline.without_samples()}
     return (
-        Variant(choice.called, values | changed, spreads.source, source, choice.values),
+        Variant(choice.called, values | changed, expanded.source, source, choice.values),
         filling.mistakes,
         filling.done,
     )
 
 
 def _check_fixed(source: Source, mistakes: Mistakes) -> None:
-    """What cannot vary, or cannot be said of what is not repeated."""
+    """Reject a scenario name that varies, and `every` of an impact without `repeat`."""
     name = source.values.get("scenario")
     if isinstance(name, str) and "${" in name:
-        hint = "variants are told apart by their values of the matrix"
+        hint = "write a fixed name; the values of the matrix distinguish variants"
         add(mistakes, ("scenario",), MistakeError("SD109", "the name of a scenario cannot vary", hint))
     impacts = source.values.get("impacts")
     for number, impact in enumerate(impacts if isinstance(impacts, list) else ()):
         if isinstance(impact, dict) and "every" in impact and REPEAT not in impact:
-            message = "`every` is the time from one repetition to the next, and nothing is repeated"
+            message = "`every` is the time between repetitions, and this impact is not repeated"
             add(
                 mistakes,
                 ("impacts", number, "every"),
@@ -192,7 +193,7 @@ def _check_fixed(source: Source, mistakes: Mistakes) -> None:
 
 
 def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain]:
-    """All variables; and `let` with their values in place of its expressions."""
+    """Return all variables, and `let` with its expressions evaluated."""
     if not isinstance(let, dict):
         add(filling.mistakes, ("let",), MistakeError("SD103", "expected a mapping", "write {length: 120 mm}"))
         return rows, let
@@ -203,7 +204,7 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
         try:
             check_name(name, rows, "the matrix")
             if is_inline(filled):
-                raise MistakeError("SD109", f"'{filled}' is a distribution, and `let` has none", UNDER)
+                raise MistakeError("SD109", f"'{filled}' is a distribution, which `let` cannot define", UNDER)
             if not (isinstance(filled, str) and "${" in filled):
                 names[name] = value_of(filled, names)
         except MistakeError as mistake:
@@ -213,15 +214,15 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
 
 @dataclass(slots=True)
 class _Filling:
-    """Works out expressions, save those with mistakes."""
+    """Evaluates expressions, and collects their mistakes."""
 
-    most: int  # expressions
-    scopes: Mapping[KeyPath, "Names"] = field(default_factory=dict)  # further variables of what stands at a path
+    most: int  # expressions that may be evaluated
+    scopes: Mapping[KeyPath, "Names"] = field(default_factory=dict)  # variables of repetitions, by path
     mistakes: Mistakes = field(default_factory=dict)
-    done: int = 0
+    done: int = 0  # expressions evaluated so far
 
     def of(self, value: Plain, path: KeyPath, names: "Names") -> Plain:
-        """A value with its expressions worked out."""
+        """Return a value with its expressions evaluated; those with mistakes stay as written."""
         if path in self.scopes:
             names = inner_names(self.scopes[path], names)
         if isinstance(value, dict):
@@ -243,17 +244,17 @@ class _Filling:
         return value
 
 
-# --- what is never used -----------------------------------------------------------------------------------------------
+# --- unused variables -------------------------------------------------------------------------------------------------
 
 
 def _unused(source: Source) -> Iterable[Diagnostic]:
-    """Variables that no expression uses; but cases may be told apart by one that says nothing else."""
+    """Yield variables that no expression uses, except the one that names the cases."""
     used = set(_used({key: value for key, value in source.values.items() if key not in CHOOSING}))
     for path, name in _defined(source):
         if name not in used and path not in source.inherited:
             message = f"the variable '{name}' is used nowhere"
             yield Diagnostic(
-                "SD112", source.key_span_of(path), message, f"write ${{{name}}} where it is meant, or remove it"
+                "SD112", source.key_span_of(path), message, f"write ${{{name}}} where it is needed, or remove it"
             )
 
 
@@ -268,7 +269,7 @@ def _defined(source: Source) -> Iterable[tuple[KeyPath, str]]:
 
 def _used(value: Plain) -> Iterable[str]:
     if isinstance(value, dict | list):
-        for each in value.values() if isinstance(value, dict) else value:
-            yield from _used(each)
+        for member in value.values() if isinstance(value, dict) else value:
+            yield from _used(member)
     elif isinstance(value, str) and "${" in value:
         yield from variables_in(value)

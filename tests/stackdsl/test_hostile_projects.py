@@ -14,9 +14,11 @@ from types import SimpleNamespace
 import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
+from stackdsl.bench.journal import Journal
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import Goldens, checked
+from stackdsl.cli import bench
 from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.goldens.golden import content, remove_obsolete, write_golden
 from stackdsl.language.yaml.source import parse
@@ -27,6 +29,7 @@ from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.viewing.server import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
+from tests.stackdsl.bench.runs import RECORD
 
 __all__ = ["stackdsl_in"]
 
@@ -306,7 +309,7 @@ def test_what_is_no_regular_file_is_refused_by_every_command(
     odd(project / name, kind)
     refused = stackdsl(*arguments)
     assert refused.code in (2, 4)
-    told = "a link leads out of" if kind == "device" else "it is no regular file"  # a link stands for the device
+    told = "a link leads out of" if kind == "device" else "it is not a regular file"  # a link stands for the device
     assert told in refused.text or kind == "directory" or arguments[0] in ("find",)
 
 
@@ -468,12 +471,35 @@ def test_a_plot_cuts_a_hard_link(drawing: Stackdsl, project: Path) -> None:
 # --- what is written bit by bit ---------------------------------------------------------------------------------------
 
 
+def test_pictures_of_a_bench_are_not_written_through_a_link(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    link(project, "bench/speed-against-error.svg", "home/secret.json")
+    monkeypatch.setattr(bench, "drawn", lambda _: {"speed-against-error.svg": b"<svg/>"})
+    monkeypatch.setattr(bench, "bench_json", lambda _: "{}")
+    with pytest.raises(LeadsOutsideError):
+        bench._write_down(SimpleNamespace(points=()), project / "bench")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", ["link", "hard link", "dangling"])
+def test_runs_of_a_bench_are_not_written_through_a_link(project: Path, kind: str) -> None:
+    journal = Journal(project / "bench")
+    journal.folder.mkdir()
+    if kind == "hard link":
+        os.link(project.parent / "home" / "secret.json", journal.path)
+    else:
+        link(project, "bench/runs.jsonl", "home/secret.json" if kind == "link" else "home/new")
+    with pytest.raises(OSError, match=r"a link leads out of|several hard links"):
+        journal.add(RECORD)
+    journal.begin()
+    journal.add(RECORD)
+    assert journal.held() == [RECORD]
+
+
 def test_rows_are_not_written_through_a_hard_link(stackdsl: Stackdsl, project: Path) -> None:
     (project.parent / "home" / "empty").touch()
     os.link(project.parent / "home" / "empty", project / "rows.jsonl")
     refused = stackdsl("sweep", "scenarios/good.yaml", "--out", "rows.jsonl")
     (project / "rows.jsonl").unlink()
-    assert "rows.jsonl cannot be written: it has another name as well, by a hard link" in refused.err
+    assert "rows.jsonl cannot be written: it has several hard links" in refused.err
     assert (project.parent / "home" / "empty").read_bytes() == b""
     (project.parent / "home" / "empty").unlink()
 
@@ -489,7 +515,7 @@ def test_dots_behind_a_link_lead_nowhere_else(stackdsl: Stackdsl, project: Path)
     write(project, "scenario: good\nextends: l/../../../secret/base.yaml\n", "scenarios/good.yaml")
     write(project, GOOD.replace("good", "base"), "a/secret/base.yaml")  # which the system would take it for
     refused = stackdsl("check")
-    assert (refused.code, "leads outside of the project" in refused.text) == (2, True)
+    assert (refused.code, "is outside of the project" in refused.text) == (2, True)
 
 
 def test_a_file_whose_name_cannot_be_shown_is_not_taken_for_another(stackdsl: Stackdsl, project: Path) -> None:
@@ -550,7 +576,7 @@ def test_a_repository_inside_of_a_project_reaches_nothing_of_it(stackdsl_in: Sta
     write(project, "extends: ../private.yaml\nscenario: t\n", "clone/t.yaml")
     write(project, GOOD, "clone/scenarios/good.yaml")
     refused = stackdsl_in(project / "clone", "check", "t.yaml")
-    assert (refused.code, "leads outside of the project" in refused.text) == (2, True)
+    assert (refused.code, "is outside of the project" in refused.text) == (2, True)
     assert stackdsl_in(project / "clone", "check", "--update").code == 0
     assert (project / "clone/golden/good").is_dir()
     assert not (project / "golden").exists()
@@ -650,7 +676,7 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
         "append": lambda: open_asked(file, os.O_WRONLY | os.O_APPEND),
         "read": lambda: read_asked(file),
     }
-    with pytest.raises(OSError, match=r"Not a directory|Too many levels of symbolic links|it is no regular file"):
+    with pytest.raises(OSError, match=r"Not a directory|Too many levels of symbolic links|it is not a regular file"):
         calls[call]()
     assert (project.parent / "home" / "file").read_text() == "precious"
     (project.parent / "home" / "file").unlink()
@@ -693,7 +719,7 @@ def test_a_root_that_becomes_a_link_is_no_place_to_remember_in(project: Path) ->
 def test_a_device_is_not_opened_to_see_what_it_is(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = list[object]()
     monkeypatch.setattr("stackdsl.disk.os.open", lambda *arguments, **_: opened.append(arguments))
-    with pytest.raises(OSError, match="it is no regular file"):
+    with pytest.raises(OSError, match="it is not a regular file"):
         read_file(Path("/dev/zero"))
     assert opened == []
 

@@ -35,18 +35,18 @@ def test_the_file_may_say_where_things_are(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("golden = 7", "golden is to be a directory below the file"),
-        ('golden = "/elsewhere"', "golden is to be a directory below the file"),
-        ('goldne = "golden"', "unknown key 'goldne' of stackdsl; there are golden and scenarios"),
-        ("golden = ", "is no TOML"),
+        ("golden = 7", "golden must be a directory below the file"),
+        ('golden = "/elsewhere"', "golden must be a directory below the file"),
+        ('goldne = "golden"', "unknown key 'goldne' of stackdsl; the keys are golden and scenarios"),
+        ("golden = ", "is not valid TOML"),
         (
             "# it\n" + r'  golden = "a\u0000b"',
-            r"stackdsl.toml:2:3: golden has the character U\+0000, which is not seen",
+            r"stackdsl.toml:2:3: golden has the invisible character U\+0000",
         ),
-        (r'scenarios = "a\u202eb"', r"stackdsl.toml:1:1: scenarios has the character U\+202E"),
+        (r'scenarios = "a\u202eb"', r"stackdsl.toml:1:1: scenarios has the invisible character U\+202E"),
         (r'"go\u001b[31mld" = 1', r"unknown key 'go\\x1b\[31mld' of stackdsl"),
         (f"x = {'[' * 500}", "its values are nested too deeply"),
-        (f"x = {'9' * 5000}", "is no TOML: Exceeds the limit"),
+        (f"x = {'9' * 5000}", "is not valid TOML: Exceeds the limit"),
     ],
 )
 def test_what_the_file_cannot_mean_is_told(tmp_path: Path, text: str, told: str) -> None:
@@ -69,7 +69,7 @@ def test_a_mistake_in_the_file_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path
     write(tmp_path, GOOD)
     result = stackdsl("check", "scene.yaml")
     assert result.code == 4
-    assert "stackdsl.toml:1:1: golden is to be" in result.err
+    assert "stackdsl.toml:1:1: golden must be" in result.err
 
 
 def test_a_directory_whose_name_no_disk_takes_is_told_and_no_fault_of_the_program(

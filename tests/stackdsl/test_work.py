@@ -47,7 +47,7 @@ def test_a_margin_of_1640_bricks_is_refused_where_it_is_claimed(
     name = margin.split(":", maxsplit=1)[0]
     assert done.code == 2
     assert f"it.yaml:5:5: SD206 the margin `{name}` of up to 1640 bricks takes too much, and" in done.text
-    assert "build less, or allow more by STACKDSL_WORK" in done.text
+    assert "build less, or set STACKDSL_WORK to allow more" in done.text
 
 
 def test_what_falls_for_longer_than_is_allowed_is_refused_where_they_are_built(
@@ -92,7 +92,7 @@ def test_what_no_step_of_an_engine_shows_is_counted_as_well(stackdsl: Stackdsl, 
     done = stackdsl("check", "it.yaml", STACKDSL_WORK=str(allowed_times))
     assert done.code == 2
     assert told in done.text
-    assert "or allow more by STACKDSL_WORK" in done.text
+    assert "or set STACKDSL_WORK to allow more" in done.text
 
 
 @pytest.mark.parametrize("said", ["many", "0", "-1", "nan", "inf", "٣", ""])

@@ -1,6 +1,6 @@
-"""Claims about what happened: one module a kind, which says all of it; importing this package registers them all.
+"""Claims about the outcome of a run, one module for each kind. Importing this package registers all of them.
 
-They register in this order, which is that of the keys in the JSON Schema.
+They register in this order, which is the order of the keys in the JSON schema.
 """
 
 # isort: off

@@ -1,4 +1,4 @@
-"""What an author may claim of what happened: what is expected, and what is known from outside."""
+"""Expectations and truths: claims about the outcome of a run."""
 
 from typing import Annotated, cast
 
@@ -10,26 +10,26 @@ from stackdsl.language.model_base import ExactlyOneKey
 
 
 class Claim(ExactlyOneKey):
-    """One statement about what happened, less the keys of the kinds of claims, which `schema` adds."""
+    """One statement about the outcome. The keys of the kinds of claims are added by `schema`."""
 
-    repeat: t.REPEAT = Field(None, description="variables that each repetition has its own values of")
+    repeat: t.REPEAT = Field(None, description="variables and their values, one repetition for each combination")
 
     @property
     def stated(self) -> ClaimKind:
-        """What is written under its key."""
+        """Return the value of the key of its kind."""
         return cast("ClaimKind", getattr(self, self.kind))
 
 
 class Expectation(Claim):
-    """What must come of the scenario."""
+    """An expected outcome, which fails the scenario if it is not met."""
 
     system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
-        None, description="the system, or systems, that this is expected of; default: all"
+        None, description="the system or systems that must meet this; default: all"
     )
 
 
 class Truth(Claim):
-    """What is known from outside; compared and reported, but never a failure."""
+    """An outcome known from another source. It is compared and reported, but never fails the scenario."""
 
-    source: t.Text = Field(description="where it is known from")
-    because: t.Text | None = Field(None, description="why it is so")
+    source: t.Text = Field(description="source of the outcome, such as a publication")
+    because: t.Text | None = Field(None, description="explanation of the outcome")

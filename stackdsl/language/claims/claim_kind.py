@@ -1,7 +1,7 @@
-"""What a kind of claim answers for itself, and all the kinds there are.
+"""Base class and registry of claims.
 
-A kind is one module beside this one: a class that is read from YAML, says what it needs and what it rules out, and
-judges a trace. What it names is known from the types of its values (`BodyName` and the like).
+A kind of claim is a class in a module of this package. It is read from YAML, declares what it needs from a run, and
+judges a trace. The bricks that it names follow from the types of its values (`BodyName` and others).
 """
 
 from abc import ABC, abstractmethod
@@ -19,92 +19,96 @@ from stackdsl.trace import Trace
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """So many bricks or levels that a claim needs at least, under one of its keys."""
+    """The least number of bricks or levels that a claim needs."""
 
-    key: str
+    key: str  # of the claim
     least: float
-    what: Literal["bricks", "levels"]
+    noun: Literal["bricks", "levels"]
 
 
 @dataclass(frozen=True, slots=True)
 class ImpliedOutcome:
-    """What becomes of the structure as a whole, as far as a claim says so."""
+    """The outcome of the whole structure that a claim implies."""
 
     stands: bool
     level: Tolerance | None = None  # under construction when it falls
     time: Tolerance | None = None  # when it falls [s]
-    seen: bool = False  # as it happens, which outweighs what is said to stand beside it
+    seen: bool = False  # the claim is about the collapse itself, and outweighs claims that only imply an outcome
 
 
 class ClaimKind(ABC):
-    """One statement about what happened. A kind that says nothing else answers as it stands here."""
+    """One statement about the outcome of a run. Kinds override the defaults here."""
 
-    needs_statics: ClassVar[bool] = False  # only a system with proofs can tell
-    needs_close_looks: ClassVar[bool] = False  # how something begins to fall, or where it lands
-    told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, that it tells of few bricks without depending on them
-    needed_measures: ClassVar[tuple[str, ...]] = ()  # what takes time to measure, such as `sway`
-    requires_physical_collapse: ClassVar[bool] = False  # void where the only collapse is the solver's
-    of_the_engine: ClassVar[bool] = False  # measures how well an engine plays, so that its faults do not void it
-    allows_removed_bricks: ClassVar[bool] = False  # may speak of bricks that are pulled out
-    same: ClassVar[tuple[str, ...]] = ()  # keys that two of a kind share if they speak of one and the same thing
+    needs_statics: ClassVar[bool] = False  # needs a system with proofs
+    needs_post_collapse_run: ClassVar[bool] = True  # needs the run after a collapse
+    needs_close_looks: ClassVar[bool] = False  # needs dense recording of the onset of a fall and of its landing
+    told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, reported for few bricks; they do not change the result
+    needed_measures: ClassVar[tuple[str, ...]] = ()  # measurements that take time, such as `sway`
+    requires_physical_collapse: ClassVar[bool] = False  # void if the collapse is an artefact of the solver
+    of_the_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
+    allows_removed_bricks: ClassVar[bool] = False  # may name bricks that are pulled out
+    scored_separately: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, not among other errors
+    measures_drift: ClassVar[bool] = False  # a bench counts it as creep if there are no hits, else as a length
+    same: ClassVar[tuple[str, ...]] = ()  # keys that are equal in two claims of this kind about the same quantity
 
     @abstractmethod
     def judge(self, trace: Trace) -> ClaimResult:
-        """What the claim comes to, held against what happened."""
+        """Compare the claim with a trace."""
 
     def is_decided(self, trace: Trace) -> bool:
-        """Whether it comes to the same whatever else happens, of a run that has collapsed, or is over.
+        """Return whether the result can no longer change, in a run that has collapsed or is over.
 
-        Nothing is built any more. What has fallen has fallen, what moves may fall, and what is still to be done may
-        bring anything else down; what is to be pulled out counts as gone (`Trace.gone`).
+        Building is over by then. Fallen bricks stay fallen, moving bricks may fall, and remaining actions may bring
+        down any other brick. Bricks that are still to be pulled out count as removed (`Trace.gone`).
         """
         return False
 
     @property
     def final_once_watched(self) -> bool:
-        """Whether it speaks of what was seen as long as it was watched, so that nothing that follows changes it."""
+        """Return whether the claim is about the watched time only, so that later motion does not change it."""
         return False
 
     @property
     def needed_margins(self) -> Collection[str]:
-        """The margins of the proof that it asks for, such as `tilt`."""
+        """Return the margins of the proof that the claim needs, such as `tilt`."""
         return ()
 
     @property
     def needed_hold(self) -> float | None:
-        """How long the structure must be watched after the last action; None if that is all one to it [s]."""
+        """Return the time for which the structure must be watched after the last action [s]; None for any time."""
         return None
 
     @property
     def wanted_share(self) -> Tolerance | None:
-        """The share of samples in which it is to hold; None if it speaks of one run."""
+        """Return the share of samples in which the claim must hold; None for a claim about one run."""
         return None
 
     def holds_of(self, fell_at: int | None) -> bool:
-        """Whether it holds of a sample that fell at this level, or stands: for kinds that want a share."""
+        """Return whether the claim holds for a sample that fell at a level, or stands. Only for kinds with a share."""
         raise NotImplementedError
 
     def counts(self) -> Iterator[Count]:
-        """How many bricks or levels there must be, or else it fails, or holds, whatever happens."""
+        """Yield the numbers of bricks or levels without which the result does not depend on the run."""
         return iter(())
 
     def must_stand(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
-        """The bricks that must stand to the end, of all by level; None if it says of none that they must.
+        """Return the bricks that must stand to the end; None if the claim requires no brick to stand.
 
-        `hold` is how long the structure is watched after the last action [s].
+        `levels` has the level of each brick; `hold` is the time for which the structure is watched after the last
+        action [s].
         """
         return None
 
     def must_fall(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
-        """Groups of bricks, of all by level, of each of which at least one must fall."""
+        """Return groups of bricks, of each of which at least one must fall. `levels` has the level of each brick."""
         return ()
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
-        """Whether it says that these fall, whenever it is: then they may do so before anything is done to them."""
+        """Return whether the claim expects these bricks to fall at any time, so also before an impact on them."""
         return self.fate is not None and not self.fate.stands
 
     def is_apart_from(self, other: Self) -> bool:
-        """Whether two of this kind want values of one and the same thing that no value meets."""
+        """Return whether two claims of this kind contradict each other: no value of the same quantity meets both."""
         if not isinstance(self, AuthorModel) or any(getattr(self, key) != getattr(other, key) for key in self.same):
             return False
         if self.wanted_share is not None and other.wanted_share is not None:  # of the same samples
@@ -115,13 +119,13 @@ class ClaimKind(ABC):
 
     @property
     def fate(self) -> ImpliedOutcome | None:
-        """What it says of the structure as a whole, if it does."""
+        """Return the outcome of the whole structure that the claim implies, if any."""
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class KindOfClaim:
-    """A kind, as `Claim` has it: the class that is read, and a phrase for editors."""
+    """A registered kind of claim: its model, and its description for editors."""
 
     model: type[ClaimKind]
     summary: str
@@ -133,11 +137,11 @@ Model = TypeVar("Model", bound=ClaimKind)
 
 
 def claim(key: str, summary: str) -> Callable[[type[Model]], type[Model]]:
-    """Register the class below as what an author writes under a key. Raises TypeError if it cannot be judged."""
+    """Return a decorator that registers the model of the key `key`. It raises TypeError for an abstract class."""
 
     def register(model: type[Model]) -> type[Model]:
         if isabstract(model):
-            raise TypeError(f"the claim '{key}' does not say how it is judged")
+            raise TypeError(f"the claim '{key}' has no method `judge`")
         CLAIMS.register(key, KindOfClaim(model, summary))
         return model
 

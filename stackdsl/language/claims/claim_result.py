@@ -1,7 +1,7 @@
-"""What a claim comes to, and whom it may speak of.
+"""Results of claims, and the bricks that claims apply to.
 
-A margin is positive inside, negative outside, in the unit of what was measured; where a claim has several parts, the
-part closest to failing speaks for it.
+A margin is positive inside and negative outside the tolerance, in the unit of the measured value. The margin of a claim
+of several parts is that of the part closest to failing.
 """
 
 from collections.abc import Collection, Sequence
@@ -27,33 +27,33 @@ SHOWN_PER_SI = {"mm": MILLIMETRES, "deg": degrees(1.0), "%": PERCENT}  # by the 
 
 @dataclass(frozen=True, slots=True)
 class ClaimResult:
-    """What was measured for one claim, or for one part of it."""
+    """The measured value and the result of a claim, or of a part of it."""
 
     measured: str
     margin: float
     unit: str
     passed: bool
-    numbers: tuple[Measure, ...] = ()  # what of it is a number, with its limits
+    numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
 
 
 def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
-    """The structure: all bricks but those that were thrown, pulled out or are to be, of which nothing is expected."""
+    """Return the bricks of the structure, without those that are thrown or pulled out, now or later."""
     gone = trace.gone
     return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART and name not in gone]
 
 
 def placed(trace: Trace) -> Collection[BrickTrack]:
-    """Those of the structure that were placed."""
+    """Return the placed bricks of the structure."""
     return [track for _, track in remaining(trace) if track.state is not BrickState.UNPLACED]
 
 
 def is_over(duration: float, trace: Trace) -> bool:
-    """Whether so long a time [s] after the last action, or after the last hit was to arrive, has passed."""
+    """Return whether a time [s] has passed since the last action and since the expected arrival of the last hit."""
     return not trace.undone and trace.cost.simulated_time >= _after_all(trace) + duration
 
 
 def in_time(duration: float, track: BrickTrack, trace: Trace) -> bool:
-    """Whether a brick had left its place by then."""
+    """Return whether a brick left its place within a time [s] after the last action and hit."""
     return track.left_at is not None and track.left_at <= _after_all(trace) + duration
 
 
@@ -62,26 +62,26 @@ def _after_all(trace: Trace) -> float:
 
 
 def within(wanted: Tolerance, value: float, unit: str, measured: str = "") -> ClaimResult:
-    """A number held against a tolerance."""
+    """Compare a number with a tolerance."""
     margin = SHOWN_PER_SI.get(unit, 1.0) * wanted.margin(value)
     return ClaimResult(measured, margin, unit, wanted.holds(value), _measure(value, wanted.low, wanted.high, unit))
 
 
 def at_most(limit: float, value: float, unit: str, measured: str = "") -> ClaimResult:
-    """A number held against a limit."""
+    """Compare a number with an upper limit."""
     margin = SHOWN_PER_SI.get(unit, 1.0) * (limit - value)
     return ClaimResult(measured, margin, unit, value <= limit, _measure(value, -inf, limit, unit))
 
 
 def _measure(value: float, least: float, most: float, unit: str) -> tuple[Measure, ...]:
-    """A number with its limits, given in SI, in the unit that people are told; none if it is not finite."""
+    """Convert a number and its limits from SI to the unit of reports; empty for a number that is not finite."""
     scale = SHOWN_PER_SI.get(unit, 1.0)
     low, high = (scale * limit if isfinite(limit) else None for limit in (least, most))
     return (Measure(scale * value, low, high, unit),) if isfinite(value) else ()
 
 
 def all_of(parts: Sequence[ClaimResult]) -> ClaimResult:
-    """Several parts of a claim as one: all that was measured, and the margin of the worst."""
+    """Combine the parts of a claim: all measured values, and the margin of the worst part."""
     worst = min(parts, key=lambda part: (part.passed, part.margin))
     measured = ", ".join(part.measured for part in parts if part.measured)
     numbers = tuple(number for part in parts for number in part.numbers)
@@ -89,7 +89,10 @@ def all_of(parts: Sequence[ClaimResult]) -> ClaimResult:
 
 
 def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
-    """How much further a brick may shift, or sink after a hit, or turn if that is closer, before it has collapsed."""
+    """Return the margin of a brick to a collapse, and its unit.
+
+    It is the margin of the shift, of the sinking after a hit, or of the tilt if that is closer to its limit.
+    """
     limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * track.brick.shape.least_thickness
     lost = track.shift if track.sunk is None else track.sunk
     if track.tilt / COLLAPSE_TILT > lost / limit:

@@ -1,4 +1,4 @@
-"""A brick that had come to rest leaves its place."""
+"""The claim `collapses`."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from math import inf
@@ -19,17 +19,19 @@ from stackdsl.wording import broke_text, level_text
 
 @claim("collapses", "the structure collapses")
 class Collapses(Shorthand, ClaimKind):
-    """A brick that had come to rest leaves its place."""
+    """A brick that came to rest leaves its place later."""
 
-    at: t.LevelTolerance | None = Field(None, description="the level under construction when it does")
-    brick: t.BodyName | None = Field(None, description="the first brick that does")
-    time: t.DurationTolerance | None = Field(None, description="when it does")
+    at: t.LevelTolerance | None = Field(None, description="the level under construction at that time")
+    brick: t.BodyName | None = Field(None, description="the first brick that leaves its place")
+    time: t.DurationTolerance | None = Field(None, description="the time of the collapse")
 
     share: t.ShareOfSamples | None = Field(None, description="in this share of the samples")
 
     scalar_word: ClassVar[str] = "any"
+    needs_post_collapse_run: ClassVar[bool] = False
     requires_physical_collapse: ClassVar[bool] = True
     allows_removed_bricks: ClassVar[bool] = True
+    scored_separately: ClassVar[bool] = True
 
     @property
     def wanted_share(self) -> Tolerance | None:
@@ -39,11 +41,11 @@ class Collapses(Shorthand, ClaimKind):
         return fell_at is not None and (self.at is None or self.at.holds(fell_at))
 
     @model_validator(mode="after")
-    def _says_what_statics_knows(self) -> Self:
+    def _check_share(self) -> Self:
         parts = [key for key in ("brick", "time") if getattr(self, key) is not None]
         if self.share is not None and parts:
-            message = f"of samples it is known at which level they fall, and no `{parts[0]}`"
-            raise MistakeError("SD108", message, "say `at` which level, or leave the share out")
+            message = f"samples have a level of collapse, but no `{parts[0]}`"
+            raise MistakeError("SD108", message, f"use `at` in place of `{parts[0]}`, or remove the share")
         return self
 
     @property
@@ -59,13 +61,13 @@ class Collapses(Shorthand, ClaimKind):
     def must_fall(self, levels: Mapping[BodyId, int]) -> Iterable[Collection[BodyId]]:
         if self.share is not None:
             return
-        yield [name for name in levels if self.brick in (None, name)]  # every brick that may be the first
+        yield [name for name in levels if self.brick in (None, name)]  # every brick that can be the first to fall
 
     def is_decided(self, trace: Trace) -> bool:
-        return trace.collapse is not None  # there is one first
+        return trace.collapse is not None  # the first collapse does not change
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Whether something fell, and when, and what first."""
+        """Compare level, time and first brick of the collapse."""
         if trace.collapse is None:
             margin, unit = min((margin_to_collapse(track) for track in placed(trace)), default=(inf, "mm"))
             return ClaimResult("nothing fell", -margin, unit, passed=False)

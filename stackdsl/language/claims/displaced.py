@@ -1,4 +1,4 @@
-"""How many bricks have moved."""
+"""The claim `displaced`."""
 
 from typing import ClassVar
 
@@ -13,18 +13,18 @@ from stackdsl.trace import Trace
 
 @claim("displaced", "how many bricks have moved")
 class Displaced(AuthorModel, ClaimKind):
-    """How many bricks have moved."""
+    """The number of bricks that have moved."""
 
-    bricks: t.CountTolerance = Field(description="how many")
-    by: t.LengthLowerBound = Field(description="how far a brick has at least moved to be counted")
+    bricks: t.CountTolerance = Field(description="the number of bricks")
+    by: t.LengthLowerBound = Field(description="the least shift of a counted brick")
 
     same: ClassVar[tuple[str, ...]] = ("by",)
 
     def is_decided(self, trace: Trace) -> bool:
-        return self.bricks.same_for(self._count(trace), len(placed(trace)))  # the largest shift of each only grows
+        return self.bricks.same_for(self._count(trace), len(placed(trace)))  # the largest shift of a brick only grows
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How many bricks moved by so much."""
+        """Compare the number of bricks that moved at least so far."""
         count = self._count(trace)
         return within(self.bricks, count, "bricks", f"{count} bricks")
 

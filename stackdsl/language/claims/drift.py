@@ -1,4 +1,4 @@
-"""The largest shift of a brick after it came to rest."""
+"""The claim `drift`."""
 
 from math import inf
 from typing import ClassVar
@@ -18,23 +18,25 @@ class Drift(Shorthand, ClaimKind):
     """The largest shift of a brick after it came to rest."""
 
     within: t.LengthTolerance = Field(alias="is", description="the shift")
-    bricks: t.BodyNames | None = Field(None, description="of these bricks; default: of all")
+    bricks: t.BodyNames | None = Field(None, description="the largest shift of these bricks; default: of all")
 
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("bricks",)
+    scored_separately: ClassVar[bool] = True
+    measures_drift: ClassVar[bool] = True
 
     def is_decided(self, trace: Trace) -> bool:
         worst = self._worst(trace)
         return worst is None or self.within.same_for(worst.shift, inf)  # it only grows
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """The largest shift of a brick."""
+        """Compare the largest shift."""
         worst = self._worst(trace)
         if worst is None:
             return ClaimResult("never placed", 0.0, "mm", passed=False)
         return within(self.within, worst.shift, "mm", f"{mm(worst.shift)} ({worst.brick.id})")
 
     def _worst(self, trace: Trace) -> BrickTrack | None:
-        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
-        meant = [track for track in placed(trace) if track.brick.id in named]
-        return max(meant, key=lambda track: track.shift, default=None)
+        names = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        tracks = [track for track in placed(trace) if track.brick.id in names]
+        return max(tracks, key=lambda track: track.shift, default=None)

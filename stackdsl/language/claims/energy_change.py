@@ -1,4 +1,4 @@
-"""Kinetic and potential energy of all bricks together, from the last action on."""
+"""The claim `energy`."""
 
 from math import inf
 from typing import ClassVar
@@ -12,12 +12,12 @@ from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
 
-@claim("energy", "what happens to the energy of all bricks together")
+@claim("energy", "the change of the total energy of all bricks")
 class EnergyChange(AuthorModel, ClaimKind):
     """Kinetic and potential energy of all bricks together, from the last action on."""
 
     gain: t.ShareTolerance = Field(
-        description="how much that of bricks that move rises, as a share of it, heights as distances from the ground"
+        description="gain of energy of the moving bricks, as a share of it, with potential energy 0 at the ground"
     )
 
     of_the_engine: ClassVar[bool] = True
@@ -27,7 +27,7 @@ class EnergyChange(AuthorModel, ClaimKind):
         return True
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How much both together rose after the last action, as a share of what those that moved had just after it."""
+        """Compare the gain after the last action, as a share of the energy of the moving bricks just after it."""
         if trace.energy is None:
             return ClaimResult("nothing was placed", -inf, "%", passed=False)
         return within(self.gain, trace.energy.gain, "%", f"gain {PERCENT * trace.energy.gain:.3g} %")

@@ -1,4 +1,4 @@
-"""What of the structure falls."""
+"""The claim `falls`."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import ClassVar
@@ -16,13 +16,13 @@ from stackdsl.wording import names_text
 
 @claim("falls", "which bricks fall, or how many")
 class Falls(ExactlyOneKey, ClaimKind):
-    """What of the structure falls."""
+    """The bricks of the structure that fall."""
 
-    bricks: t.BodyNames | None = Field(None, description="these bricks, and no other")
-    count: t.CountTolerance | None = Field(None, description="how many bricks, whichever they are")
+    bricks: t.BodyNames | None = Field(None, description="exactly these bricks")
+    count: t.CountTolerance | None = Field(None, description="the number of bricks")
 
     for_: t.PositiveDuration | None = Field(
-        None, alias="for", description="this long after the last action; default: as long as it is watched"
+        None, alias="for", description="within this time after the last action; default: to the end of the run"
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
@@ -50,14 +50,14 @@ class Falls(ExactlyOneKey, ClaimKind):
     def is_decided(self, trace: Trace) -> bool:
         if self.for_ is not None and is_over(self.for_, trace):
             return True
-        fallen, able = set(self._fallen(trace)), {track.brick.id for track in placed(trace)}
+        fallen, may_fall = set(self._fallen(trace)), {track.brick.id for track in placed(trace)}
         if self.count is not None:
-            return self.count.same_for(len(fallen), len(able))
+            return self.count.same_for(len(fallen), len(may_fall))
         wanted = frozenset(self.bricks or ())
-        return not fallen <= wanted <= able or fallen == able
+        return not fallen <= wanted <= may_fall or fallen == may_fall
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Which bricks fell, or how many."""
+        """Compare the fallen bricks, or their number."""
         fallen = self._fallen(trace)
         measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
         if self.count is not None:

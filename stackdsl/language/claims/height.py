@@ -1,4 +1,4 @@
-"""How high the structure reaches."""
+"""The claim `height`."""
 
 from typing import ClassVar
 
@@ -13,9 +13,9 @@ from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import mm
 
 
-@claim("height", "how high the structure reaches")
+@claim("height", "the height of the structure")
 class Height(Shorthand, ClaimKind):
-    """How high the structure reaches."""
+    """The height of the structure."""
 
     within: t.LengthTolerance = Field(alias="is", description="the height")
     of: t.BodyName | None = Field(None, description="the brick whose top is measured; default: the highest")
@@ -24,11 +24,11 @@ class Height(Shorthand, ClaimKind):
     same: ClassVar[tuple[str, ...]] = ("of",)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How high what stands reaches, or one brick."""
-        meant = [track for track in placed(trace) if self.of in (None, track.brick.id)]
-        if not meant:
+        """Compare the highest top of the standing bricks, or the top of one brick."""
+        tracks = [track for track in placed(trace) if self.of in (None, track.brick.id)]
+        if not tracks:
             return ClaimResult("never placed", 0.0, "mm", passed=False)
         if self.of is None:
-            meant = [track for track in meant if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
-        top = max((top_W(track.brick.shape, track.final) for track in meant), default=0.0)
+            tracks = [track for track in tracks if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
+        top = max((top_W(track.brick.shape, track.final) for track in tracks), default=0.0)
         return within(self.within, top, "mm", mm(top))

@@ -1,4 +1,4 @@
-"""Where the common centre of mass of what fell comes down, sideways from where it had been."""
+"""The claim `lands`."""
 
 from collections.abc import Collection
 from math import degrees, pi, remainder
@@ -15,13 +15,13 @@ from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
 
-@claim("lands", "where what fell comes down")
+@claim("lands", "where the fallen bricks land")
 class Lands(AtLeastOneKey, ClaimKind):
-    """Where the common centre of mass of what fell comes down, sideways from where it had been."""
+    """The landing place of the common centre of mass of the fallen bricks, relative to its place before the fall."""
 
-    reach: t.LengthTolerance | None = Field(None, description="how far")
-    bearing: t.Angle | None = Field(None, description="which way: 0 deg = +x, 90 deg = +y")
-    within: t.Slope = default("10 deg", "how far from the bearing, at most")
+    reach: t.LengthTolerance | None = Field(None, description="the horizontal distance")
+    bearing: t.Angle | None = Field(None, description="the direction: 0 deg = +x, 90 deg = +y")
+    within: t.Slope = default("10 deg", "largest deviation from the bearing")
 
     defaults: ClassVar[tuple[str, ...]] = ("within",)
     needs_close_looks: ClassVar[bool] = True
@@ -34,7 +34,7 @@ class Lands(AtLeastOneKey, ClaimKind):
         return trace.landing is not None and trace.landing.over and not trace.undone
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How far sideways, and which way, the centre of mass of what fell gets until the ground takes it."""
+        """Compare distance and direction of the landing."""
         landing = trace.landing
         if landing is None:
             return ClaimResult("nothing fell", -1.0, "", passed=False)

@@ -1,4 +1,4 @@
-"""How much of the structure stands at the end."""
+"""The claim `leaves`."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Set
@@ -18,8 +18,8 @@ from stackdsl.trace import STAND, BrickState, Trace
 class Leaves(ExactlyOneKey, ClaimKind):
     """How much of the structure stands at the end."""
 
-    levels: t.CountTolerance | None = Field(None, description="levels, from the lowest, all of whose bricks stand")
-    bricks: t.CountTolerance | None = Field(None, description="bricks, whichever they are")
+    levels: t.CountTolerance | None = Field(None, description="complete levels, counted from the lowest")
+    bricks: t.CountTolerance | None = Field(None, description="the number of bricks")
 
     one_of: ClassVar[tuple[str, ...]] = ("levels", "bricks")
     requires_physical_collapse: ClassVar[bool] = True
@@ -31,19 +31,19 @@ class Leaves(ExactlyOneKey, ClaimKind):
             yield Count("bricks", self.bricks.least_count, "bricks")
 
     def is_decided(self, trace: Trace) -> bool:
-        # All that stands may fall, and of what has not stood as yet, only what is on its way may come to stand.
+        # Every standing brick may fall, and every unsettled one may come to rest.
         may_stand = STAND | {BrickState.UNSETTLED}
         if self.levels is not None:
             return self.levels.same_for(0.0, _levels_standing(trace, may_stand))
-        assert self.bricks is not None  # it is a choice
+        assert self.bricks is not None  # exactly one of them is written
         return self.bricks.same_for(0.0, _bricks_standing(trace, may_stand))
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How much stands at the end."""
+        """Compare the number of standing levels or bricks."""
         if self.levels is not None:
             count = _levels_standing(trace, STAND)
             return within(self.levels, count, "levels", f"{count} levels stand")
-        assert self.bricks is not None  # it is a choice
+        assert self.bricks is not None  # exactly one of them is written
         count = _bricks_standing(trace, STAND)
         return within(self.bricks, count, "bricks", f"{count} bricks stand")
 
@@ -53,7 +53,7 @@ def _bricks_standing(trace: Trace, states: Set[BrickState]) -> int:
 
 
 def _levels_standing(trace: Trace, states: Set[BrickState]) -> int:
-    """How many levels, counted from the ground, have all their bricks in one of some states."""
+    """Return the number of levels, counted from the ground, with all bricks in one of some states."""
     levels = defaultdict[int, list[bool]](list)
     for _, track in remaining(trace):
         levels[track.level].append(track.state in states)

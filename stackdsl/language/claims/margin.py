@@ -1,4 +1,4 @@
-"""How much the proof that the structure stands would survive."""
+"""The claim `margin`."""
 
 from collections.abc import Collection
 from math import inf
@@ -14,30 +14,31 @@ from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 
 
-@claim("margin", "how much the proof that it stands would survive")
+@claim("margin", "safety margins of the proof of stability")
 class Margin(AtLeastOneKey, ClaimKind):
-    """How much the proof that the structure stands would survive."""
+    """Disturbances under which the structure is still proven stable."""
 
     acceleration: t.GravityTolerance | None = Field(
-        None, description="sideways in the worst direction, a plain number: times the gravity"
+        None, description="horizontal acceleration in the worst direction, as a multiple of gravity"
     )
-    tilt: t.SlopeTolerance | None = Field(None, description="of the whole scene, in the worst direction")
+    tilt: t.SlopeTolerance | None = Field(None, description="tilt of the whole scene, in the worst direction")
     friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
-    placement: t.LengthTolerance | None = Field(None, description="the error in the place of every brick")
+    placement: t.LengthTolerance | None = Field(None, description="error in the position of every brick")
 
     needs_statics: ClassVar[bool] = True
+    needs_post_collapse_run: ClassVar[bool] = False
 
     @property
     def needed_margins(self) -> Collection[str]:
         return self.asked
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """How much the proof that it stands would survive."""
+        """Compare the margins of the proof."""
         return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.asked])
 
 
 def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:
-    """One kind of margin."""
+    """Compare one margin with its tolerance."""
     unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
     if value is None:
         return ClaimResult(f"no {key} is proven", -inf, unit, passed=False)

@@ -1,9 +1,9 @@
-"""How a fall begins: how far bricks were proven to go, and how far they were seen to.
+"""Compares the onset of a fall with its proof: proven and simulated displacements of bricks.
 
-A proof names velocities, and a fall is seen after a finite turn. A body that turns about a fixed axis moves along an
-arc; its chord lies half the turn away from where it set out to, and is shorter than the arc. So the velocities are
-followed as far as the brick that turns fastest was seen to turn, each brick along its own screw, and what comes of that
-is compared with what was seen.
+A proof gives velocities, and a fall is measured after a finite rotation. A body that rotates about a fixed axis moves
+along an arc; the chord deviates from the initial direction by half the rotation, and is shorter than the arc. So the
+velocities are integrated until the fastest rotating brick has turned as far as in the simulation, each brick along its
+own screw, and the result is compared with the simulation.
 """
 
 from math import acos, cos, pi, sin
@@ -15,13 +15,13 @@ from stability.problem import Motion
 from stackdsl.trace import Onset
 
 SMALL = 0.05  # share of the largest displacement: the directions of smaller ones are noise
-STRAIGHT = 1e-6  # [rad] a turn whose chord is its arc
+STRAIGHT = 1e-6  # [rad] below this rotation, chord and arc are equal
 
-Pairs: TypeAlias = list[tuple[Vec3, Vec3]]  # a proven displacement, and the one seen [m]
+Pairs: TypeAlias = list[tuple[Vec3, Vec3]]  # proven and simulated displacements [m]
 
 
 def seen_displacements(onset: Onset) -> Pairs | None:
-    """How far each brick gets by so much of the proven motion, and how far it was seen to [m]; None without a turn."""
+    """Return proven and simulated displacements of each brick [m]; None if the proven motion has no rotation."""
     motion = Motion({name: onset.motion.velocity[name] for name in onset.poses})
     fastest = max(motion.velocity, key=lambda name: norm(motion.velocity[name][1]))
     rate = norm(motion.velocity[fastest][1])
@@ -35,7 +35,7 @@ def seen_displacements(onset: Onset) -> Pairs | None:
 
 
 def along_screw(velocity_W: Vec3, spin_W: Vec3, lasts: float) -> Vec3:
-    """How far the centre of a body gets that turns about and moves along a fixed axis, from its velocities now."""
+    """Return the displacement of the centre of a body on a screw motion of fixed axis, after a time [m]."""
     turn = scale(lasts, spin_W)
     angle = norm(turn)
     straight = scale(lasts, velocity_W)
@@ -47,7 +47,7 @@ def along_screw(velocity_W: Vec3, spin_W: Vec3, lasts: float) -> Vec3:
 
 
 def widest_angle(pairs: Pairs) -> float:
-    """Between proven and seen displacements, of the bricks that go far enough to have a direction [rad]."""
+    """Return the widest angle between proven and simulated displacements, of bricks that move far enough [rad]."""
     far = SMALL * max(norm(proven) for proven, _ in pairs)
     return max(_angle(proven, seen) for proven, seen in pairs if norm(proven) >= far)
 
@@ -58,7 +58,10 @@ def _angle(one: Vec3, other: Vec3) -> float:
 
 
 def largest_difference(pairs: Pairs) -> float:
-    """Between how far bricks were proven and seen to go, both as shares of the brick that was proven to go furthest."""
+    """Return the largest difference of proven and simulated distances.
+
+    Each distance is relative to that of the brick with the largest proven distance.
+    """
     furthest, seen_of_it = max(pairs, key=lambda pair: norm(pair[0]))
     if norm(seen_of_it) == 0.0:
         return 1.0

@@ -1,4 +1,4 @@
-"""How deep two bodies get into each other."""
+"""The claim `penetration`."""
 
 from math import inf
 from typing import ClassVar
@@ -13,9 +13,9 @@ from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
 
-@claim("penetration", "how deep two bodies get into each other, at most")
+@claim("penetration", "the deepest overlap of two bodies")
 class Penetrates(Shorthand, ClaimKind):
-    """How deep two bodies get into each other, of bricks, ground and walls, what is thrown included."""
+    """The deepest overlap of two bodies: bricks, thrown bricks, ground and walls."""
 
     depth: t.LengthTolerance = Field(alias="is", description="the depth")
 
@@ -23,8 +23,8 @@ class Penetrates(Shorthand, ClaimKind):
     needed_measures: ClassVar[tuple[str, ...]] = ("penetration",)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """The deepest that two were in each other."""
-        found = trace.penetration
-        if found is None:
+        """Compare the deepest overlap."""
+        deepest = trace.penetration
+        if deepest is None:
             return ClaimResult("nothing was placed", -inf, "mm", passed=False)
-        return within(self.depth, found.depth, "mm", f"{mm(found.depth)} ({found.brick} in {found.other})")
+        return within(self.depth, deepest.depth, "mm", f"{mm(deepest.depth)} ({deepest.brick} in {deepest.other})")

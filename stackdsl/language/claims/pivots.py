@@ -1,4 +1,4 @@
-"""What falls begins to as the proof says that it does, over the first 5 degrees."""
+"""The claim `pivots`."""
 
 from collections.abc import Collection
 from math import degrees, inf
@@ -15,14 +15,18 @@ from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.trace import Onset, Trace
 
 
-@claim("pivots", "how what falls begins to")
+@claim("pivots", "how a fall begins")
 class Pivots(AtLeastOneKey, ClaimKind):
-    """What falls begins to as the proof says that it does, over the first 5 degrees."""
+    """The fall begins with the proven motion, over the first 5 degrees."""
 
-    about: t.BodyOrPlaneName | None = Field(None, description="what stands still and is turned about; or ground")
-    within: t.Slope | None = Field(None, description="between where bricks go and where the proof says, at most")
+    about: t.BodyOrPlaneName | None = Field(
+        None, description="the standing brick about which the falling bricks turn; or ground"
+    )
+    within: t.Slope | None = Field(
+        None, description="largest angle between the displacement of a brick and the proven one"
+    )
     proportions: t.ShareOfLimit | None = Field(
-        None, description="between how far bricks go and the proof says, both as shares of the furthest, at most"
+        None, description="largest error of a displacement, as a share of the largest proven displacement"
     )
 
     needs_close_looks: ClassVar[bool] = True
@@ -32,25 +36,26 @@ class Pivots(AtLeastOneKey, ClaimKind):
         return True
 
     def is_decided(self, trace: Trace) -> bool:
-        return trace.onset is not None  # the first is kept
+        return trace.onset is not None  # only the first onset is recorded
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Whether what falls begins to as the proof says: about what, in which directions, in which proportions."""
+        """Compare the pivot, and the directions and proportions of displacements, with the proof."""
         if trace.onset is None:
-            named = trace.statics is not None and trace.statics.motion is not None
-            why = "nothing that was proven to fall turned by 5 deg" if named else "no proof names a motion"
-            return ClaimResult(why, -1.0, "", passed=False)
+            has_motion = trace.statics is not None and trace.statics.motion is not None
+            reason = "no brick with a proven fall turned by 5 deg" if has_motion else "no fall is proven"
+            return ClaimResult(reason, -1.0, "", passed=False)
         pairs = seen_displacements(trace.onset)
         if pairs is None:
-            return ClaimResult("the motion that the proof names does not turn", -1.0, "", passed=False)
+            return ClaimResult("the proven motion has no rotation", -1.0, "", passed=False)
         return all_of(self._parts(trace.onset, pairs))
 
     def _parts(self, onset: Onset, pairs: Pairs) -> list[ClaimResult]:
         parts = []
         if self.about is not None:
-            found = ", ".join(onset.about) or "nothing"
-            held = self.about in onset.about
-            parts.append(ClaimResult(f"about {found}", inf if held else -1.0, "" if held else "bodies", passed=held))
+            pivots = ", ".join(onset.about) or "nothing"
+            passed = self.about in onset.about
+            margin, unit = (inf, "") if passed else (-1.0, "bodies")
+            parts.append(ClaimResult(f"about {pivots}", margin, unit, passed=passed))
         if self.within is not None:
             angle = widest_angle(pairs)
             parts.append(at_most(self.within, angle, "deg", f"within {degrees(angle):.3g} deg"))

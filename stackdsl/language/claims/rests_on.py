@@ -1,4 +1,4 @@
-"""One brick is carried by another."""
+"""The claim `rests_on`."""
 
 from math import inf, isnan
 from typing import ClassVar
@@ -17,21 +17,21 @@ class RestsOn(AuthorModel, ClaimKind):
     """One brick is carried by another."""
 
     brick: t.BodyName = Field(description="the upper brick")
-    support: t.BodyOrPlaneName = Field(description="the lower one, or ground")
-    share: t.ShareTolerance | None = Field(None, description="part of its load that goes there")
+    support: t.BodyOrPlaneName = Field(description="the lower brick, or ground")
+    share: t.ShareTolerance | None = Field(None, description="share of its load that the support carries")
 
     same: ClassVar[tuple[str, ...]] = ("brick", "support")
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Whether one brick is carried by another, and how much of its load."""
+        """Compare the share of the load of a brick that the support carries."""
         edge = next((edge for edge in trace.edges if (edge.upper, edge.lower) == (self.brick, self.support)), None)
         share = 0.0 if edge is None else edge.share
         if edge is None:
             margin = share if self.share is None else self.share.margin(share)
             return ClaimResult("it does not rest there", min(margin, 0.0), "of its load", passed=False)
         if isnan(share):
-            known = "it rests there, and its share is not known: friction, leaning or a counterweight holds it"
-            return ClaimResult(known, inf if self.share is None else -inf, "", passed=self.share is None)
+            measured = "it rests there, share unknown: friction, leaning or a counterweight holds it"
+            return ClaimResult(measured, inf if self.share is None else -inf, "", passed=self.share is None)
         if self.share is None:
             return ClaimResult(f"share {share:.3f}", share, "of its load", passed=True)
         return within(self.share, share, "of its load", f"share {share:.3f}")

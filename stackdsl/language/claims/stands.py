@@ -1,4 +1,4 @@
-"""Bricks are where they came to rest."""
+"""The claim `stands`."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -24,10 +24,12 @@ class Stands(Shorthand, ClaimKind):
 
     levels: t.Levels | None = Field(None, description="at least so many levels, from the lowest")
     bricks: t.BodyNames | None = Field(None, description="these bricks")
-    for_: t.PositiveDuration | None = Field(None, alias="for", description="this long after the last action")
-    share: t.ShareOfSamples | None = Field(None, description="in this share of the samples, all of it")
+    for_: t.PositiveDuration | None = Field(None, alias="for", description="for this time after the last action")
+    share: t.ShareOfSamples | None = Field(None, description="share of the samples in which all bricks stand")
 
     scalar_word: ClassVar[str] = "all"
+    needs_post_collapse_run: ClassVar[bool] = False
+    scored_separately: ClassVar[bool] = True
     told_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 
     @property
@@ -46,12 +48,12 @@ class Stands(Shorthand, ClaimKind):
         return fell_at is None
 
     @model_validator(mode="after")
-    def _says_one_thing(self) -> Self:
-        of_a_part = {"levels": self.levels, "bricks": self.bricks, "for": self.for_}
-        parts = [key for key, value in of_a_part.items() if value is not None]
+    def _check_share(self) -> Self:
+        partial = {"levels": self.levels, "bricks": self.bricks, "for": self.for_}
+        parts = [key for key, value in partial.items() if value is not None]
         if self.share is not None and parts:
-            message = f"a share is of samples that stand as a whole, and `{parts[0]}` is of a part"
-            raise MistakeError("SD108", message, "leave one of them out")
+            message = f"`share` counts samples that stand as a whole, and `{parts[0]}` is about a part"
+            raise MistakeError("SD108", message, "remove one of them")
         return self
 
     @property
@@ -64,70 +66,71 @@ class Stands(Shorthand, ClaimKind):
 
     def must_stand(self, levels: Mapping[BodyId, int], hold: float) -> Collection[BodyId] | None:
         if self.share is not None or (self.for_ is not None and self.for_ < hold):
-            return None  # what stands for a while may fall after it
+            return None  # bricks may fall after the time of the claim
         named = levels.keys() if self.bricks is None else levels.keys() & self.bricks
         return {name for name in named if self.levels is None or levels[name] <= self.levels}
 
     def is_decided(self, trace: Trace) -> bool:
         lost = (BrickState.FALLEN, BrickState.UNPLACED)
-        return any(track.state in lost for track in self._in_time(self._meant(trace), trace)) or self._is_over(trace)
+        return any(track.state in lost for track in self._in_time(self._tracks(trace), trace)) or self._is_over(trace)
 
     def _is_over(self, trace: Trace) -> bool:
-        """Whether the time is over that it speaks of."""
+        """Return whether the time of the claim is over."""
         return self.for_ is not None and is_over(self.for_, trace)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Whether bricks are where they came to rest, or were shifted to by a hit."""
-        meant = self._meant(trace)
-        found = self._missing(meant, trace) or _stand(self._in_time(meant, trace))
-        proven = found.passed and all(track.frozen for track in meant)
-        return _with_margin_of_proof(found, trace) if proven else found
+        """Return whether bricks are where they came to rest, or where a hit shifted them."""
+        tracks = self._tracks(trace)
+        result = self._missing(tracks, trace) or _stand(self._in_time(tracks, trace))
+        proven = result.passed and all(track.frozen for track in tracks)
+        return _with_margin_of_proof(result, trace) if proven else result
 
-    def _meant(self, trace: Trace) -> Sequence[BrickTrack]:
-        named = frozenset(trace.tracks if self.bricks is None else self.bricks)
-        return [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
+    def _tracks(self, trace: Trace) -> Sequence[BrickTrack]:
+        """Return the bricks that the claim is about."""
+        names = frozenset(trace.tracks if self.bricks is None else self.bricks)
+        return [track for name, track in remaining(trace) if name in names and self._includes(track.level)]
 
-    def _reaches(self, level: int) -> bool:
+    def _includes(self, level: int) -> bool:
         return self.levels is None or level <= self.levels
 
-    def _missing(self, meant: Sequence[BrickTrack], trace: Trace) -> ClaimResult | None:
-        """What says already that they do not stand: too few, never placed, still on the move, or none at all."""
+    def _missing(self, tracks: Sequence[BrickTrack], trace: Trace) -> ClaimResult | None:
+        """Return the failure if levels are missing, or bricks are not placed, not at rest, or all removed."""
         levels = max((track.level for track in trace.tracks.values()), default=0)
         if self.levels is not None and levels < self.levels:
             return ClaimResult(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
-        missing = sum(track.state is BrickState.UNPLACED for track in meant)
+        missing = sum(track.state is BrickState.UNPLACED for track in tracks)
         if missing:
-            why = f"it fell at {level_text(fell.level, fell.step)}; " if (fell := trace.collapse) is not None else ""
-            return ClaimResult(f"{why}{missing} of {len(meant)} never placed", -missing, "bricks", passed=False)
-        unsettled = [track.brick.id for track in meant if track.state is BrickState.UNSETTLED]
+            cause = f"it fell at {level_text(fell.level, fell.step)}; " if (fell := trace.collapse) is not None else ""
+            return ClaimResult(f"{cause}{missing} of {len(tracks)} never placed", -missing, "bricks", passed=False)
+        unsettled = [track.brick.id for track in tracks if track.state is BrickState.UNSETTLED]
         if unsettled:
             return ClaimResult(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
-        return None if meant else ClaimResult("all of it was pulled out or thrown", -1, "bricks", passed=False)
+        return None if tracks else ClaimResult("all of it was pulled out or thrown", -1, "bricks", passed=False)
 
-    def _in_time(self, meant: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
-        """Without those that fall later than this claim speaks of."""
+    def _in_time(self, tracks: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
+        """Return the tracks without bricks that fall after the time of the claim."""
         if self.for_ is None:
-            return meant
-        return [track for track in meant if track.left_at is None or in_time(self.for_, track, trace)]
+            return tracks
+        return [track for track in tracks if track.left_at is None or in_time(self.for_, track, trace)]
 
 
-def _stand(meant: Sequence[BrickTrack]) -> ClaimResult:
-    fallen = [track.brick.id for track in meant if track.state is BrickState.FALLEN]
-    shifted = sum(track.state is BrickState.DISPLACED for track in meant)
-    which = f": {names_text(fallen)}" if len(fallen) < len(meant) else ""
-    measured = f"{len(fallen)} of {len(meant)} bricks fell{which}" if fallen else f"{len(meant)} bricks stand"
+def _stand(tracks: Sequence[BrickTrack]) -> ClaimResult:
+    fallen = [track.brick.id for track in tracks if track.state is BrickState.FALLEN]
+    shifted = sum(track.state is BrickState.DISPLACED for track in tracks)
+    which = f": {names_text(fallen)}" if len(fallen) < len(tracks) else ""
+    measured = f"{len(fallen)} of {len(tracks)} bricks fell{which}" if fallen else f"{len(tracks)} bricks stand"
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
-    margin, unit = min((margin_to_collapse(track) for track in meant), default=(inf, ""))
+    margin, unit = min((margin_to_collapse(track) for track in tracks), default=(inf, ""))
     return ClaimResult(measured, margin, unit, passed=not fallen)
 
 
-def _with_margin_of_proof(found: ClaimResult, trace: Trace) -> ClaimResult:
-    """The same with what the proof survives, in place of how far bricks may shift before that counts as fallen."""
+def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
+    """Return the result with a margin of the proof, in place of the shift that is left until a collapse."""
     margins = trace.margins
     if margins.placement is not None and 0.0 < margins.placement < inf:
-        measured = f"{found.measured}, and would with every brick {mm(margins.placement)} beside its place"
-        return replace(found, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
+        measured = f"{result.measured}, and would with every brick {mm(margins.placement)} beside its place"
+        return replace(result, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
     if margins.friction is not None and margins.roughest is not None:
-        measured = f"{found.measured}, and would with friction down to {margins.friction:.4g}"
-        return replace(found, measured=measured, margin=margins.roughest - margins.friction, unit="of friction")
-    return found
+        measured = f"{result.measured}, and would with friction down to {margins.friction:.4g}"
+        return replace(result, measured=measured, margin=margins.roughest - margins.friction, unit="of friction")
+    return result

@@ -1,4 +1,4 @@
-"""How far, and how fast, bricks go to and fro before anything collapses."""
+"""The claim `sway`."""
 
 from typing import ClassVar
 
@@ -12,17 +12,18 @@ from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
 
-@claim("sway", "how far, and how fast, a brick goes to and fro after it came to rest")
+@claim("sway", "amplitude and frequency of the sway of a brick after it came to rest")
 class Sways(AtLeastOneKey, ClaimKind):
-    """How far, and how fast, bricks go to and fro before anything collapses; the largest swing of all tells."""
+    """The largest sway of a brick before a collapse."""
 
-    amplitude: t.LengthTolerance | None = Field(None, description="how far to either side")
-    frequency: t.FrequencyTolerance | None = Field(None, description="how many times a second, there and back")
+    amplitude: t.LengthTolerance | None = Field(None, description="amplitude to either side")
+    frequency: t.FrequencyTolerance | None = Field(None, description="frequency of the full cycle, to and fro")
 
+    needs_post_collapse_run: ClassVar[bool] = False
     needed_measures: ClassVar[tuple[str, ...]] = ("sway",)
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """The largest swing; what does not come back does not sway."""
+        """Compare the largest swing. A motion without return is not a sway."""
         sway = trace.sway
         parts = []
         if self.amplitude is not None:

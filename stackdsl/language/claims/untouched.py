@@ -1,4 +1,4 @@
-"""Bricks are exactly where they came to rest."""
+"""The claim `untouched`."""
 
 from collections.abc import Iterator
 from math import dist, inf
@@ -14,7 +14,7 @@ from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, mm
 
-EXACTLY: Final = 1e-9  # [m] and [rad]: more than a pose loses on its way into an engine and back
+EXACTLY: Final = 1e-9  # [m] and [rad], above the rounding error of a pose that goes into an engine and back
 
 
 @claim("untouched", "bricks are exactly where they came to rest")
@@ -32,19 +32,19 @@ class Untouched(ExactlyOneKey, ClaimKind):
             yield Count("levels", self.levels, "levels")
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Whether bricks are exactly where they came to rest, at the end."""
-        named = frozenset(trace.tracks if self.bricks is None else self.bricks).difference(self.except_ or ())
-        meant = [track for name, track in remaining(trace) if name in named and self._reaches(track.level)]
-        if not meant or any(track.state is BrickState.UNPLACED for track in meant):
+        """Return whether bricks are exactly where they came to rest, at the end."""
+        names = frozenset(trace.tracks if self.bricks is None else self.bricks).difference(self.except_ or ())
+        tracks = [track for name, track in remaining(trace) if name in names and self._includes(track.level)]
+        if not tracks or any(track.state is BrickState.UNPLACED for track in tracks):
             return ClaimResult("never placed", 0.0, "mm", passed=False)
-        moved = [track for track in meant if not _is_where_it_was(track)]
+        moved = [track for track in tracks if not _is_where_it_was(track)]
         if not moved:
-            return ClaimResult(f"{len(meant)} bricks are where they were", inf, "", passed=True)
+            return ClaimResult(f"{len(tracks)} bricks are where they were", inf, "", passed=True)
         worst = max(moved, key=_moved_by)
-        measured = f"{len(moved)} of {len(meant)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
+        measured = f"{len(moved)} of {len(tracks)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
         return ClaimResult(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)
 
-    def _reaches(self, level: int) -> bool:
+    def _includes(self, level: int) -> bool:
         return self.levels is None or level <= self.levels
 
 

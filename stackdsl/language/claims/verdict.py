@@ -1,4 +1,4 @@
-"""What statics says of the structure after its last change."""
+"""The claim `verdict`."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -13,19 +13,21 @@ from stackdsl.language.claims.claim_result import ClaimResult
 from stackdsl.trace import Trace
 from stackdsl.wording import touching_text
 
-CERTAINTY: Final = ("guaranteed", "possible")  # of what is stable: the only thing that can happen, or one that can
+CERTAINTY: Final = ("guaranteed", "possible")  # of a stable structure: standing is certain, or only possible
 WITHOUT_GAPS: Final = "stable, counting on no gap"
 Word: TypeAlias = Literal["stable", "stable, counting on no gap", "guaranteed", "possible", "unstable", "undecided"]
 
 
-@claim("verdict", "what statics says of the structure after its last change")
+@claim("verdict", "the verdict of statics after the last change of the structure")
 @dataclass(frozen=True)
 class Verdict(ClaimKind):
-    """What statics says of the structure after its last change; written as one word."""
+    """The verdict of statics after the last change of the structure, written as one word."""
 
     word: Word
 
     needs_statics: ClassVar[bool] = True
+    needs_post_collapse_run: ClassVar[bool] = False
+    scored_separately: ClassVar[bool] = True
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -48,16 +50,16 @@ class Verdict(ClaimKind):
         return "stable" if self.word in (*CERTAINTY, WITHOUT_GAPS) else self.word
 
     def is_decided(self, trace: Trace) -> bool:
-        return not trace.gone  # it is asked anew when something is pulled out
+        return not trace.gone  # pulling out a brick needs a new verdict
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """What statics says."""
+        """Compare the verdict of statics."""
         if trace.statics is None:
             return ClaimResult("nothing was set down at rest", inf, "", passed=False)
         reason = f": {trace.statics.reason}" if trace.statics.reason else ""
-        said, sure, within = str(trace.statics.stability), trace.margins.guaranteed, trace.statics.touching_within
-        if self.word in CERTAINTY and said == "stable":
-            said = "stable, of which nothing stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
+        verdict, sure, within = str(trace.statics.stability), trace.margins.guaranteed, trace.statics.touching_within
+        if self.word in CERTAINTY and verdict == "stable":
+            verdict = "stable, but no brick stands at the end" if sure is None else CERTAINTY[0 if sure else 1]
             reason = f": {trace.margins.certainty}" if trace.margins.certainty else ""
-        passed = said == self.word or (self.word == WITHOUT_GAPS and said == "stable" and within == 0.0)
-        return ClaimResult(f"{said}{touching_text(within)}{reason}", inf, "", passed=passed)
+        passed = verdict == self.word or (self.word == WITHOUT_GAPS and verdict == "stable" and within == 0.0)
+        return ClaimResult(f"{verdict}{touching_text(within)}{reason}", inf, "", passed=passed)

@@ -1,6 +1,6 @@
-"""Named structures: one module a layout or a family of them; importing this package registers them all.
+"""Layouts, one module for each. Importing this package registers all of them.
 
-They register in this order, which is that of the keys in the JSON Schema.
+They register in this order, which is the order of the keys in the JSON schema.
 """
 
 # isort: off

@@ -2,11 +2,11 @@ r"""The arch: stones with radial joints, between two springings.
 
       ______
      /  |   \        Its inner side, the intrados, is an arc of a circle through both springings and the crown. Joints
-    /\ _|__ /\       lead to the middle of that circle, and each stone ends in straight lines between them.
+    /\ _|__ /\       point to the centre of that circle, and each stone ends in straight lines between them.
  ___\/      \/___    A flatter arch springs from the inclined face of an abutment at each end, which takes the thrust by
-|   |        |   |   its weight and by friction on the ground. Its stones are clear of the ground: an edge that stood on
-|___|        |___|   that as well would be held from two sides. A semicircle, whose lowest joints are level, stands on
-                     the ground, or on abutments as on piers.
+|   |        |   |   its weight and by friction on the ground. Its stones do not touch the ground, since an edge on the
+|___|        |___|   ground would have a second support. A semicircle, whose lowest joints are level, stands on the
+                     ground or on abutments.
 """
 
 from itertools import pairwise
@@ -21,24 +21,25 @@ from stackdsl.language.quantities import MistakeError
 from stackdsl.language.value_types import MAX_STONES, PositiveLength
 from stackdsl.wording import mm
 
-SEMICIRCLE: Final = 1e-9  # share of half a span by which a rise may miss it, and still be meant to be it
+SEMICIRCLE: Final = 1e-9  # tolerance on the rise of a semicircle, as a share of half the span
 
 
 class ArchParams(LayoutParams):
     """An arch of stones."""
 
-    span: PositiveLength = Field(description="between the springings, on the inner side")
+    span: PositiveLength = Field(description="distance between the springings, on the inner side")
     rise: PositiveLength | None = Field(
-        None, description="of the crown above the springings, on the inner side; default: half the span, a semicircle"
+        None,
+        description="height of the crown above the springings, on the inner side; default: half the span, a semicircle",
     )
-    thickness: PositiveLength = Field(description="of the ring of stones, along the joints")
-    voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_STONES)] = Field(description="how many stones")
-    depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")
+    thickness: PositiveLength = Field(description="thickness of the ring of stones, along the joints")
+    voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_STONES)] = Field(description="number of stones")
+    depth: PositiveLength | None = Field(None, description="depth from front to back; default: the width of the brick")
     abutment: PositiveLength | None = Field(
-        None, description="how wide each abutment is behind the arch; a semicircle stands on the ground without any"
+        None, description="width of each abutment behind the arch; a semicircle can stand on the ground without any"
     )
     height: PositiveLength | None = Field(
-        None, description="of the springings above the ground, where there are abutments; default: the thickness"
+        None, description="height of the springings above the ground, with abutments only; default: the thickness"
     )
 
     count = "voussoirs"
@@ -50,21 +51,21 @@ class ArchParams(LayoutParams):
 
 @layout("arch", ArchParams)
 def arch(params: ArchParams, size: Vec3) -> Specs:
-    """Stones with radial joints, all set down at one moment, as no part of an arch stands by itself."""
+    """Stones with radial joints, all set down at the same time, since no part of an arch stands by itself."""
     half, depth = 0.5 * params.span, params.depth or size[1]
     rise = half if params.rise is None else params.rise
     semicircle = abs(rise - half) <= SEMICIRCLE * half
     _admit(params, rise, semicircle)
     height = 0.0 if params.abutment is None else params.height or params.thickness
     radius = half if semicircle else (half * half + rise * rise) / (2.0 * rise)
-    middle = 0.0 if semicircle else rise - radius  # of the circle, above the springings
-    lowest = atan2(-middle, half)  # of the joints, seen from there
+    middle = 0.0 if semicircle else rise - radius  # height of the centre of the circle above the springings
+    lowest = atan2(-middle, half)  # angle of the lowest joint, seen from the centre
     joints = []
     for number in range(params.voussoirs + 1):
         angle = pi - lowest - (pi - 2.0 * lowest) * number / params.voussoirs
         inner, outer = radius, radius + params.thickness
         joints.append(tuple((r * cos(angle), height + middle + r * sin(angle)) for r in (inner, outer)))
-    if semicircle:  # its lowest joints are level, whatever rounding says
+    if semicircle:  # make its lowest joints level despite rounding
         joints[0], joints[-1] = (tuple((x, height) for x, _ in joint) for joint in (joints[0], joints[-1]))
     stones: list[Outline] = [(a[0], a[1], b[1], b[0]) for a, b in pairwise(joints)]
     ends: list[Outline] = []
@@ -83,17 +84,15 @@ def _admit(params: ArchParams, rise: float, semicircle: bool) -> None:
     half = 0.5 * params.span
     if rise > half and not semicircle:
         message = f"the arch rises by {mm(rise)}, and half its span is {mm(half)}"
-        raise MistakeError("SD104", message, "let it rise by half its span at most")
+        raise MistakeError("SD104", message, "write a rise of at most half the span")
     if params.abutment is None and not semicircle:
-        raise MistakeError(
-            "SD102", "an arch that is flatter than a semicircle has no ends to stand on", "add `abutment`"
-        )
+        raise MistakeError("SD102", "an arch that is flatter than a semicircle needs abutments", "add `abutment`")
     if params.abutment is None and params.height is not None:
-        raise MistakeError("SD102", "nothing carries the springings above the ground", "add `abutment`")
+        raise MistakeError("SD102", "`height` needs abutments below the springings", "add `abutment`")
 
 
 def _abutment(joint: tuple[tuple[float, float], ...], wide: float) -> Outline:
-    """A stone from the joint outwards, on the ground; `wide` to the right, or less than nothing to the left [m]."""
+    """Return a stone on the ground, outwards from the joint; `wide` is positive to the right [m]."""
     (inner, springing), (outer, high) = joint
     face = ((inner, springing), (outer, high)) if high > springing else ((inner, springing),)
     return ((inner, 0.0), *face, (outer + wide, high), (outer + wide, 0.0))

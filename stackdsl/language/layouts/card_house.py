@@ -1,8 +1,8 @@
 r"""The card house: planks lean on each other in pairs, and the next storey stands on flat planks on their peaks.
 
 With planks of length L and thickness t at an angle a, the upper edges of the inner faces of a V meet above its middle,
-at a height of L sin a, and their lower edges stand L cos a to either side of it. The outer faces reach up to
-L sin a + t cos a, at t sin a to either side, which is where flat planks lie.
+at a height of L sin a, and their lower edges are L cos a to either side of it. The outer faces reach up to
+L sin a + t cos a, at t sin a to either side, where the flat planks lie.
 
           ______________     ______________          two flat planks on the peaks of three Vs
          /\             /\            /\
@@ -21,18 +21,18 @@ from stackdsl.language.quantities import MistakeError
 from stackdsl.language.value_types import Levels, PositiveLength, Slope
 from stackdsl.wording import mm
 
-SHARE_OF_ROOM: Final = 0.25  # of what the spacing may be; nearer to neighbours than to the ends of the flat planks
+SHARE_OF_ROOM: Final = 0.25  # default place of the spacing in its range; nearer to the lower end
 
-ROUNDING: Final = 1e-9  # of a length: at 60 deg there is no room, whatever the last digit says
+ROUNDING: Final = 1e-9  # share of a length, so that rounding leaves no room at exactly 60 deg
 
 
 class CardHouseParams(LayoutParams):
     """A pyramid of leaning pairs of planks."""
 
-    levels: Levels = Field(description="how many inverted Vs stand in the lowest storey; each one above has one less")
-    angle: Slope = default("70 deg", "of the leaning planks to the level")
+    levels: Levels = Field(description="number of inverted Vs in the lowest storey; each storey above has one less")
+    angle: Slope = default("70 deg", "angle of the leaning planks to the horizontal")
     spacing: PositiveLength | None = Field(
-        None, description="between the middles of neighbouring Vs; default: nearer together than apart"
+        None, description="distance between the middles of neighbouring Vs; default: a quarter into its range"
     )
 
     @property
@@ -44,8 +44,8 @@ class CardHouseParams(LayoutParams):
 def card_house(params: CardHouseParams, size: Vec3) -> Specs:
     """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
 
-    Odd levels are of Vs, whose two planks are set down at one moment, and even ones of flat planks. Each goes from -x
-    to +x, and its middle is above the origin.
+    Odd levels have Vs, whose two planks are set down at the same time, and even levels flat planks. Each is built from
+    -x to +x, and its middle is above the origin.
     """
     length, _, thickness = size
     _reject_fallen(params.angle, size)
@@ -66,12 +66,12 @@ def card_house(params: CardHouseParams, size: Vec3) -> Specs:
 
 
 def _row(count: int, pitch: float) -> list[float]:
-    """The middles of so many that are a pitch apart, about 0 [m]."""
+    """Return `count` positions with a pitch, centred on 0 [m]."""
     return [(number - (count - 1) / 2) * pitch for number in range(count)]
 
 
 def _reject_fallen(angle: float, size: Vec3) -> None:
-    """The centre of each plank must be on the inner side of its foot, or it falls outwards."""
+    """Raise MistakeError if the centre of a plank is beyond its foot, so that it falls outwards."""
     length, _, thickness = size
     if angle <= 0.0 or tan(angle) >= length / thickness:
         message = f"at {_deg(angle)} the planks do not lean on each other"
@@ -79,11 +79,12 @@ def _reject_fallen(angle: float, size: Vec3) -> None:
 
 
 def _pitch(params: CardHouseParams, size: Vec3) -> float:
-    """From V to V: so that feet and flat planks are free of each other, and every flat plank lies on two peaks.
+    """Return the distance from V to V [m]. Raises MistakeError.
 
-    A V reaches L cos a + t sin a to either side, so Vs are free of each other at a pitch of twice that, and flat planks
-    at L. A flat plank reaches the near edges of two peaks up to a pitch of L + 2 t sin a. Where both can be, the Vs on
-    it, whose feet are 2 L cos a apart, stand on it with both feet.
+    Feet and flat planks must not touch each other, and every flat plank must lie on two peaks. A V reaches
+    L cos a + t sin a to either side, so Vs are apart at a pitch of twice that, and flat planks at L. A flat plank
+    reaches the near edges of two peaks up to a pitch of L + 2 t sin a. Within these limits the Vs on it, whose feet are
+    2 L cos a apart, stand on it with both feet.
     """
     (length, _, thickness), c, s = size, cos(params.angle), sin(params.angle)
     least, most = max(length, 2 * (length * c + thickness * s)), length + 2 * thickness * s

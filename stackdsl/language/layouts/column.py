@@ -1,4 +1,4 @@
-"""The column: one flat plank a level."""
+"""The column: one flat plank on each level."""
 
 from pydantic import Field
 
@@ -9,10 +9,10 @@ from stackdsl.language.value_types import Length, Levels
 
 
 class ColumnParams(LayoutParams):
-    """One plank a level."""
+    """One plank on each level."""
 
-    levels: Levels = Field(description="how many planks")
-    step: Length = default("0 mm", "how far each plank is shifted along its length from the one below")
+    levels: Levels = Field(description="number of planks")
+    step: Length = default("0 mm", "shift of each plank along its length, relative to the one below")
 
     @property
     def bricks_at_most(self) -> int:
@@ -21,7 +21,7 @@ class ColumnParams(LayoutParams):
 
 @layout("column", ColumnParams)
 def column(params: ColumnParams, size: Vec3) -> Specs:
-    """One flat plank a level, each shifted by the same step along its length."""
+    """One flat plank on each level, each shifted by the same step along its length."""
     return tuple(
         BrickSpec(level, ((level - 1) * params.step, 0.0, height(level, size[2])))
         for level in range(1, params.levels + 1)

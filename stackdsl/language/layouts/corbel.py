@@ -19,10 +19,10 @@ from stackdsl.language.value_types import Levels, PositiveLength, ShareOfLimit
 class CorbelParams(LayoutParams):
     """Two stacks that lean towards each other."""
 
-    levels: Levels = Field(description="how many planks each side has")
-    share: ShareOfLimit = default(1.0, "of the overhangs at which a side is on the point of tipping")
+    levels: Levels = Field(description="number of planks on each side")
+    share: ShareOfLimit = default(1.0, "overhangs, as a share of those at which a side begins to tip")
     gap: PositiveLength | None = Field(
-        None, description="between the two uppermost planks; default: the thickness of a plank"
+        None, description="gap between the two uppermost planks; default: the thickness of a plank"
     )
 
     count: ClassVar[str] = "levels"
@@ -34,11 +34,11 @@ class CorbelParams(LayoutParams):
 
 @layout("corbel", CorbelParams)
 def corbel(params: CorbelParams, size: Vec3) -> Specs:
-    """Two stacks that lean towards each other by harmonic overhangs, a share of those at which they tip.
+    """Two stacks that lean towards each other by harmonic overhangs.
 
-    With n planks a side the opening is 1 + 1 / 2 + ... + 1 / (n - 1) lengths wide at the limit, besides the gap that is
-    left at the top. The sides do not touch, so each stands by itself up to a share of 1. Level by level, the first
-    plank is that at -x.
+    With n planks on each side, the opening is 1 + 1 / 2 + ... + 1 / (n - 1) lengths wide at the limit of tipping,
+    besides the gap at the top. The sides do not touch, so each stands by itself up to a share of 1. On each level the
+    plank at -x comes first.
     """
     steps = overhangs(params.levels, size[0], params.share)
     half_gap = 0.5 * (size[2] if params.gap is None else params.gap)

@@ -15,8 +15,8 @@ from stackdsl.wording import mm
 class DominoesParams(LayoutParams):
     """Planks on end in a row."""
 
-    bricks: Levels = Field(description="how many planks")
-    spacing: PositiveLength = Field(description="from the middle of one to that of the next")
+    bricks: Levels = Field(description="number of planks")
+    spacing: PositiveLength = Field(description="distance from the middle of one plank to that of the next")
 
     count: ClassVar[str] = "bricks"
 
@@ -29,13 +29,13 @@ class DominoesParams(LayoutParams):
 def dominoes(params: DominoesParams, size: Vec3) -> Specs:
     """Planks on end in a row along x, their flat sides to each other; the first stands at the origin.
 
-    One of length L and thickness t is past its edge from a lean of atan(t / L) on, and leans against the next, a
-    spacing s away, at asin((s - t) / L): so it reaches that only for s < L + t, and pushes it by itself from
-    sin(atan(t / L)) < (s - t) / L on.
+    A plank of length L and thickness t tips over its edge from a lean of atan(t / L), and hits the next one, a spacing
+    s away, at a lean of asin((s - t) / L). So it reaches the next one only for s < L + t, and falls on it by itself if
+    sin(atan(t / L)) < (s - t) / L.
     """
     length, _, thickness = size
     if params.bricks > 1 and params.spacing <= thickness:
-        message = f"{mm(params.spacing)} apart, planks of {mm(thickness)} run into each other"
+        message = f"{mm(params.spacing)} apart, planks of {mm(thickness)} overlap"
         raise MistakeError("SD104", message, "write more than their thickness, which is the third of `size`")
     return tuple(
         BrickSpec(1, (number * params.spacing, 0.0, 0.5 * length), lean=0.5 * pi) for number in range(params.bricks)

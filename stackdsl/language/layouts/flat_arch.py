@@ -1,8 +1,8 @@
-r"""The flat arch, or jack arch: wedges between two abutments, level below and above.
+r"""The flat arch, or jack arch: wedges between two abutments, with level upper and lower sides.
 
 ________________________
-|    \    \  |  /    /    |     all joints lead to one point below the middle, so that every stone narrows downwards
-|     \____\_|_/____/     |     and is held by its neighbours; the outermost lean the most
+|    \    \  |  /    /    |     all joints point to one point below the middle, so that every stone narrows downwards
+|     \____\_|_/____/     |     and its neighbours hold it; the outermost joints lean the most
 |     |             |     |
 |_____|             |_____|
 """
@@ -23,13 +23,13 @@ from stackdsl.language.value_types import MAX_STONES, PositiveLength, Slope
 class FlatArchParams(LayoutParams):
     """Wedges between two abutments."""
 
-    span: PositiveLength = Field(description="between the abutments, on the lower side")
-    height: PositiveLength = Field(description="of the lower side above the ground")
-    thickness: PositiveLength = Field(description="from the lower side to the upper one")
-    voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_STONES)] = Field(description="how many stones")
-    lean: Slope = default("20 deg", "of the outermost joints from upright")
-    abutment: PositiveLength = Field(description="how wide each abutment is on top")
-    depth: PositiveLength | None = Field(None, description="from front to back; default: the width of the brick")
+    span: PositiveLength = Field(description="distance between the abutments, on the lower side")
+    height: PositiveLength = Field(description="height of the lower side above the ground")
+    thickness: PositiveLength = Field(description="thickness from the lower side to the upper one")
+    voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_STONES)] = Field(description="number of stones")
+    lean: Slope = default("20 deg", "angle of the outermost joints to the vertical")
+    abutment: PositiveLength = Field(description="width of each abutment on top")
+    depth: PositiveLength | None = Field(None, description="depth from front to back; default: the width of the brick")
 
     count = "voussoirs"
 
@@ -40,9 +40,9 @@ class FlatArchParams(LayoutParams):
 
 @layout("flat_arch", FlatArchParams)
 def flat_arch(params: FlatArchParams, size: Vec3) -> Specs:
-    """Two abutments, and wedges between them, level below and above, all set down at one moment."""
+    """Two abutments, and wedges between them, level below and above, all set down at the same time."""
     if not 0.0 < tan(params.lean) < params.span / params.thickness:
-        raise MistakeError("SD104", "so the joints hold no stone", "let the outermost lean by such as 20 deg")
+        raise MistakeError("SD104", "with this lean the joints hold no stone", "write a lean such as 20 deg")
     half, low, high = 0.5 * params.span, params.height, params.height + params.thickness
     widening = 1.0 + params.thickness * tan(params.lean) / half  # from the lower side to the upper one
     below = [half * (2.0 * number / params.voussoirs - 1.0) for number in range(params.voussoirs + 1)]

@@ -1,4 +1,4 @@
-"""The four-stack: two parallel planks a level, turned by 90 deg each level; planks laid crosswise in pairs."""
+"""The four-stack: two parallel planks on each level, turned by 90 deg from level to level."""
 
 from math import pi
 
@@ -11,12 +11,13 @@ from stackdsl.language.value_types import Length, Levels, PositiveLength
 
 
 class FourStackParams(LayoutParams):
-    """Two parallel planks a level, turned by 90 deg each level."""
+    """Two parallel planks on each level, turned by 90 deg from level to level."""
 
-    levels: Levels = Field(description="how many levels of two planks")
-    step: Length = default("0 mm", "how far each level is shifted along x from the one below")
+    levels: Levels = Field(description="number of levels of two planks")
+    step: Length = default("0 mm", "shift of each level along x, relative to the one below")
     spacing: PositiveLength | None = Field(
-        None, description="between the centres of the two planks; default: length - width, so that ends are flush"
+        None,
+        description="distance between the centres of the two planks; default: length - width, so that ends are flush",
     )
 
     @property
@@ -26,16 +27,16 @@ class FourStackParams(LayoutParams):
 
 @layout("four_stack", FourStackParams)
 def four_stack(params: FourStackParams, size: Vec3) -> Specs:
-    """Two parallel planks a level, turned by 90 deg each level.
+    """Two parallel planks on each level, turned by 90 deg from level to level.
 
-    Odd levels run along x and even ones along y; of each, the plank on the negative side comes first.
+    Odd levels run along x and even ones along y; on each, the plank on the negative side comes first.
     """
     spacing = size[0] - size[1] if params.spacing is None else params.spacing
     return crossed_pairs(params.levels, params.step, spacing, size)
 
 
 def crossed_pairs(levels: int, step: float, spacing: float, size: Vec3) -> Specs:
-    """The bricks of a four-stack."""
+    """Return the bricks of a four-stack."""
     half, specs = spacing / 2, []
     for level in range(1, levels + 1):
         middle, z = (level - 1) * step, height(level, size[2])

@@ -1,4 +1,4 @@
-"""The harmonic stack, which leans out furthest."""
+"""The harmonic stack, with the largest overhang of one plank on each level."""
 
 from typing import ClassVar
 
@@ -11,10 +11,10 @@ from stackdsl.language.value_types import Levels, ShareOfLimit
 
 
 class HarmonicParams(LayoutParams):
-    """The stack that leans out furthest, one plank a level."""
+    """The stack of largest overhang, one plank on each level."""
 
-    bricks: Levels = Field(description="how many planks")
-    share: ShareOfLimit = default(1.0, "of the overhang at which the stack is on the point of tipping")
+    bricks: Levels = Field(description="number of planks")
+    share: ShareOfLimit = default(1.0, "overhangs, as a share of those at which the stack begins to tip")
 
     count: ClassVar[str] = "bricks"
 
@@ -25,9 +25,9 @@ class HarmonicParams(LayoutParams):
 
 @layout("harmonic", HarmonicParams)
 def harmonic(params: HarmonicParams, size: Vec3) -> Specs:
-    """The overhanging stack: from the top, each plank leans out by 1/2, 1/4, 1/6 ... of a length, towards +x.
+    """The overhanging stack: from the top, planks overhang by 1/2, 1/4, 1/6 ... of a length, towards +x.
 
-    The n planks above any joint then have their common centre just over the edge of the plank below, times `share`.
+    With a `share` of 1, the planks above any joint have their common centre just over the edge of the plank below.
     """
     x, specs = 0.0, []
     for level, overhang in enumerate((*overhangs(params.bricks, size[0], params.share), 0.0), start=1):
@@ -37,5 +37,5 @@ def harmonic(params: HarmonicParams, size: Vec3) -> Specs:
 
 
 def overhangs(bricks: int, length: float, share: float) -> tuple[float, ...]:
-    """How far each of so many planks is beyond the one below, from the lowest joint up [m]."""
+    """Return the overhang at each joint, from the lowest one up [m]."""
     return tuple(share * length / (2 * above) for above in range(bricks - 1, 0, -1))

@@ -1,4 +1,4 @@
-"""The tower of the game: planks side by side, turned by a quarter each level."""
+"""The tower of the game Jenga: planks side by side, turned by 90 deg from level to level."""
 
 from math import pi
 from typing import Annotated
@@ -16,12 +16,12 @@ ROUNDING = 1e-9  # share of a width: a third of 75 mm is 25 mm
 
 
 class JengaParams(LayoutParams):
-    """Planks side by side, turned by a quarter each level."""
+    """Planks side by side, turned by 90 deg from level to level."""
 
-    levels: Levels = Field(description="how many levels")
-    bricks: Annotated[int, Field(strict=True, ge=2, le=MAX_BRICKS)] = default(3, "planks of a level")
+    levels: Levels = Field(description="number of levels")
+    bricks: Annotated[int, Field(strict=True, ge=2, le=MAX_BRICKS)] = default(3, "number of planks on each level")
     spacing: PositiveLength | None = Field(
-        None, description="between the centres of neighbours; default: the length of a plank, divided among all"
+        None, description="distance between the centres of neighbours; default: length of a plank / planks on a level"
     )
 
     @property
@@ -31,15 +31,15 @@ class JengaParams(LayoutParams):
 
 @layout("jenga", JengaParams)
 def jenga(params: JengaParams, size: Vec3) -> Specs:
-    """Planks side by side, turned by a quarter each level, to be pulled out one by one.
+    """Planks side by side, turned by 90 deg from level to level, to be pulled out one by one.
 
     Odd levels lie along x and are counted towards +y, even ones along y and are counted towards +x. A level carries
-    what is above it as long as the centre of that is between the outermost edges of the planks that are left.
+    the levels above as long as their common centre is between the outermost edges of its remaining planks.
     """
     length, width, thickness = size
     spacing = length / params.bricks if params.spacing is None else params.spacing
     if spacing < width * (1.0 - ROUNDING):
-        message = f"{params.bricks} planks of {mm(width)} do not go side by side, {mm(spacing)} from centre to centre"
+        message = f"{params.bricks} planks of {mm(width)} overlap at {mm(spacing)} from centre to centre"
         raise MistakeError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
     specs = []
     for level in range(1, params.levels + 1):

@@ -9,8 +9,8 @@ from stackdsl.language.layouts.four_stack import crossed_pairs
 from stackdsl.language.layouts.registry import LayoutParams, Specs, layout
 from stackdsl.language.value_types import Levels, PositiveLength
 
-# Of the length of a plank. With these, statics let KAPLA planks fall at level 9, as the publication's method
-# lets its slant tower, and neither a millimetre of spacing nor a tenth of one of step changes that.
+# Shares of the length of a plank. By statics KAPLA planks then fall at level 9, like the slant tower by the method of
+# the publication; a millimetre more or less of spacing, or a tenth of a millimetre of step, does not change that.
 STEP: Final = 0.11
 SPACING: Final = 2 / 3
 
@@ -18,12 +18,12 @@ SPACING: Final = 2 / 3
 class LeaningStructureParams(LayoutParams):
     """A four-stack that leans until it falls."""
 
-    levels: Levels = Field(description="how many levels of two planks")
+    levels: Levels = Field(description="number of levels of two planks")
     step: PositiveLength | None = Field(
-        None, description="how far each level is shifted along x from the one below; default: 11 % of the length"
+        None, description="shift of each level along x, relative to the one below; default: 11 % of the length"
     )
     spacing: PositiveLength | None = Field(
-        None, description="between the centres of the two planks; default: two thirds of the length"
+        None, description="distance between the centres of the two planks; default: two thirds of the length"
     )
 
     @property
@@ -33,10 +33,10 @@ class LeaningStructureParams(LayoutParams):
 
 @layout("leaning_structure", LeaningStructureParams)
 def leaning_structure(params: LeaningStructureParams, size: Vec3) -> Specs:
-    """A four-stack whose levels are all shifted the same way, to be built on until it falls.
+    """A four-stack whose levels are all shifted the same way, to be built until it falls.
 
-    With a step d, and s from plank to plank of a level, the leading plank of level 2 and levels 3 to N turn about the
-    end of level 1 once their common centre is beyond it:
+    With a step d and a spacing s of the planks of a level, the leading plank of level 2 and levels 3 to N tip over the
+    end of level 1 when their common centre is beyond it:
     ((d + s / 2) / 2 + (N (N - 1) / 2 - 1) d) / (N - 3 / 2) > L / 2. With the first plank of level N alone it is
     ((d + s / 2) / 2 + ((N - 1) (N - 2) / 2 - 1 + (N - 1) / 2) d) / (N - 2).
     """

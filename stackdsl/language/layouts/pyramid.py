@@ -15,8 +15,8 @@ from stackdsl.wording import mm
 class PyramidParams(LayoutParams):
     """Rows of planks, each one plank shorter than the row below."""
 
-    levels: Levels = Field(description="how many rows; as many planks lie in the lowest")
-    gap: NonNegativeLength = default("0.2 mm", "between the ends of neighbours")
+    levels: Levels = Field(description="number of rows, and of planks in the lowest row")
+    gap: NonNegativeLength = default("0.2 mm", "gap between the ends of neighbours")
 
     count: ClassVar[str] = "levels"
 
@@ -27,14 +27,15 @@ class PyramidParams(LayoutParams):
 
 @layout("pyramid", PyramidParams)
 def pyramid(params: PyramidParams, size: Vec3) -> Specs:
-    """Rows of planks end to end along x, each plank upon the ends of two of the row below, up to a single one.
+    """Rows of planks end to end along x, each plank on the ends of two planks of the row below, up to a single one.
 
-    The plank on top gives half of its weight to each of the two below, and these, by symmetry, all the rest outwards or
-    inwards as their contacts share it: of three planks or more in a row, statics alone does not say how.
+    The top plank gives half of its weight to each of the two planks below. Rows of three planks or more are statically
+    indeterminate: symmetry alone does not determine how their contacts share the load.
     """
     length, _, thickness = size
     if params.gap >= length:
-        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", "write less, such as 0.2 mm")
+        hint = "write a shorter gap, such as 0.2 mm"
+        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", hint)
     pitch = length + params.gap
     specs = []
     for level in range(1, params.levels + 1):

@@ -1,7 +1,7 @@
-"""Named structures: each is a model of its parameters and one pure function, in a registry.
+"""Registry of layouts. A layout is a model of its parameters and one pure function.
 
-A layout is laid out in its own frame: z up, bricks lying flat with their length along x unless turned, level 1 resting
-on z = 0. `origin` and `heading` then carry it to its place in the scenario. Bricks are listed in order of building.
+A layout has its own frame: z up, bricks lying flat with their length along x unless turned, level 1 resting on z = 0.
+`origin` and `heading` transform it to its place in the scenario. Bricks are listed in order of building.
 """
 
 from abc import abstractmethod
@@ -28,14 +28,14 @@ class BrickSpec:
     position: Vec3  # its centre [m]
     yaw: float = 0.0  # turn about z, after the lean [rad]
     lean: float = 0.0  # turn about y, which brings its +x end down [rad]
-    together: bool = False  # whether it is set down at one moment with the brick before it
-    size: Vec3 | None = None  # [m]; None for the brick that the layout is built of
+    together: bool = False  # whether it is set down at the same time as the brick before it
+    size: Vec3 | None = None  # [m]; None for the brick of the layout
     name: str | None = None  # None for a name by place
-    # Of a stone of its own, in place of the brick that the layout is built of: its corners as seen from the front, x to
-    # the right and z up, from its position, and how far it goes from front to back about that [m].
+    # For a special stone in place of the brick of the layout: its corners seen from the front, relative to its
+    # position, x to the right and z up [m], and its depth from front to back, centred on its position [m].
     outline: "Outline | None" = None
     depth: float = 0.0
-    passed: int = 0  # how many bricks of its level, just before it, are left out: they are counted in its name
+    passed: int = 0  # omitted bricks just before it in its level, which count in its name
 
 
 Outline: TypeAlias = tuple[tuple[float, float], ...]
@@ -43,24 +43,24 @@ Specs: TypeAlias = tuple[BrickSpec, ...]
 
 
 class LayoutParams(AuthorModel):
-    """Where a layout stands."""
+    """Parameters that all layouts share."""
 
     origin: tuple[Length, Length, Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the layout to [x, y, z]")
     heading: Angle = default("0 deg", "turns the layout about the vertical through its origin, x towards y")
     omit: Annotated[tuple[PlaceName, ...], Field(max_length=MAX_BRICKS)] = Field(
-        (), description="bricks that are left out, such as `L2.3`; all others keep their names"
+        (), description="omitted bricks, such as `L2.3`; all others keep their names"
     )
 
-    count: ClassVar[str] = "levels"  # the key that says how much is built, which a step until a collapse may leave out
+    count: ClassVar[str] = "levels"  # key of the size of the layout, which is optional with `until: collapse`
 
     @property
     @abstractmethod
     def bricks_at_most(self) -> int:
-        """An upper limit of the number of bricks, known before they are made."""
+        """Return an upper bound of the number of bricks, without making them."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchema:
-        """Whether the count may be left out is up to the step."""
+        """Make `count` optional in the schema; `BuildStep` adds the condition."""
         schema = handler(core)
         keys = handler.resolve_ref_schema(schema)
         keys["required"] = [key for key in keys.get("required", []) if key != cls.count]
@@ -81,7 +81,7 @@ LayoutFunction: TypeAlias = Callable[[Params, Vec3], Specs]
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A structure that scenarios know by name."""
+    """A registered layout."""
 
     params: type[LayoutParams]
     function: LayoutFunction[LayoutParams]
@@ -92,7 +92,7 @@ LAYOUTS: Final = Kinds[Layout]("layout")
 
 
 def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]], LayoutFunction[Params]]:
-    """Register the function below under a name."""
+    """Return a decorator that registers the function of a layout, with the first line of its docstring for editors."""
 
     def register(function: LayoutFunction[Params]) -> LayoutFunction[Params]:
         summary = (function.__doc__ or "").partition("\n")[0]
@@ -103,38 +103,38 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
 
 def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
-    """The bricks of a layout in the frame of the scenario. Raises MistakeError."""
-    whole = LAYOUTS[name].function(params, size)
-    specs = without(whole, params.omit) if params.omit else whole
+    """Return the bricks of a layout in the frame of the scenario. Raises MistakeError."""
+    all_specs = LAYOUTS[name].function(params, size)
+    specs = without(all_specs, params.omit) if params.omit else all_specs
     stays = params.heading == 0.0 and params.origin == (0.0, 0.0, 0.0)  # as in most scenarios
-    return tuple(specs) if stays else tuple(_carried(spec, params) for spec in specs)
+    return tuple(specs) if stays else tuple(_transformed(spec, params) for spec in specs)
 
 
 def without(specs: Specs, omitted: Collection[str]) -> Specs:
-    """What is left of a layout when some bricks, named by their places in it, are left out. Raises MistakeError."""
-    left, wanted = list[BrickSpec](), dict.fromkeys(omitted)
+    """Return a layout without some bricks, given by their places in it. Raises MistakeError."""
+    left, places = list[BrickSpec](), dict.fromkeys(omitted)
     counts, passed = Counter[int](), Counter[int]()
-    alone = False  # whether the first of those that come together is left out
+    alone = False  # whether the first brick of a group that is set down together is omitted
     for spec in specs:
         counts[spec.level] += 1
-        if (place := f"L{spec.level}.{counts[spec.level]}") in wanted:
-            del wanted[place]
+        if (place := f"L{spec.level}.{counts[spec.level]}") in places:
+            del places[place]
             passed[spec.level] += 1
             alone = alone or not spec.together
             continue
         left.append(replace(spec, passed=passed.pop(spec.level, 0), together=spec.together and not alone))
         alone = False
-    if wanted:
-        first = next(iter(wanted))
-        message = f"there is no {first} in the layout that could be left out"
-        raise MistakeError("SD104", message, "bricks are named by level and place in it, such as L2.3")
+    if places:
+        first = next(iter(places))
+        message = f"the layout has no {first} to omit"
+        raise MistakeError("SD104", message, "write the level of the brick and its place in the level, such as L2.3")
     if not left:
-        raise MistakeError("SD104", "all bricks of the layout are left out", "leave some of them")
+        raise MistakeError("SD104", "all bricks of the layout are omitted", "omit fewer")
     return tuple(left)
 
 
-def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:
-    """A brick turned by the heading, then shifted to the origin."""
+def _transformed(spec: BrickSpec, params: LayoutParams) -> BrickSpec:
+    """Return a brick rotated by the heading, then shifted to the origin."""
     (x, y, z), (ox, oy, oz) = spec.position, params.origin
     c, s = cos(params.heading), sin(params.heading)
     position = (ox + c * x - s * y, oy + s * x + c * y, oz + z)
@@ -142,5 +142,5 @@ def _carried(spec: BrickSpec, params: LayoutParams) -> BrickSpec:
 
 
 def height(level: int, thickness: float) -> float:
-    """Height of the centre of a brick that lies flat on a level [m]."""
+    """Return the height of the centre of a brick that lies flat on a level [m]."""
     return (level - 0.5) * thickness

@@ -1,13 +1,13 @@
-r"""The ring of posts with lintels upon them, as at Stonehenge.
+r"""The ring of posts with lintels on them, as at Stonehenge.
 
-Posts stand on end with their flat sides to the middle, a pitch of 2 a apart, and each lintel lies on two of them, its
-middle line through the middles of both. From the middle of a post that line goes on for e = min(w / 2 / cos a,
-t / 2 / sin a) to its side or its face, with a width w and a thickness t. With posts at R from the axis each end of a
-lintel of length L lies on a post by
+Posts stand on end with their flat sides to the axis, at angles of 2 a, and each lintel lies on two of them, with its
+centre line through the middles of both. From the middle of a post of width w and thickness t, the centre line continues
+for e = min(w / 2 / cos a, t / 2 / sin a) to the side or the face of the post. With posts at a distance R from the axis,
+each end of a lintel of length L overlaps its post by
 
     o = L / 2 - (R sin a - e)
 
-of its middle line, so it cannot tip sideways either; and neighbouring lintels are free of each other as long as
+of the centre line, so it cannot tip sideways either. Neighbouring lintels do not touch for
 L / 2 <= (R cos a - w / 2) tan a, which is o <= e - w / 2 tan a.
 """
 
@@ -24,12 +24,12 @@ from stackdsl.language.value_types import MAX_BRICKS, ShareOfLimit
 
 
 class RingParams(LayoutParams):
-    """Posts in a circle, with lintels upon them."""
+    """Posts in a circle, with lintels on them."""
 
     posts: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS // 2)] = Field(
-        description="how many posts, and as many lintels"
+        description="number of posts, and of lintels"
     )
-    overlap: ShareOfLimit = default("80 %", "of the most by which lintels can lie on posts without meeting each other")
+    overlap: ShareOfLimit = default("80 %", "overlap of lintels and posts, as a share of that at which lintels touch")
 
     count: ClassVar[str] = "posts"
 
@@ -40,21 +40,22 @@ class RingParams(LayoutParams):
 
 @layout("ring", RingParams)
 def ring(params: RingParams, size: Vec3) -> Specs:
-    """Posts on end round a circle, and lintels that each lie on two of them, half of their weight on either.
+    """Posts on end in a circle, and lintels that each lie on two of them, with half of their weight on each.
 
-    The first post stands towards +x, and they are counted from there towards +y; lintel n lies on posts n and n + 1.
-    Without one of its posts a lintel falls, as its middle is over the opening.
+    The first post is towards +x, and they are counted from there towards +y; lintel n lies on posts n and n + 1.
+    Without one of its posts a lintel falls, since its middle is over the opening.
     """
     length, width, thickness = size
     a = pi / params.posts
     if not 0.0 < params.overlap < 1.0:
-        problem = "lies on no post" if params.overlap <= 0.0 else "runs into its neighbours"
-        raise MistakeError("SD104", f"so every lintel {problem}", "write an overlap of more than 0 %, less than 100 %")
+        problem = "lies on no post" if params.overlap <= 0.0 else "overlaps its neighbours"
+        hint = "write an overlap of more than 0 %, less than 100 %"
+        raise MistakeError("SD104", f"with this overlap every lintel {problem}", hint)
     on = min(0.5 * width / cos(a), 0.5 * thickness / sin(a))
     most = on - 0.5 * width * tan(a)
     if most <= 0.0:
-        message = f"with {params.posts} posts, lintels run into each other before they lie on posts"
-        raise MistakeError("SD104", message, "take more posts, or bricks that are thicker or not so wide")
+        message = f"with {params.posts} posts, lintels that reach the posts overlap each other"
+        raise MistakeError("SD104", message, "write more posts, or thicker or narrower bricks")
     radius = (0.5 * length - params.overlap * most + on) / sin(a)
     across = radius * cos(a)  # from the axis to the middle of a lintel
     bearings = [2.0 * number * a for number in range(params.posts)]

@@ -15,9 +15,9 @@ from stackdsl.language.value_types import MAX_BRICKS, Levels, ShareOfLimit
 class TowerParams(LayoutParams):
     """A round, hollow tower of rings of planks."""
 
-    levels: Levels = Field(description="how many rings")
-    bricks: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS)] = Field(description="planks of a ring")
-    overlap: ShareOfLimit = default("40 %", "of a plank's length that lies on each of the two planks below")
+    levels: Levels = Field(description="number of rings")
+    bricks: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS)] = Field(description="number of planks in a ring")
+    overlap: ShareOfLimit = default("40 %", "share of the length of a plank on each of the two planks below")
 
     @property
     def bricks_at_most(self) -> int:
@@ -28,11 +28,11 @@ class TowerParams(LayoutParams):
 def tower(params: TowerParams, size: Vec3) -> Specs:
     """Rings of planks, each ring turned by half a pitch, so that every plank bridges two of the ring below.
 
-    The planks are chords: the middle of each is at a distance R from the axis, its length along the tangent there. The
+    The planks are chords: the middle of each is at a distance R from the axis, with its length along the tangent. The
     first of level 1 lies towards +x, and even levels are turned by half a pitch, a = pi / n. Seen from above, two
-    neighbours in successive rings are mirror images in the radius between them, so on it their middle lines cross,
-    R tan(a / 2) from the middle of either. Forces through these points, each half of the load, balance every plank, up
-    from below and down from above, however high the tower is.
+    neighbours in successive rings are mirror images about the radius between them, so their centre lines cross on it,
+    R tan(a / 2) from the middle of each. Forces through these points, each half of the load, balance every plank, up
+    from below and down from above, for a tower of any height.
     """
     half_pitch, radius = pi / params.bricks, _ring_radius(params, size)
     specs = []
@@ -45,16 +45,16 @@ def tower(params: TowerParams, size: Vec3) -> Specs:
 
 
 def _ring_radius(params: TowerParams, size: Vec3) -> float:
-    """Of the circle on which the middles of the planks lie, so that they overlap as wanted [m].
+    """Return the radius of the circle of the middles of the planks [m]. Raises MistakeError.
 
-    The end face of a plank below cuts the middle line of a plank at (R sin a - L / 2) / cos a from its middle, which
-    leaves `overlap` of its length L beyond. Neighbours of one ring, 2 a apart, are free of each other as long as the
-    inner corners stay on their side of the radius between them: L / 2 <= (R - w / 2) tan a.
+    The end face of a plank below cuts the centre line of a plank at (R sin a - L / 2) / cos a from its middle, and
+    `overlap` of its length L is beyond. Neighbours of one ring, 2 a apart, do not touch as long as their inner corners
+    stay on their side of the radius between them: L / 2 <= (R - w / 2) tan a.
     """
     (length, width, _), half_pitch = size, pi / params.bricks
     most = (1 / cos(half_pitch) - width / length * tan(half_pitch)) / 2
     if not 0 < params.overlap < most:
-        problem = "does not reach the planks below" if params.overlap <= 0 else "runs into its neighbours of the ring"
+        problem = "does not reach the planks below" if params.overlap <= 0 else "overlaps its neighbours in the ring"
         message = f"with {params.bricks} planks a ring and an overlap of {100 * params.overlap:.4g} %, each {problem}"
         raise MistakeError("SD104", message, f"write an overlap of more than 0 % and less than {100 * most:.3g} %")
     return (length / 2 + (0.5 - params.overlap) * length * cos(half_pitch)) / sin(half_pitch)

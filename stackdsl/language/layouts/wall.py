@@ -15,10 +15,12 @@ from stackdsl.wording import mm
 class WallParams(LayoutParams):
     """Planks end to end, in running bond."""
 
-    levels: Levels = Field(description="how many levels")
-    bricks: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS)] = Field(description="planks of a full level")
-    # Planks that touch end to end would carry loads between them that no builder means.
-    gap: NonNegativeLength = default("0.2 mm", "between the ends of neighbours")
+    levels: Levels = Field(description="number of levels")
+    bricks: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS)] = Field(
+        description="number of planks on a level of whole planks"
+    )
+    # Planks that touch end to end would press on each other, which a real wall does not intend.
+    gap: NonNegativeLength = default("0.2 mm", "gap between the ends of neighbours")
 
     @property
     def bricks_at_most(self) -> int:
@@ -29,13 +31,13 @@ class WallParams(LayoutParams):
 def wall(params: WallParams, size: Vec3) -> Specs:
     """Planks end to end along x in running bond, closed at both ends.
 
-    Even levels are shifted by half a plank. Whole planks only would leave their ends hanging out past their centres, or
-    else the level would be shorter than the one below and the wall a triangle; half planks close them instead. So all
-    levels are equally long, and every plank lies on two others or wholly on one.
+    Even levels are shifted by half a plank and have a half plank at both ends. So all levels are equally long, and
+    every plank lies on two others or entirely on one.
     """
     length, width, thickness = size
     if params.gap >= length:
-        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", "write less, such as 0.2 mm")
+        hint = "write a shorter gap, such as 0.2 mm"
+        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", hint)
     pitch, half_plank = length + params.gap, ((length - params.gap) / 2, width, thickness)
     end = (
         params.bricks * pitch - params.gap - half_plank[0]

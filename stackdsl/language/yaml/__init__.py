@@ -1,1 +1,1 @@
-"""YAML text -> nodes that know their place, with `extends` and `include` resolved."""
+"""Reads YAML text into values with their places, and resolves `extends` and `include`."""

@@ -1,4 +1,4 @@
-"""Resolves `extends`, `include` and solid files within the root of the project."""
+"""Resolves `extends`, `include` and the mesh files of solids, within the root of the project."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,15 +14,15 @@ from stackdsl.language.yaml.parsing import MAX_VALUES
 from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load
 from stackdsl.project_file import OWN_FILE, ProjectError, root_around
 
-# Which files a scenario may be made of: those inside the root of its project, and no other.
+# Access to files: a scenario may only use files inside the root of its project.
 
 
-MOST_BESIDE: Final = 1000  # files of a folder among which one is looked for that is called alike
-OTHER_MARKS: Final = ("pyproject.toml", ".git")  # of what is no project of stackdsl by its own word
+MOST_BESIDE: Final = 1000  # files of a folder that are searched for a similar name
+OTHER_MARKS: Final = ("pyproject.toml", ".git")  # mark a root where there is no file of StackDSL
 
 
 class OutsideError(ValueError):
-    """A file that a scenario may not be made of."""
+    """A file that a scenario may not use."""
 
     def __init__(self, message: str, hint: str) -> None:
         super().__init__(message)
@@ -30,53 +30,53 @@ class OutsideError(ValueError):
 
 
 def root_of(file: str) -> str:
-    """The true path of the root of the project around a file, to which its golden files belong as well.
+    """Return the resolved root of the project around a file. Golden files are below the same root.
 
-    Where nothing marks one, that of whatever project or repository is around it, or else its own folder. Raises
-    OutsideError where the file that marks it cannot be read.
+    The root is marked by the project file of StackDSL, or else by `OTHER_MARKS`; without a mark it is the folder of the
+    file. Raises OutsideError if the project file cannot be read.
     """
     folder = FilePath(os.path.realpath(os.path.dirname(file) or "."))
     try:
         root = root_around(folder)
     except ProjectError as error:
-        raise OutsideError(str(error), "mend that file, so that it can be known what is inside the project") from error
-    marked = (each for each in (folder, *folder.parents) if any(os.path.exists(each / mark) for mark in OTHER_MARKS))
+        raise OutsideError(str(error), "fix that file, since it marks the root of the project") from error
+    marked = (above for above in (folder, *folder.parents) if any(os.path.exists(above / mark) for mark in OTHER_MARKS))
     return str(root or next(marked, folder))
 
 
 def file_in_project(written: str, beside: str, root: str) -> str:
-    """The path of a file that is named in another one, relative to it. Raises OutsideError.
+    """Return the path of a file that the file `beside` names relative to itself. Raises OutsideError.
 
-    A `..` takes back the name before it, whether that is a link or not; all other links are followed, so that no way
-    leads outside.
+    A `..` removes the name before it, even if that is a link. All other links are followed before the check, so that
+    none leads outside.
     """
     if os.path.isabs(written) or written.startswith(("~", "\\")) or written[1:2] == ":":
-        raise OutsideError(f"'{written}' is an absolute path", "write it as seen from the folder of this file")
+        raise OutsideError(f"'{written}' is an absolute path", "write a path relative to the folder of this file")
     path = os.path.normpath(os.path.join(os.path.dirname(beside), written))
     true = os.path.realpath(path)
     if os.path.commonpath([true, root]) != root:
-        message = f"'{written}' leads outside of the project, whose root is {os.path.relpath(root)}"
+        message = f"'{written}' is outside of the project, whose root is {os.path.relpath(root)}"
         raise OutsideError(message, f"keep all files inside, or mark a folder above as the root by a file {OWN_FILE}")
     if not os.path.exists(true):
-        raise OutsideError(f"there is no file {path}", _meant(path))
+        raise OutsideError(f"there is no file {path}", _similar_file(path))
     if not os.path.isfile(true):
-        raise OutsideError(f"{path} is no regular file", "name a file of YAML")
+        raise OutsideError(f"{path} is not a regular file", "name a file of YAML")
     return path
 
 
-def _meant(path: str) -> str:
-    """What to do about a file that is not there: name one beside it that is called alike, where there is one."""
-    hint = "check its name; it is looked for from the folder of this file"
+def _similar_file(path: str) -> str:
+    """Return the remedy for a missing file: a file of a similar name in the same folder, if there is one."""
+    hint = "check its name; the path is relative to the folder of this file"
     folder, name = os.path.split(path)
     try:
         with os.scandir(folder or ".") as entries:
             beside = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
     except OSError:
         return hint
-    return next((f"did you mean '{one}'?" for one in get_close_matches(name, sorted(beside), n=1)), hint)
+    return next((f"did you mean '{match}'?" for match in get_close_matches(name, sorted(beside), n=1)), hint)
 
 
-# The files that bricks are made of: found beside the file that names them, and read once for a scenario.
+# Mesh files of bricks: relative to the file that names them, and read once for a scenario.
 
 
 FILE: Final = "file"
@@ -84,9 +84,9 @@ MAX_FILES: Final = 1000  # of one scenario
 
 
 def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> tuple[Source, tuple[Diagnostic, ...]]:
-    """The scenario with the texts of the files of its bricks, each named by its path from here; and what is wrong.
+    """Return the scenario with the texts of the mesh files of its bricks, by path, and the diagnostics.
 
-    `read` gives what a file within the root of a project holds, by its path, up to one byte more than is asked for. It
+    `read` takes a path, a number of bytes and the root of the project, and returns at most one byte more than that. It
     may raise OSError.
     """
     named = list(_named(source))
@@ -96,12 +96,12 @@ def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> 
     texts: dict[str, str] = {}
     for path, written in named:
         try:
-            beside = source.span_of(path).file  # a brick may come from a file that is included
+            beside = source.span_of(path).file  # a brick may come from an included file
             root = root_of(source.file)
             file = file_in_project(written.strip(), beside, root)
             if file not in texts:
                 if len(texts) == MAX_FILES:
-                    raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "take fewer")
+                    raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "use fewer files")
                 texts[file] = _text(file, read, root)
         except OutsideError as error:
             mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
@@ -121,7 +121,7 @@ def _text(file: str, read: Callable[[str, int, str], bytes], root: str) -> str:
 
 
 def _named(source: Source) -> Iterator[tuple[KeyPath, str]]:
-    """Where a brick says which file it is of."""
+    """Yield the paths and values of the keys `file` of bricks."""
     waiting: list[tuple[KeyPath, Plain]] = [((), source.values)]
     while waiting:
         path, value = waiting.pop()
@@ -138,7 +138,7 @@ def _is_of_brick(path: KeyPath) -> bool:
 
 
 def _with(values: dict[str, Plain], path: KeyPath, leaf: str) -> dict[str, Plain]:
-    """The values with another one at a path."""
+    """Return the values with the one at a path replaced."""
     changed = _changed(values, path, leaf)
     assert isinstance(changed, dict)
     return changed
@@ -154,39 +154,39 @@ def _changed(value: Plain, path: KeyPath, leaf: str) -> Plain:
     return [_changed(item, rest, leaf) if index == key else item for index, item in enumerate(value)]
 
 
-# `extends` and `include`: one scenario out of several files, each value with its place in its own file.
+# `extends` and `include`: a scenario from several files, each value with its place in its own file.
 
 
 EXTENDS: Final = "extends"
 INCLUDE: Final = "include"
-LISTS: Final = ("build", "impacts", "expect", "truth")  # whose items may come from another file; and those of `bricks`
-MERGED: Final = ("world", "let", "matrix", "brick_types")  # key by key; all else is replaced
-MAX_PARTS: Final = 1000  # files that all scenarios of one file name, one by one
-MAX_TAKEN: Final = MAX_VALUES  # values that these bring, however often; a second
+LISTS: Final = ("build", "impacts", "expect", "truth")  # lists that may include items, besides `bricks`
+MERGED: Final = ("world", "let", "matrix", "brick_types")  # merged key by key; all other keys are replaced
+MAX_PARTS: Final = 1000  # references to files in all scenarios of one file
+MAX_TAKEN: Final = MAX_VALUES  # values copied from other files, with repetitions; a second
 LONGEST_PATH: Final = 1000  # [characters] as it is written
-MAX_TRAIL: Final = 16  # files that name one another
+MAX_TRAIL: Final = 16  # nesting of references
 
 
 @dataclass(slots=True)
 class Library:
-    """Files that others name, each read once."""
+    """Cache of the files that scenarios refer to."""
 
-    files: dict[str, Loaded] = field(default_factory=dict)  # by their true paths
+    files: dict[str, Loaded] = field(default_factory=dict)  # by resolved path
 
     def read(self, path: str, root: str) -> Loaded:
-        """What a file within the root of a project holds, whatever is wrong with it."""
+        """Load a file within the root of a project, with its diagnostics."""
         true = os.path.realpath(path)
         if true not in self.files:
             self.files[true] = load(FilePath(path), root)
         return self.files[true]
 
     def bytes_of(self, path: str, most: int, root: str) -> bytes:
-        """What a file of another program within it holds, up to one byte more than `most`. Raises OSError."""
+        """Return the content of a file within the root, at most one byte more than `most`. Raises OSError."""
         return read_file(FilePath(path), most + 1, root)
 
 
 class _MistakeError(Exception):
-    """What is wrong with a part, as diagnostics."""
+    """Carries the diagnostics of a part."""
 
     def __init__(self, *diagnostics: Diagnostic) -> None:
         super().__init__(diagnostics)
@@ -194,19 +194,19 @@ class _MistakeError(Exception):
 
 
 def composed(loaded: Loaded, library: Library) -> Loaded:
-    """The scenarios of a file with all that they take from others; those that cannot have it are left out, and told."""
-    composing = _Composing(library, loaded.sources)
+    """Return the scenarios of a file with all references resolved; those with mistakes become diagnostics."""
+    composer = _Composer(library, loaded.sources)
     sources: list[Source] = []
     mistakes: list[Diagnostic] = []
     for source in loaded.sources:
         try:
-            whole = composing.whole(source, ()) if _is_composed(source) else source
+            resolved = composer.resolve(source, ()) if _is_composed(source) else source
         except _MistakeError as mistake:
             mistakes += mistake.diagnostics
             continue
-        whole, unread = with_solid_files(whole, library.bytes_of)
+        resolved, unread = with_solid_files(resolved, library.bytes_of)
         mistakes += unread
-        sources += [] if unread else [whole]
+        sources += [] if unread else [resolved]
     return Loaded(tuple(sources), (*loaded.diagnostics, *sorted(dict.fromkeys(mistakes), key=reading_order)))
 
 
@@ -215,41 +215,44 @@ def _is_composed(source: Source) -> bool:
 
 
 def _includes(items: Plain) -> bool:
-    """Whether anything in a list comes from another file."""
+    """Return whether a list, or a list of `bricks` in it, includes items of another file."""
     mappings = [item for item in items if isinstance(item, dict)] if isinstance(items, list) else []
     return any(INCLUDE in item or _includes(item.get("bricks")) for item in mappings)
 
 
 @dataclass(slots=True)
-class _Composing:
-    """The scenarios of one file while they take what they name."""
+class _Composer:
+    """Resolves the references of the scenarios of one file, within limits."""
 
     library: Library
     siblings: Sequence[Source]
-    parts: int = 0
-    taken: int = 0
+    parts: int = 0  # references so far
+    taken: int = 0  # values copied so far
     read: int = 0  # [bytes]
-    seen: dict[str, None] = field(default_factory=dict)  # the files
+    seen: dict[str, None] = field(default_factory=dict)  # files so far, in order
 
-    def whole(self, source: Source, trail: tuple[Source, ...]) -> Source:
-        """A scenario, or a part of one, with all that it takes. `trail` is what led to it. Raises _MistakeError."""
-        self._keep_off(source, trail)
+    def resolve(self, source: Source, trail: tuple[Source, ...]) -> Source:
+        """Resolve all references of a scenario, or of a part. `trail` is the chain of references to it.
+
+        Raises _MistakeError.
+        """
+        self._check_trail(source, trail)
         trail = (*trail, source)
         for key in LISTS:
             if _includes(source.values.get(key)):
                 source = self._with_included(source, key, trail)
         return self._extended(source, trail) if EXTENDS in source.values else source
 
-    def _keep_off(self, source: Source, trail: Sequence[Source]) -> None:
-        """Raise _MistakeError if a part leads back to itself, or too deep."""
-        circle = any(each.file == source.file and each.value_spans[()] == source.value_spans[()] for each in trail)
+    def _check_trail(self, source: Source, trail: Sequence[Source]) -> None:
+        """Raise _MistakeError for a circular reference, or for too deep nesting."""
+        circle = any(part.file == source.file and part.value_spans[()] == source.value_spans[()] for part in trail)
         if not circle and len(trail) < MAX_TRAIL:
             return
-        files = " -> ".join(each.file for each in (*trail, source))
-        message = f"the files name each other in a circle: {files}"
+        files = " -> ".join(part.file for part in (*trail, source))
+        message = f"the files refer to each other in a circle: {files}"
         if not circle:
-            message = f"more than {MAX_TRAIL} files name one another: {files}"
-        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "name what is meant at once"))
+            message = f"the references are nested more than {MAX_TRAIL} deep: {files}"
+        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "refer to the last file directly"))
 
     # --- include ------------------------------------------------------------------------------------------------------
 
@@ -262,7 +265,7 @@ class _Composing:
             source, values=values, value_spans=places.value_spans, key_spans=places.key_spans, parts=tuple(self.seen)
         )
 
-    def _list(  # noqa: PLR0913, PLR0917 -- a value, where it comes from and where it goes
+    def _list(  # noqa: PLR0913, PLR0917 -- a value, its old path and its new path
         self, source: Source, items: Plain, old: KeyPath, new: KeyPath, places: PlaceBuilder, trail: tuple[Source, ...]
     ) -> list[Plain]:
         made: list[Plain] = []
@@ -286,45 +289,45 @@ class _Composing:
         return made
 
     def _part(self, source: Source, path: KeyPath, item: Mapping[str, Plain], trail: tuple[Source, ...]) -> Source:
-        """The file that an item names, with all that it takes itself."""
+        """Return the file that an item includes, with its own references resolved."""
         span = source.span_of((*path, INCLUDE))
         if len(item) > 1:
             other = next(key for key in item if key != INCLUDE)
-            message = f"`{INCLUDE}` stands alone in its item, without '{other}'"
-            hint = "write what else there is in the file that is included, or in an item of its own"
+            message = f"an item with `{INCLUDE}` has no other key, and this one has '{other}'"
+            hint = f"move '{other}' to the included file, or to another item"
             raise _MistakeError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
-        part = self.whole(self._document(source, item[INCLUDE], "", span), trail)
+        part = self.resolve(self._document(source, item[INCLUDE], "", span), trail)
         key = str(path[-2])
         if not isinstance(part.values.get(key), list):
-            message = f"{part.file} has no list `{key}` that could be included here"
+            message = f"{part.file} has no list `{key}` to include here"
             raise _MistakeError(Diagnostic("SD113", span, message, f"begin it with `{key}:`, and its items below"))
         return part
 
     # --- extends ------------------------------------------------------------------------------------------------------
 
     def _extended(self, source: Source, trail: tuple[Source, ...]) -> Source:
-        base = self.whole(self._base(source), trail)
+        base = self.resolve(self._base(source), trail)
         own = {key: value for key, value in source.values.items() if key != EXTENDS}
-        kept = {"scenario", *own} - set(MERGED)
-        theirs = {key: value for key, value in base.values.items() if key not in kept}
-        merged = [key for key in MERGED if isinstance(own.get(key), dict) and isinstance(theirs.get(key), dict)]
-        replaced = {key: value for key, value in theirs.items() if key not in own or key in merged}
+        overridden = {"scenario", *own} - set(MERGED)
+        base_values = {key: value for key, value in base.values.items() if key not in overridden}
+        merged = [key for key in MERGED if isinstance(own.get(key), dict) and isinstance(base_values.get(key), dict)]
+        copied = {key: value for key, value in base_values.items() if key not in own or key in merged}
         where = f"extended from {source.key_span_of((EXTENDS,))}"
         places = PlaceBuilder()
-        for key in [key for key in replaced if key not in merged]:
-            self._take(base, replaced[key], (key,), (key,), places, where)
+        for key in [key for key in copied if key not in merged]:
+            self._take(base, copied[key], (key,), (key,), places, where)
         for key in merged:
-            for name in [name for name in _mapping(theirs[key]) if name not in _mapping(own[key])]:
-                self._take(base, _mapping(theirs[key])[name], (key, name), (key, name), places, where)
+            for name in [name for name in _mapping(base_values[key]) if name not in _mapping(own[key])]:
+                self._take(base, _mapping(base_values[key])[name], (key, name), (key, name), places, where)
         for key, value in own.items():
             places.note_all(source, value, (key,), (key,))
         places.note(source, (), ())
-        values = {**replaced, **own, **{key: {**_mapping(theirs[key]), **_mapping(own[key])} for key in merged}}
-        inherited = variables_of(replaced) - variables_of(own) | base.inherited
+        values = {**copied, **own, **{key: {**_mapping(base_values[key]), **_mapping(own[key])} for key in merged}}
+        inherited = variables_of(copied) - variables_of(own) | base.inherited
         return Source(source.file, values, places.value_spans, places.key_spans, inherited, tuple(self.seen))
 
     def _base(self, source: Source) -> Source:
-        """The scenario that another one extends, as it is written."""
+        """Return the unresolved scenario that `extends` refers to."""
         written = source.values[EXTENDS]
         span = source.span_of((EXTENDS,))
         if isinstance(written, str):
@@ -340,26 +343,26 @@ class _Composing:
         return self._document(source, written.get("file"), name, source.span_of(place))
 
     def _document(self, source: Source, written: Plain, name: str, span: Span) -> Source:
-        """The one document of a file, or the one that is called so; of this file, if none is named."""
+        """Return the only document of a file, or the one with a name; of the current file if `written` is None."""
         self.parts += 1
         if self.parts > MAX_PARTS:
-            message = f"the scenarios of this file take from others more than {MAX_PARTS} times"
-            raise _MistakeError(Diagnostic("SD206", span, message, "take more at a time"))
+            message = f"the scenarios of this file have more than {MAX_PARTS} `extends` and `include`"
+            raise _MistakeError(Diagnostic("SD206", span, message, "include longer lists at once"))
         file, documents = source.file, self.siblings
         if written is not None:
             file = self._file(source, written, span)
             documents = self._read(file, span)
         elif self.siblings and source.file != self.siblings[0].file:
             documents = self._read(file, span)
-        named = [each for each in documents if not name or each.values.get("scenario") == name]
-        if len(named) == 1:
-            return named[0]
+        matches = [document for document in documents if not name or document.values.get("scenario") == name]
+        if len(matches) == 1:
+            return matches[0]
         if name:
-            names = [str(each.values.get("scenario")) for each in documents]
+            names = [str(document.values.get("scenario")) for document in documents]
             raise _MistakeError(
                 Diagnostic("SD113", span, f"{file} has no scenario '{name}'", did_you_mean(name, names))
             )
-        hint = "say which: {file: base.yaml, scenario: tower}; what is included stands in a file of its own"
+        hint = "name one: {file: base.yaml, scenario: tower}; a file for `include` has a single document"
         raise _MistakeError(Diagnostic("SD113", span, f"{file} holds {len(documents)} scenarios", hint))
 
     @property
@@ -369,7 +372,7 @@ class _Composing:
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
             raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
-        if len(written) > LONGEST_PATH:  # no system has such; and to follow all of its folders takes seconds
+        if len(written) > LONGEST_PATH:  # longer than systems allow, and slow to resolve
             message = f"the path of a file is longer than {LONGEST_PATH} characters"
             raise _MistakeError(Diagnostic("SD113", span, message, "write such as base.yaml"))
         try:
@@ -382,8 +385,8 @@ class _Composing:
             self.seen[file] = None
             self.read += os.path.getsize(file)
         if self.read > MAX_BYTES:
-            message = f"the files that are taken from have more than {MAX_BYTES >> 20} MiB in all"
-            raise _MistakeError(Diagnostic("SD206", span, message, "take from smaller ones"))
+            message = f"the files of `extends` and `include` have more than {MAX_BYTES >> 20} MiB in all"
+            raise _MistakeError(Diagnostic("SD206", span, message, "use smaller files"))
         loaded = self.library.read(file, self._root)
         if loaded.diagnostics:
             raise _MistakeError(*loaded.diagnostics)
@@ -394,16 +397,16 @@ class _Composing:
     ) -> None:
         self.taken += _size(value)
         if self.taken > MAX_TAKEN:
-            message = f"what is taken from other files comes to more than {MAX_TAKEN} values"
-            raise _MistakeError(Diagnostic("SD206", part.span_of(old), message, "take less, or use a layout"))
+            message = f"`extends` and `include` bring more than {MAX_TAKEN} values"
+            raise _MistakeError(Diagnostic("SD206", part.span_of(old), message, "include less, or use a layout"))
         places.note_all(part, value, old, new, where)
 
 
-# --- small things -----------------------------------------------------------------------------------------------------
+# --- access to values -------------------------------------------------------------------------------------------------
 
 
 def _named_at(source: Source) -> Span:
-    """Where a file names another one."""
+    """Return the place of the first reference in a file."""
     if EXTENDS in source.values:
         return source.span_of((EXTENDS,))
     paths = (path for path in source.value_spans if path and path[-1] == INCLUDE)
@@ -426,7 +429,7 @@ def _size(value: Plain) -> int:
 
 
 def variables_of(values: Mapping[str, Plain]) -> frozenset[KeyPath]:
-    """Where the variables of a scenario are defined."""
+    """Return the paths at which the variables of a scenario are defined."""
     named = [(key, name) for key in ("let", "matrix") for name in _mapping(values.get(key))]
     cases = values.get("cases")
     first = _mapping(cases[0]) if isinstance(cases, list) and cases else {}

@@ -1,4 +1,4 @@
-"""Parses YAML into nodes with positions; refuses what is ambiguous or malformed."""
+"""Parses YAML into nodes with places, and rejects ambiguous and malformed YAML."""
 
 import re
 import unicodedata
@@ -14,16 +14,16 @@ import yaml
 from stackdsl.diagnostics import Diagnostic, Page, Span, did_you_mean
 from stackdsl.shown_text import COMMANDING, JOINERS, UNSEEN
 
-# Syntax errors in plain words: what either parser says of malformed YAML, told as cause and remedy, at its place.
+# Syntax errors: the messages of both parsers, translated into cause, remedy and place.
 
 
 UNKNOWN_ESCAPE: Final = (
     "an escape that YAML does not know",
     "double the backslash, or put the text in single quotes",
 )
-# What either parser says -> message and hint. In the message, @ is the character blamed, # the line of the opening.
+# Pattern of the parser's error -> message and hint. In the message, @ is the offending character, # the opening line.
 SYNTAX: Final = (
-    ("mapping values", "a ':' where no key can stand", "quote the text that holds it, or check the indentation"),
+    ("mapping values", "a ':' in a place without a key", "quote the text that holds it, or check the indentation"),
     ("any token|parsing a block node", "a value cannot begin with '@'", "quote it"),
     ("quoted scalar.*(end of stream|document)", "a quoted text is not closed", "add the missing quote"),
     ("quoted scalar", *UNKNOWN_ESCAPE),
@@ -37,9 +37,9 @@ SYNTAX: Final = (
     ("a flow sequence:", "the list that opens in line # lacks a ',' or ']'", "close it; in brackets, quote ${...}"),
     ("a flow mapping:", "the mapping that opens in line # lacks a ',' or '}'", "close it; in braces, quote ${...}"),
     ("a flow node:", "a value or a closing bracket is missing", "write it, or quote text that holds , [ ] { or }"),
-    ("a block scalar", "'@' begins a text block, and what follows is none", 'quote a comparison: ">= 20"'),
-    ("mapping keys", "a '?' that begins no key", "quote it"),
-    ("unexpected ':'", "a ':' in brackets that ends no key", "quote the text that holds it"),
+    ("a block scalar", "'@' begins a malformed text block", 'quote a comparison: ">= 20"'),
+    ("mapping keys", "a '?' without a key", "quote it"),
+    ("unexpected ':'", "a ':' in brackets without a key", "quote the text that holds it"),
     ("sequence entries", "a list cannot begin here", "begin it on the next line, or quote the text"),
     ("an alias|an anchor", "an alias or anchor without a name", "quote text that begins with * or &"),
     ("expected '?<document start>", "text after the end of a document", "begin the next scenario with '---'"),
@@ -49,63 +49,63 @@ BLAMES_OPENING = re.compile(
 )
 
 
-MERGE_MARKER: Final = re.compile(r"<{7}(?: |$)")  # as git leaves it
+MERGE_MARKER: Final = re.compile(r"<{7}(?: |$)")  # of an unresolved conflict in git
 
 
 def syntax_error(page: Page, error: yaml.MarkedYAMLError) -> Diagnostic:
-    """What is wrong with a text that is no YAML."""
+    """Translate a syntax error of the parser."""
     marked = next((number for number, line in enumerate(page.lines) if MERGE_MARKER.match(line)), None)
     if marked is not None:
-        message = "the file holds two versions, with the markers of a merge from here on"
-        hint = "keep what is meant of both, and delete the lines that begin with <<<<<<<, ======= and >>>>>>>"
+        message = "the file has an unresolved merge conflict from here on"
+        hint = "merge both versions, and delete the lines that begin with <<<<<<<, ======= and >>>>>>>"
         return Diagnostic("SD004", page.span(marked, 0), message, hint)
-    said = f"{error.context or ''}: {error.problem or ''}"
-    line, column = _blamed(page, error, said)
+    description = f"{error.context or ''}: {error.problem or ''}"
+    line, column = _blamed(page, error, description)
     span = page.span(line, column)
-    if re.search("directive(?!>)|incompatible YAML", said):
+    if re.search("directive(?!>)|incompatible YAML", description):
         return Diagnostic("SD010", span, "a directive", "delete the line")
-    if re.search("a tag:|tag handle", said):
+    if re.search("a tag:|tag handle", description):
         return Diagnostic("SD010", span, "a tag", "delete it; quote text that begins with !")
-    known = ((message, hint) for pattern, message, hint in SYNTAX if re.search(pattern, said))
-    message, hint = next(known, (f"the YAML cannot be read: {error.problem}", "check the indentation and the quotes"))
+    matches = ((message, hint) for pattern, message, hint in SYNTAX if re.search(pattern, description))
+    message, hint = next(matches, (f"the YAML cannot be read: {error.problem}", "check the indentation and the quotes"))
     opening = error.context_mark.line + 1 if error.context_mark else line + 1
     return Diagnostic("SD004", span, message.replace("#", str(opening)).replace("@", page.at(line, column)), hint)
 
 
-def _blamed(page: Page, error: yaml.MarkedYAMLError, said: str) -> tuple[int, int]:
-    """The place of a syntax error: where it shows, unless that is the end of the text and the opening tells more."""
-    shows = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (0, 0)
-    opening = (error.context_mark.line, error.context_mark.column) if error.context_mark else shows
-    place = opening if BLAMES_OPENING.search(said) or page.ends_before(*shows) else shows
+def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[int, int]:
+    """Return the place of a syntax error: the mark of the problem, or the opening if the problem is at the end."""
+    problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (0, 0)
+    opening = (error.context_mark.line, error.context_mark.column) if error.context_mark else problem
+    place = opening if BLAMES_OPENING.search(description) or page.ends_before(*problem) else problem
     if page.ends_before(*place):
         return page.last_visible()
-    if "quoted scalar" in said:  # libyaml marks the backslash, the pure parser what follows
+    if "quoted scalar" in description:  # libyaml marks the backslash, the pure parser the next character
         return place[0], max(place[1] if place == opening else 0, page.lines[place[0]].rfind("\\", 0, place[1] + 1))
     return place
 
 
-# What a plain scalar means: a value only where no YAML version and no eye reads it otherwise.
+# Plain scalars, of which only unambiguous ones are accepted.
 #
-# Those are numbers as JSON writes them, `true` and `false`. What remains is text, or else a trap (`no`, `012`, `1:30`,
-# an empty value): an error with its remedy.
+# Numbers in the form of JSON, `true` and `false` are values. All others are text, or an error if some YAML version or
+# reader takes them for a value (`no`, `012`, `1:30`, an empty value).
 
 
 Scalar: TypeAlias = bool | int | float | str | None
 
-MAX_EXACT: Final = 2**53  # the largest integer up to which a double, and so every JSON reader, is exact
+MAX_EXACT: Final = 2**53  # integers up to this are exact as doubles, and so for every JSON reader
 QUOTE_WIDTH: Final = 40  # [characters] of the author's text in a message
 
-KEYS: Final = ("y", "n", "Y", "N", "on")  # no scenario has true or false for a key
+KEYS: Final = ("y", "n", "Y", "N", "on")  # accepted as keys, since no scenario has a boolean for a key
 
 INTEGER = re.compile(r"-?(0|[1-9]\d*)", re.ASCII)
 FLOAT = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?", re.ASCII)
-# What may follow the digits begins with a dot, so that there is one way to read them: two ways take quadratic time.
+# A fraction must begin with a dot, so that the pattern matches in only one way: two ways take quadratic time.
 LOOSE_NUMBER = re.compile(r"[-+]?(\d[\d_]*(\.[\d_]*)?|\.\d[\d_]*)([eE][-+]?\d+)?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class Trap:
-    """Why a plain scalar is ambiguous, and what to write instead."""
+    """The ambiguity of a plain scalar, and its remedy."""
 
     meaning: str
     remedy: str
@@ -115,8 +115,8 @@ TRUE = Trap("is true to some YAML readers and text to others", "write true, or q
 FALSE = Trap("is false to some YAML readers and text to others", "write false, or quote it if it is text")
 NULL = Trap("is a missing value", "write the value, or leave out the key")
 NOT_FINITE = Trap("is not a finite number", "write a finite number, or quote it if it is text")
-OUT_OF_RANGE = Trap("is beyond what a number can hold", "write fewer digits, or quote it if it is text")
-MERGE = Trap("has a meaning of its own in YAML 1.1", "quote it")
+OUT_OF_RANGE = Trap("is out of the range of numbers", "write fewer digits, or quote it if it is text")
+MERGE = Trap("has a special meaning in YAML 1.1", "quote it")
 TRAP_WORDS: Final = {
     **dict.fromkeys(("true", "yes", "on", "y"), TRUE),
     **dict.fromkeys(("false", "no", "off", "n"), FALSE),
@@ -142,7 +142,7 @@ TRAP_SHAPES: Final = (
 
 
 def plain_value(text: str) -> Scalar | Trap:
-    """What a plain scalar means; a number or boolean only if nobody reads it otherwise."""
+    """Return the value of a plain scalar: a number, a boolean, a text, or the trap if it is ambiguous."""
     if text in ("true", "false"):
         return text == "true"
     if FLOAT.fullmatch(text):
@@ -155,9 +155,9 @@ def plain_value(text: str) -> Scalar | Trap:
 
 
 def _number(text: str) -> int | float | Trap:
-    """The number that a strict text stands for, unless that loses digits or leaves the range of doubles."""
+    """Convert the text of a number; return a trap if it loses digits or is out of the range of doubles."""
     if INTEGER.fullmatch(text):
-        # The length first: Python refuses to convert very long integers.
+        # Check the length first, since Python does not convert very long integers.
         exact = len(text) <= len(str(-MAX_EXACT)) and abs(int(text)) <= MAX_EXACT
         return int(text) if exact else OUT_OF_RANGE
     value = float(text)
@@ -166,7 +166,7 @@ def _number(text: str) -> int | float | Trap:
 
 
 def _strict_number(text: str) -> str:
-    """A loosely written number as JSON writes it: `+012` as 12, `.5` as 0.5, `1_000.` as 1000.0."""
+    """Convert a number to the form of JSON: `+012` to 12, `.5` to 0.5, `1_000.` to 1000.0."""
     sign = "-" if text.startswith("-") else ""
     digits = text.lstrip("+-").replace("_", "").lstrip("0")
     whole = digits if digits[:1].isdigit() else f"0{digits}"
@@ -174,7 +174,7 @@ def _strict_number(text: str) -> str:
 
 
 def key_trap(key: str) -> Trap | None:
-    """Why a plain key is ambiguous; `y` and `n` name coordinates and counts, and `on` says on what a brick lies."""
+    """Return the trap of an ambiguous plain key. `y` and `n` are common variables, and `on` is a key of bricks."""
     value = key if key in KEYS else plain_value(key)
     if isinstance(value, str):
         return None
@@ -183,34 +183,34 @@ def key_trap(key: str) -> Trap | None:
 
 
 def shown(text: str) -> str:
-    """The author's text in a message, cut to a bearable length."""
+    """Cut a text to `QUOTE_WIDTH` for a message."""
     return text if len(text) <= QUOTE_WIDTH else text[: QUOTE_WIDTH - 1] + "…"
 
 
-# The characters that may stand in a scenario: those that every YAML version and both parsers see alike.
+# Allowed characters: those that every YAML version and both parsers read alike.
 
 
 UNSEEN_PATTERN = re.compile(f"[{UNSEEN}{JOINERS}]")
 
 
 def commanding_character(text: str) -> str:
-    """The name of the first character of a value that a terminal would obey; empty if there is none."""
-    found = COMMANDING.search(text)
-    return _name(found.group()) if found else ""
+    """Return the name of the first control character of a value; empty if there is none."""
+    match = COMMANDING.search(text)
+    return _name(match.group()) if match else ""
 
 
 def unreadable_characters(page: Page) -> Iterator[Diagnostic]:
-    """The first character of each line that cannot stand in a scenario."""
+    """Yield a diagnostic for the first forbidden character of each line."""
     for line, text in enumerate(page.lines):
-        if text.isascii() and text.isprintable():  # as most are; the pattern takes long to make
+        if text.isascii() and text.isprintable():  # avoids compiling the pattern for most files
             continue
-        if found := _unreadable_pattern().search(text):
-            yield _unreadable(found.group(), page.span(line, found.start()))
+        if match := _unreadable_pattern().search(text):
+            yield _unreadable(match.group(), page.span(line, match.start()))
 
 
 @cache
 def _unreadable_pattern() -> re.Pattern[str]:
-    # Control characters and surrogates, as YAML demands; besides, what YAML versions or the two parsers see
+    # Control characters and surrogates, which YAML forbids, and characters that YAML versions or the two parsers read
     # differently: tabs, NEL, LS and PS (line breaks in YAML 1.1, text in 1.2), a byte order mark inside the text.
     unlike = "[^\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
     return re.compile(f"{unlike}|[{UNSEEN}]|(?<![^\x00-\x7f])[{JOINERS}]")
@@ -220,25 +220,25 @@ def _unreadable(character: str, span: Span) -> Diagnostic:
     if character == "\t":
         return Diagnostic("SD004", span, "a tab", "use spaces; in a double-quoted text, write \\t")
     if UNSEEN_PATTERN.fullmatch(character):
-        message = f"the character {_name(character)} is not seen, or lets the line read otherwise than it is"
+        message = f"the character {_name(character)} is invisible, or changes how the line looks"
         return Diagnostic("SD004", span, message, "delete it")
-    return Diagnostic("SD004", span, f"the character {_name(character)} cannot stand in a scenario", "delete it")
+    return Diagnostic("SD004", span, f"the character {_name(character)} is not allowed in a scenario", "delete it")
 
 
 def _name(character: str) -> str:
     return f"U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()
 
 
-# Parser events as nodes: the values of one document and the place of each, its aliases not yet spread out.
+# Parser events as nodes: the values of one document and their places, with aliases not yet expanded.
 #
-# Read from events, not by `yaml.load`, so that hostile nesting stops at once and positions survive.
+# Nodes are read from events, not by `yaml.load`, to keep places and to stop at once in a deeply nested file.
 
 
 MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
 COMMA: Final = "write a decimal point in place of the comma"
-MAX_VALUES: Final = 100_000  # written in one file; bounds the memory that spans take to some 100 MB
-MAX_MISTAKES: Final = 1000  # reported of one file; who mends these sees the next
-ANCHORS_COMPARED: Final = 20  # with a misspelt alias; comparing all would take a hostile file minutes
+MAX_VALUES: Final = 100_000  # written in one file; bounds the memory for spans to some 100 MB
+MAX_MISTAKES: Final = 1000  # reported for one file
+ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
 
 BEGIN: Final = "begin with `scenario: its-name`"
 NO_MAPPING: Final = "a scenario is a mapping of keys to values, but this document is "
@@ -272,7 +272,7 @@ Node: TypeAlias = Leaf | List | Map | Alias
 
 
 class StopReadingError(Exception):
-    """What follows cannot be read, or is not worth it."""
+    """Stops reading, after an error or at a limit."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic)
@@ -281,25 +281,25 @@ class StopReadingError(Exception):
 
 @dataclass(slots=True)
 class Reading:
-    """How far a file is read: the events to come, and what was seen."""
+    """State of reading a file: remaining events, anchors, counts, and diagnostics."""
 
     page: Page
     events: Iterator[yaml.Event]
     diagnostics: list[Diagnostic] = field(default_factory=list)
     anchors: dict[str, Node | None] = field(default_factory=dict)  # None: its value is not complete yet
     values: int = 0
-    aliased: int = 0
+    aliased: int = 0  # values repeated by aliases
 
     def report(self, code: str, span: Span, message: str, hint: str = "") -> None:
-        """Note a mistake after which reading goes on, unless there are too many."""
-        found = Diagnostic(code, span, message, hint)
+        """Add a diagnostic. Raises StopReadingError if there are too many."""
+        diagnostic = Diagnostic(code, span, message, hint)
         if len(self.diagnostics) >= MAX_MISTAKES - 1:
-            raise StopReadingError(found)
-        self.diagnostics.append(found)
+            raise StopReadingError(diagnostic)
+        self.diagnostics.append(diagnostic)
 
 
 def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
-    """The mapping that the document is, or None if it has a mistake."""
+    """Read the mapping of a document; return None if it has a mistake."""
     before = len(reading.diagnostics)
     reading.anchors.clear()
     if reading.page.at(*_start(start)) == "%":
@@ -324,12 +324,12 @@ def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
 
 
 def _span(page: Page, start: yaml.Event, end: yaml.Event | None = None) -> Span:
-    """From the start of one event to the end of it, or of another."""
+    """Return the span from the start of an event to its end, or to the end of another."""
     return page.span(*_start(start), *_end(end or start))
 
 
 def _start(event: yaml.Event) -> tuple[int, int]:
-    assert event.start_mark is not None  # only the stubs doubt it
+    assert event.start_mark is not None  # optional in the stubs only
     return event.start_mark.line, event.start_mark.column
 
 
@@ -342,7 +342,7 @@ def _end(event: yaml.Event) -> tuple[int, int]:
 
 
 def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -> Node:
-    """The value that begins with `event`, `depth` collections deep, under the key at `owner`."""
+    """Read the value that begins with `event`, `depth` collections deep, under the key at `owner`."""
     reading.values += 1
     span = _span(reading.page, event)
     if reading.values > MAX_VALUES:
@@ -350,10 +350,10 @@ def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -
         raise StopReadingError(Diagnostic("SD006", span, message, "split it, or use a layout"))
     if isinstance(event, yaml.AliasEvent):
         return _alias(reading, event.anchor or "", span)
-    assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)  # nothing else begins a value
+    assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)  # no other event begins a value
     _report_tag(reading, event, span)
     if event.anchor and event.anchor in reading.anchors:
-        reading.report("SD010", span, f"the anchor '{shown(event.anchor)}' is given twice", "give each its own name")
+        reading.report("SD010", span, f"the anchor '{shown(event.anchor)}' is defined twice", "use different names")
     if event.anchor:
         reading.anchors[event.anchor] = None
     node = _leaf(reading, event, owner) if isinstance(event, yaml.ScalarEvent) else _nest(reading, event, depth, owner)
@@ -365,13 +365,13 @@ def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -
 def _alias(reading: Reading, name: str, span: Span) -> Node:
     if name not in reading.anchors:
         quoted = shown(name)
-        near = [known for known in islice(reading.anchors, ANCHORS_COMPARED) if len(known) <= QUOTE_WIDTH]
+        near = [anchor for anchor in islice(reading.anchors, ANCHORS_COMPARED) if len(anchor) <= QUOTE_WIDTH]
         hint = did_you_mean(quoted, near) or f"define it before, with &{quoted}; quote text that begins with *"
         reading.report("SD004", span, f"there is no anchor '{quoted}' before this alias", hint)
         return Leaf(span, None)
     target = reading.anchors[name]
     if target is None:
-        message = f"the alias '{shown(name)}' stands inside the value that it repeats"
+        message = f"the alias '{shown(name)}' is inside the value that it repeats"
         reading.report("SD008", span, message, "write the value out")
         return Leaf(span, None)
     return Alias(span, target)
@@ -385,7 +385,7 @@ def _report_tag(reading: Reading, event: yaml.ScalarEvent | yaml.CollectionStart
 
 def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf:
     span = _span(reading.page, event)
-    if re.search("[\ud800-\udfff]", event.value):  # only the pure parser lets such escapes pass
+    if re.search("[\ud800-\udfff]", event.value):  # the pure parser accepts such escapes
         raise StopReadingError(Diagnostic("SD004", span, *UNKNOWN_ESCAPE))
     if event.style:
         _report_commands(reading, event.value, span)
@@ -402,9 +402,9 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
 
 
 def _report_commands(reading: Reading, value: str, span: Span) -> None:
-    """An escape may bring in what nobody may write as it is: names and descriptions are shown in terminals."""
+    """Reject control characters in escapes, since names and descriptions are shown in terminals."""
     if name := commanding_character(value):
-        reading.report("SD004", span, f"an escape stands for {name}, which terminals obey", "leave it out")
+        reading.report("SD004", span, f"an escape stands for the control character {name}", "remove it")
 
 
 def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> None:
@@ -415,7 +415,7 @@ def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | Non
 
 
 def _remedy_of_missing(span: Span) -> str:
-    """What to write instead, from what stands before the place, at it and after it."""
+    """Return the remedy for a missing value, from the text around the place."""
     start = span.column - span.excerpt_column
     end = start + span.end_column - span.column
     key = span.excerpt[start:end]
@@ -429,12 +429,12 @@ def _remedy_of_missing(span: Span) -> str:
 
 
 def _ends_in_comma(span: Span) -> bool:
-    """Whether what stands right before a place is a digit and a comma, as of a number in a flow mapping."""
+    """Return whether a digit and a comma precede a place, as in a flow mapping with a decimal comma."""
     return re.search(r"\d,$", span.excerpt[: span.column - span.excerpt_column]) is not None
 
 
 def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span: Span) -> None:
-    """`>5` opens a text block indented by five: it would swallow a comparison and what follows."""
+    """Report `>5`, which opens a text block indented by five, and would swallow a comparison and the next lines."""
     line, column = _start(event)
     if re.match(r"([&!]\S*\s+)*[|>][-+]?\d", reading.page.lines[line][column:]):
         reading.report("SD009", span, "this begins a text block with a set indentation", 'quote a comparison: ">5"')
@@ -478,14 +478,14 @@ def _map(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: 
 
 
 def _nest_span(page: Page, start: yaml.CollectionStartEvent, end: yaml.Event, owner: Span | None) -> Span:
-    """The brackets, or for a collection without them the key that owns it, or else its beginning."""
+    """Return the span of the brackets; for a collection without brackets, that of its key, or of its beginning."""
     if start.flow_style and page.at(*_start(start)) in set("[{&!"):
         return _span(page, start, end)
     return owner or page.span(*_start(start))
 
 
 def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, Span]:
-    """The key that begins with `event`, None if it is no text; and its place."""
+    """Read the key that begins with `event`, None if it is not text, and its place."""
     span = _span(reading.page, event)
     if not isinstance(event, yaml.ScalarEvent) or _start(event)[0] != _end(event)[0]:
         reading.report("SD010", span, "a key that is not text on one line", "write a plain word as the key")

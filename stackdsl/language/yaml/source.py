@@ -1,4 +1,4 @@
-"""YAML text -> plain values, with the position of every key and value."""
+"""Reads YAML text into plain values, with the place of every key and value."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -34,10 +34,10 @@ from stackdsl.language.yaml.parsing import (
 )
 from stackdsl.shown_text import visible
 
-# YAML text as plain values, with the place of every key and value, from a reader that accepts only what is meant.
+# YAML text as plain values, with the place of every key and value. The reader rejects ambiguous YAML.
 #
-# What libyaml and the pure-Python parser both accept has the same values and places; the latter, for want of the
-# former, refuses a little more, such as `[why?]`.
+# The pure-Python parser is used where libyaml is missing. A text that both accept gives the same values and places; the
+# former rejects a little more, such as `[why?]`.
 
 
 __all__ = [
@@ -60,7 +60,7 @@ __all__ = [
 KeyPath: TypeAlias = tuple[str | int, ...]
 Plain: TypeAlias = Scalar | list["Plain"] | dict[str, "Plain"]
 
-MAX_BYTES: Final = 1 << 20  # scenarios are written by hand, some kB each; and parsing stays within seconds
+MAX_BYTES: Final = 1 << 20  # far more than in files written by hand; parsing takes seconds at most
 MAX_SCENARIOS: Final = 2000  # of one file; a second
 MAX_ALIASED: Final = 20_000  # values that the aliases of one file may repeat
 
@@ -70,44 +70,45 @@ YAML_LOADER: type[yaml.SafeLoader] | type[yaml.CSafeLoader] = getattr(yaml, "CSa
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One YAML document: values, and beside them the place of each."""
+    """One YAML document: its values, and the place of each."""
 
     file: str
     values: dict[str, Plain]
     value_spans: Mapping[KeyPath, Span]
-    key_spans: Mapping[KeyPath, Span]  # the key under which a path stands; list items have none
-    inherited: frozenset[KeyPath] = frozenset()  # what another scenario says, of which this one may leave some unused
-    parts: tuple[str, ...] = ()  # the other files that it is made of
-    warnings: tuple[Warned, ...] = ()  # what is odd in those, and keeps nothing from being played
-    files: Mapping[str, str] = field(default_factory=dict)  # the texts of those that bricks are made of, by path
+    key_spans: Mapping[KeyPath, Span]  # places of keys; list items have none
+    inherited: frozenset[KeyPath] = frozenset()  # variables from another scenario, which may stay unused
+    parts: tuple[str, ...] = ()  # the other files that it uses
+    warnings: tuple[Warned, ...] = ()  # about these files; they do not stop a run
+    files: Mapping[str, str] = field(default_factory=dict)  # texts of mesh files by path
 
     def span_of(self, path: KeyPath) -> Span:
-        """Place of the value at `path`, or else of the closest ancestor that exists."""
+        """Return the place of the value at `path`, or else of the closest ancestor that exists."""
         while path not in self.value_spans:
             path = path[:-1]
         return self.value_spans[path]
 
     def key_span_of(self, path: KeyPath) -> Span:
-        """Place of the key at `path`, or else what `span_of` says."""
+        """Return the place of the key at `path`, or else the result of `span_of`."""
         return self.key_spans.get(path) or self.span_of(path)
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """What a file holds: the documents without a mistake, and the mistakes of the others in the order of the text."""
+    """The content of a file: documents without mistakes, and the mistakes of the others in the order of the text."""
 
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
-    digest: str = ""  # SHA-256 of the bytes that were read; empty where nothing could be
+    digest: str = ""  # SHA-256 of the bytes; empty if the file cannot be read
 
 
 def load(path: FilePath, within: str = "") -> Loaded:
-    """Read and parse a file; whatever goes wrong is a diagnostic, never an exception.
+    """Read and parse a file. All errors are diagnostics, never exceptions.
 
-    One that another file names is `within` a folder, the root of their project; else somebody asks for it by name.
+    `within` is the root of the project for a file that another file refers to; it is empty for a file that the user
+    names.
     """
     file = visible(path.as_posix())
-    if file != path.as_posix():  # what is told under this name, and what it takes from others, could be of another file
+    if file != path.as_posix():  # the escaped name in messages and references could be that of another file
         hidden = "its name has characters that cannot be shown"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {hidden}", "rename it"))
     try:
@@ -115,14 +116,14 @@ def load(path: FilePath, within: str = "") -> Loaded:
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)
-        hint = "check its name, or begin one by `stackdsl new`" if missing else "name a file that can be read"
+        hint = "check its name, or create a scenario by `stackdsl new`" if missing else "name a file that can be read"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
     return parsed(data, file)
 
 
 @uncollected()
 def parsed(data: bytes, file: str) -> Loaded:
-    """What the bytes of a file hold, which is called so."""
+    """Parse the bytes of a file; `file` is its name for diagnostics."""
     if len(data) > MAX_BYTES:
         return _refused(_too_large(file))
     try:
@@ -135,7 +136,7 @@ def parse(text: str, file: str) -> Loaded:
     """Parse the documents of one file; each is one scenario."""
     if len(text) > MAX_BYTES:
         return _refused(_too_large(file))
-    # Ended by a newline, a text means the same to both parsers, and marks stay within its lines.
+    # With a final newline both parsers agree, and the marks of their errors are within the lines of the text.
     ended = text if text.endswith("\n") else text + "\n"
     page = page_of(ended.removeprefix(BOM), file)
     unreadable = tuple(islice(unreadable_characters(page), MAX_MISTAKES))
@@ -176,18 +177,18 @@ def _read(page: Page) -> Loaded:
         reading.diagnostics.append(stop.diagnostic)
     except yaml.MarkedYAMLError as error:
         reading.diagnostics.append(syntax_error(page, error))
-    except (ValueError, OverflowError):  # the pure parser on the escape of a character beyond Unicode
+    except (ValueError, OverflowError):  # the pure parser raises these for an escape beyond Unicode
         reading.diagnostics.append(Diagnostic("SD004", page.span(*page.last_visible()), *UNKNOWN_ESCAPE))
-    order = sorted(reading.diagnostics, key=lambda found: (found.span.line, found.span.column, found.code))
-    return Loaded(tuple(sources), tuple(order))
+    ordered = sorted(reading.diagnostics, key=lambda mistake: (mistake.span.line, mistake.span.column, mistake.code))
+    return Loaded(tuple(sources), tuple(ordered))
 
 
 # --- nodes to values --------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
-class _Spread:
-    """Where the values of one document end up while its aliases are spread out."""
+class _Expansion:
+    """Places of the values of one document, with its aliases expanded."""
 
     reading: Reading
     value_spans: dict[KeyPath, Span] = field(default_factory=dict)
@@ -195,32 +196,32 @@ class _Spread:
 
 
 def _source(reading: Reading, root: Map) -> Source:
-    spread = _Spread(reading)
-    spread.value_spans[()] = root.span
-    values = _mapping(spread, root, (), None)
-    return Source(reading.page.file, values, spread.value_spans, spread.key_spans)
+    expansion = _Expansion(reading)
+    expansion.value_spans[()] = root.span
+    values = _mapping(expansion, root, (), None)
+    return Source(reading.page.file, values, expansion.value_spans, expansion.key_spans)
 
 
-def _value(spread: _Spread, node: Node, path: KeyPath, alias: Span | None) -> Plain:
-    """The value of `node` at `path`; `alias` is the outermost alias that repeats it."""
-    spread.value_spans[path] = node.span
+def _value(expansion: _Expansion, node: Node, path: KeyPath, alias: Span | None) -> Plain:
+    """Return the value of `node` at `path`; `alias` is the place of the outermost alias that repeats it."""
+    expansion.value_spans[path] = node.span
     if isinstance(node, Alias):
         alias, node = alias or node.span, node.target
     if alias is not None:
-        _count_aliased(spread.reading, alias)
+        _count_aliased(expansion.reading, alias)
     if isinstance(node, Leaf):
         return node.value
     assert not isinstance(node, Alias)  # YAML has no anchors on aliases
-    if len(path) >= MAX_DEPTH:  # each definition may be shallow, and yet build on the one before
+    if len(path) >= MAX_DEPTH:  # shallow definitions become deep if each repeats the one before
         raise StopReadingError(too_deep(alias or node.span))
     if isinstance(node, Map):
-        return _mapping(spread, node, path, alias)
-    return [_value(spread, item, (*path, index), alias) for index, item in enumerate(node.items)]
+        return _mapping(expansion, node, path, alias)
+    return [_value(expansion, item, (*path, index), alias) for index, item in enumerate(node.items)]
 
 
-def _mapping(spread: _Spread, node: Map, path: KeyPath, alias: Span | None) -> dict[str, Plain]:
-    spread.key_spans.update({(*path, key): span for key, span, _ in node.entries})
-    return {key: _value(spread, value, (*path, key), alias) for key, _, value in node.entries}
+def _mapping(expansion: _Expansion, node: Map, path: KeyPath, alias: Span | None) -> dict[str, Plain]:
+    expansion.key_spans.update({(*path, key): span for key, span, _ in node.entries})
+    return {key: _value(expansion, value, (*path, key), alias) for key, _, value in node.entries}
 
 
 def _count_aliased(reading: Reading, alias: Span) -> None:
@@ -230,31 +231,31 @@ def _count_aliased(reading: Reading, alias: Span) -> None:
         raise StopReadingError(Diagnostic("SD008", alias, message, "write the values out, or use a layout"))
 
 
-# The places of values that move: where in a file each comes from, by where it stands in the end.
+# Places of values that are copied, by their new paths.
 
 
 @dataclass(frozen=True, slots=True)
 class PlaceBuilder:
-    """As those of a source, in the making."""
+    """Collects the places of keys and values for a new source."""
 
     value_spans: dict[KeyPath, Span] = field(default_factory=dict)
     key_spans: dict[KeyPath, Span] = field(default_factory=dict)
 
     def note(self, source: Source, old: KeyPath, new: KeyPath, where: str = "") -> None:
-        """What stands at one path comes from another, perhaps from a repetition or a file that is to be told."""
+        """Record that the value at path `new` is the one at path `old` of a source; `where` names the repetition."""
         self.value_spans[new] = _within(source.span_of(old), where)
         if old in source.key_spans:
             self.key_spans[new] = _within(source.key_spans[old], where)
 
     def note_all(self, source: Source, value: Plain, old: KeyPath, new: KeyPath, where: str = "") -> None:
-        """The same for a value and all that it holds."""
+        """Record a value and all values in it."""
         self.note(source, old, new, where)
         members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
         for key, member in members:
             self.note_all(source, member, (*old, key), (*new, key), where)
 
     def keep(self, source: Source, without: Mapping[KeyPath, object]) -> None:
-        """All places of a source, but for what stands at some paths and below them; each path has one or two keys."""
+        """Copy the places of a source, except at and below the paths in `without`, of one or two keys each."""
         for own, spans in ((self.value_spans, source.value_spans), (self.key_spans, source.key_spans)):
             own.update(
                 {path: span for path, span in spans.items() if path[:1] not in without and path[:2] not in without}
@@ -264,6 +265,6 @@ class PlaceBuilder:
 def _within(span: Span, where: str) -> Span:
     if not where:
         return span
-    told = f"{where}, {span.where}" if span.where else where
-    # Spelled out: `replace` takes five times as long, and what is repeated has a hundred thousand places.
-    return Span(span.file, span.line, span.column, span.end_column, span.excerpt, span.excerpt_column, told, span.key)
+    label = f"{where}, {span.where}" if span.where else where
+    # Not by `replace`, which takes five times as long: repeats can have a hundred thousand places.
+    return Span(span.file, span.line, span.column, span.end_column, span.excerpt, span.excerpt_column, label, span.key)

@@ -23,7 +23,7 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
     [
         ({"build": [column(step="12")]}, "column.step", 'write a length with its unit, such as "13.5 mm"'),
         ({"build": [column(when="0,5 s")]}, "when", "write a decimal point in place of the comma: 0.5 s"),
-        ({"build": column()}, "build", "put it into a list, [...]: what is built, step by step"),
+        ({"build": column()}, "build", "put it into a list, [...]: steps of building, in order"),
         ({"build": [column(step="${shift}")]}, "column.step", "give it a value in `let={...}`"),
         ({"build": [bricks([brick(at=["0 mm", "x", "0 mm"])])]}, "at[1]", 'write a length with its unit, such as "'),
         ({"friction": "rough"}, "friction", "write 0 to 10"),

@@ -8,7 +8,7 @@ import pytest
 from stability.geometry.box_distance import Separation
 from stability.geometry.placed_shape import InPlace, bodies_apart
 from stability.statics.assembly import LIGHTEST
-from stackdsl.diagnostics import MOST_TOLD
+from stackdsl.diagnostics import MOST_REPORTED
 from tests.scenes import compiled, mistakes_of
 
 MANY = 20_000
@@ -17,21 +17,21 @@ MANY = 20_000
 def test_of_thousands_of_unknown_keys_the_first_are_told_and_that_there_are_more() -> None:
     keys = "\n".join(f"k{number}: 1" for number in range(MANY))
     _, mistakes = compiled(f"scenario: keys\nbuild:\n  - column: {{levels: 2}}\n{keys}\n")
-    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_TOLD + ["SD111"]
-    assert f"the {MOST_TOLD} that are told" in mistakes[-1].message
+    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_REPORTED + ["SD111"]
+    assert f"the {MOST_REPORTED} that are told" in mistakes[-1].message
     assert mistakes[-1].hint
 
 
 def test_as_many_mistakes_as_are_told_are_all() -> None:
-    keys = "\n".join(f"k{number}: 1" for number in range(MOST_TOLD))
+    keys = "\n".join(f"k{number}: 1" for number in range(MOST_REPORTED))
     _, mistakes = compiled(f"scenario: keys\nbuild:\n  - column: {{levels: 2}}\n{keys}\n")
-    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_TOLD
+    assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_REPORTED
 
 
 def test_of_many_unknown_bricks_the_first_are_told() -> None:
     claims = "\n".join(f"  - rests_on: {{brick: x{n}, support: ground, share: 1 ± 0.1}}" for n in range(900))
     mistakes = mistakes_of("- column: {levels: 2}", f"expect:\n{claims}\n")
-    assert [mistake.code for mistake in mistakes] == ["SD204"] * MOST_TOLD + ["SD111"]
+    assert [mistake.code for mistake in mistakes] == ["SD204"] * MOST_REPORTED + ["SD111"]
 
 
 def test_of_bricks_in_one_place_each_is_held_against_one_other_only(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,7 +27,7 @@ MISTAKES: list[tuple[str | bytes, tuple[str, str, str]]] = [
     (GOOD.replace("1 s", "1"), ("SD105", "scene.yaml:4:12", "unit")),
     (GOOD.replace("levels: 3", "step: 1 mm"), ("SD102", "scene.yaml:3", "levels")),
     (GOOD + "build: []\n", ("SD003", "scene.yaml:7:1", "2:1")),
-    (GOOD.replace("stands: all", "height: 20 mm"), ("SD107", "scene.yaml:6:13", "leaves no room")),
+    (GOOD.replace("stands: all", "height: 20 mm"), ("SD107", "scene.yaml:6:13", "is a single value")),
     (GOOD.replace("column: {levels: 3}", "bricks: [{at: [0 m, 0 m, 3.9 mm]}, {at: [0 m, 0 m, 8 mm]}]"),
      ("SD201", "scene.yaml:3", "inside")),
     (ALIAS_BOMB, ("SD008", "scene.yaml", "alias")),

@@ -214,4 +214,4 @@ def test_what_now_leads_outside_is_a_mistake_though_it_passed(stackdsl: Stackdsl
     else:
         part.rename(elsewhere)
         part.symlink_to(elsewhere)
-    assert "leads outside" in stackdsl("check", "project/below", "--golden", "golden").out
+    assert "is outside of the project" in stackdsl("check", "project/below", "--golden", "golden").out

@@ -99,7 +99,7 @@ def test_a_wall_of_solids_is_refused_as_they_cannot_be_cut(tmp_path: Path) -> No
     text = f"scenario: solids\nbrick: {ROOF}\nbuild:\n  - wall: {{levels: 2, bricks: 3}}\n"
     (tmp_path / "wall.yaml").write_text(text, encoding="utf-8")
     (found,) = gather([tmp_path / "wall.yaml"]).diagnostics
-    assert (found.code, found.message) == ("SD104", "the layout lays pieces of bricks, and a solid cannot be cut")
+    assert (found.code, found.message) == ("SD104", "the layout cuts bricks, and only boxes can be cut")
 
 
 def test_a_solid_inside_another_one_is_a_mistake(tmp_path: Path) -> None:
@@ -142,8 +142,8 @@ def test_a_solid_is_remembered_by_what_its_file_holds(tmp_path: Path) -> None:
     [
         (CUBE.replace("f 4 1 5 8\n", ""), "cube.obj: the mesh has a hole"),
         (CUBE.replace("f 4 1 5 8", "f 8 5 1 4"), "cube.obj: faces 2 and 6 pass their common edge the same way"),
-        (CUBE.replace("v 5 5 5", "v 5 five 5"), "cube.obj:7: 'five' is no number"),
-        (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: there is no corner 9: 8 stand above"),
+        (CUBE.replace("v 5 5 5", "v 5 five 5"), "cube.obj:7: 'five' is not a number"),
+        (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: there is no corner 9: 8 corners are above it"),
         (CUBE.replace("v 5 5 5", "v 3 3 3"), "cube.obj: the solid is not convex: corner 7 is inside of its hull"),
         ("", "cube.obj has no faces"),
     ],
@@ -159,10 +159,10 @@ def test_a_file_that_holds_no_solid_is_told_with_its_line(tmp_path: Path, text: 
     ("brick", "code", "cause"),
     [
         ("{file: nowhere.obj, unit: cm, mass: 1 g}", "SD113", "there is no file"),
-        ("{file: ../cube.obj, unit: cm, mass: 1 g}", "SD113", "leads outside of the project"),
+        ("{file: ../cube.obj, unit: cm, mass: 1 g}", "SD113", "is outside of the project"),
         ("{file: /etc/passwd, unit: cm, mass: 1 g}", "SD113", "is an absolute path"),
-        ("{file: cube.obj, mass: 1 g}", "SD102", "does not say in which unit"),
-        ("{size: [1 cm, 1 cm, 1 cm], unit: cm, mass: 1 g}", "SD108", "`unit` is of a `file`"),
+        ("{file: cube.obj, mass: 1 g}", "SD102", "the unit of the lengths in the file is missing"),
+        ("{size: [1 cm, 1 cm, 1 cm], unit: cm, mass: 1 g}", "SD108", "`unit` needs a `file`"),
         ("{size: [1 cm, 1 cm, 1 cm], file: cube.obj, unit: cm, mass: 1 g}", "SD108", "exactly one of size, prism"),
         ("{density: 1 kg/m3}", "SD108", "exactly one of size, prism, points, file is needed, not none"),
         ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of density, mass"),

@@ -291,7 +291,7 @@ def test_a_golden_that_has_no_end_is_not_read(tmp_path: Path, update: bool) -> N
 
 def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(place(tmp_path))
-    assert check_golden(STANDS, tmp_path, update=False).note == "it is no regular file"
+    assert check_golden(STANDS, tmp_path, update=False).note == "it is not a regular file"
 
 
 def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:

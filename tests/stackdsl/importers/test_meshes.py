@@ -80,10 +80,10 @@ def test_what_is_left_open_is_asked_for(format_: Format, key: str, message: str)
 )
 def test_a_key_that_the_format_has_no_use_for_is_a_mistake(format_: Format, key: str) -> None:
     value = {"supports": "bricks", "up": "+z", "density": "1 kg/m3", "load": "1"}[key]
-    with pytest.raises((MistakeError, ValueError), match=f"`{key}` is of"):
+    with pytest.raises((MistakeError, ValueError), match=f"`{key}` applies to"):
         read(TEXTS[format_], {**SAID[format_], key: value}, format_)
     (found,) = mistakes(TEXTS[format_], {**SAID[format_], key: value})
-    assert found.message.startswith(f"`{key}` is of")
+    assert found.message.startswith(f"`{key}` applies to")
 
 
 def test_a_block_that_is_ignored_is_not_there() -> None:
@@ -198,11 +198,11 @@ def test_only_plain_digits_number_a_corner(corner: str) -> None:
     text = TEXTS["obj"].replace("f 1 2 3", f"f 1 2 {corner}", 1)
     assert corner in text
     assert mistakes(text, SAID["obj"])[0].message.startswith("the face names a corner that is not among")
-    with pytest.raises(MistakeError, match="names no corner"):
+    with pytest.raises(MistakeError, match="is not the number of a corner"):
         obj_mesh(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {corner}\n", "a")
 
 
 @pytest.mark.parametrize("number", ["١", "1_0"])
 def test_only_plain_digits_are_a_coordinate(number: str) -> None:
-    with pytest.raises(MistakeError, match="is no number"):
+    with pytest.raises(MistakeError, match="is not a number"):
         obj_mesh(f"v 0 0 {number}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a")

@@ -233,7 +233,7 @@ def test_a_mesh_outside_of_the_project_is_not_read(tmp_path: Path, monkeypatch: 
     Path("a.yaml").write_text("scenario: a\nbuild:\n  - import: {file: a.urdf}\n", encoding="utf-8")
     (found,) = gather([Path("a.yaml")]).diagnostics
     assert (found.code, found.span.file) == ("SD114", "a.urdf")
-    assert "leads outside of the project" in found.message
+    assert "is outside of the project" in found.message
     Path("a.urdf").write_text(URDF, encoding="utf-8")
     Path("block.obj").write_bytes(beside("block.obj"))
     assert gather([Path("a.yaml")]).diagnostics == ()

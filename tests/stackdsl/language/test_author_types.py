@@ -16,7 +16,7 @@ def test_a_brick_may_be_called(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["", "1a", "a b", "ground", "wall1", "ä", "a" * 65, "a\n", "L3.2+1"])
 def test_a_brick_may_not_be_called(name: str) -> None:
-    with pytest.raises(ValidationError, match="not a name"):
+    with pytest.raises(ValidationError, match=r"not a name|cannot name"):
         TypeAdapter(BrickName).validate_python(name)
 
 

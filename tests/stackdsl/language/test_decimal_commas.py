@@ -19,7 +19,7 @@ POINT = "write a decimal point in place of the comma"
         ({"tail": "expect:\n  - height: 23,4 mm\n"}, f"{POINT}: 23.4 mm"),
         ({"column": "{levels: 3, step: 1,5 mm}"}, POINT),
         ({"column": "{levels: 3,5}"}, POINT),
-        ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "a decimal comma is written as a point"),
+        ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "write a decimal comma as a point"),
     ],
 )
 def test_a_decimal_comma_is_told(parts: dict[str, str], hint: str) -> None:

@@ -134,13 +134,13 @@ def test_no_word_of_python_is_reserved(name: str) -> None:
     [
         ("n ^ 2", "'^ 2'", "**"),
         ("n % 2", "'% 2'", "floor"),
-        ("n == 2", "'== 2'", "nothing is compared"),
-        ("'n'", "'n'", "no text"),
+        ("n == 2", "'== 2'", "cannot compare"),
+        ("'n'", "'n'", "cannot contain text"),
         (" ", "is empty", "2 * (n + 1)"),
         ("n if n else n", "'n if n else n'", "use numbers"),
         ("n and n", "'n and n'", "use numbers"),
         ("_n", "'_n'", "begins with a letter"),
-        ("1 / 0", "division by zero", "from being 0"),
+        ("1 / 0", "division by zero", "is not 0"),
     ],
 )
 def test_what_cannot_be_read_is_told_with_what_to_write_instead(expression: str, message: str, hint: str) -> None:

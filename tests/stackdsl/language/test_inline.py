@@ -62,17 +62,22 @@ def test_a_kind_of_brick_may_be_called_as_a_distribution(kind: str) -> None:
 @pytest.mark.parametrize(
     ("build", "rest", "words", "remedy"),
     [
-        ("- column: {levels: 2}", "friction: 0.4 ± 0.1\nexpect: [stands: all]", "there are no samples", "add samples"),
+        ("- column: {levels: 2}", "friction: 0.4 ± 0.1\nexpect: [stands: all]", "has no samples", "add samples"),
         ("- column: {levels: 2, step: normal 5 mm ± -1 mm}", SHARE, "more than zero", "write"),
         ("- column: {levels: 2}", f"friction: {{normal: 0.4 ± 0.1, least: 0}}\n{SHARE}", "one line", "least 0"),
-        ("- column: {levels: 2, step: '${gap}'}", f"let: {{gap: 5 mm ± 1 mm}}\n{SHARE}", "`let` has none", "uncertain"),
+        (
+            "- column: {levels: 2, step: '${gap}'}",
+            f"let: {{gap: 5 mm ± 1 mm}}\n{SHARE}",
+            "`let` cannot define",
+            "uncertain",
+        ),
         ("- column: {levels: 2}\n  every: 1 s ± 0.1 s", SHARE, "expected a duration", "1.5 s"),
         ("- column: {levels: 2}\n  jitter: {position: 0 mm ± 1 mm}", SHARE, "expected a length", "13.5 mm"),
         ("- column: {levels: 2}", f"friction: normal 0.4 ± 0.1 leats 0\n{SHARE}", "leats", "least 10 g"),
         (
             "- column: {levels: 2}",
             f"friction: uniform 0.4 ± 0.1 least 0\n{SHARE}",
-            "has its limits",
+            "has limits of its own",
             "normal and lognormal",
         ),
     ],

@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
+from stackdsl.bench.answers import answer_of
 from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import CheckConfig, check
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
@@ -124,9 +125,10 @@ def passed(result: VariantResult) -> bool:
     return all(outcome.passed for outcome in (*result.outcomes, *result.truths))
 
 
-def test_they_are_explained(tmp_path: Path) -> None:
+def test_they_are_explained_and_benched(tmp_path: Path) -> None:
     cases = gathered(tmp_path).cases
     assert "pushed by (20 0 0) mN*s" in explanation_text(cases)
+    assert answer_of(cases[0].scenario, cases[0].timeline) is None  # a tilt says not whether it stands
 
 
 def test_a_case_with_them_may_be_sent_to_another_process(tmp_path: Path) -> None:
@@ -162,7 +164,7 @@ class TestAfterwards:
 
 
 def test_two_kinds_cannot_have_one_key() -> None:
-    with pytest.raises(ValueError, match="there is a claim 'tilts' already"):
+    with pytest.raises(ValueError, match="the claim 'tilts' is registered already"):
         claim("tilts", "again")(Tilts)
 
 
@@ -170,7 +172,7 @@ def test_a_claim_that_cannot_be_judged_is_none() -> None:
     class Unjudged(ClaimKind):
         pass
 
-    with pytest.raises(TypeError, match="the claim 'unjudged' does not say how it is judged"):
+    with pytest.raises(TypeError, match="the claim 'unjudged' has no method `judge`"):
         claim("unjudged", "nothing")(Unjudged)  # type: ignore[type-abstract]
     assert "unjudged" not in CLAIMS
 

@@ -85,7 +85,7 @@ def test_it_is_told_without_the_marks_of_a_page() -> None:
     told = code_text(ENTRIES["SD101"])
     assert told.startswith("SD101: unknown key\n\nThere is no key of this name here.")
     assert "\n    scenario: tower\n    gravity: 1.62 m/s2\n" in told
-    assert "see the language for where it belongs" in told
+    assert "look up its place in the language" in told
     assert not any(mark in told for mark in ("**", "```", "](", "<!--"))
 
 

@@ -269,7 +269,7 @@ def test_a_thrown_brick_that_passed_through_another_is_told_on_every_run() -> No
 
 def test_energy_that_an_engine_added_is_told_on_every_run() -> None:
     seen = report(replace(PASSED, energy_gained=0.046, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
-    told = "the engine added 4.6 % to the energy that there was, so how bricks moved is not to be trusted"
+    told = "the engine added 4.6 % to the total energy, so the motion of the bricks cannot be trusted"
     assert report_text(seen).count(told) == 1
     assert [result["energy_gained"] for result in json.loads(report_json(seen))["results"]] == [0.046, None]
 

@@ -228,5 +228,5 @@ def test_parquet_neither_reads_nor_writes_what_a_link_leads_to(
     (folder / name).unlink(missing_ok=True)
     if name == "_tail.jsonl":
         os.mkfifo(folder / name)
-        with pytest.raises(RowsError, match="it is no regular file"):
+        with pytest.raises(RowsError, match="it is not a regular file"):
             ParquetFolder(folder, asked, part=20)

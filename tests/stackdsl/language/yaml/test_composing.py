@@ -138,14 +138,14 @@ def test_variables_that_a_scenario_takes_over_may_be_left_unused() -> None:
         ("/etc/passwd", "absolute path"),
         ("~/base.yaml", "absolute path"),
         ("C:/base.yaml", "absolute path"),
-        ("../outside.yaml", "leads outside of the project"),
-        ("x/../../outside.yaml", "leads outside of the project"),
-        ("link.yaml", "leads outside of the project"),
-        ("folder/outside.yaml", "leads outside of the project"),
+        ("../outside.yaml", "is outside of the project"),
+        ("x/../../outside.yaml", "is outside of the project"),
+        ("link.yaml", "is outside of the project"),
+        ("folder/outside.yaml", "is outside of the project"),
         ("gone.yaml", "there is no file gone.yaml"),
-        ("pipe.yaml", "no regular file"),
+        ("pipe.yaml", "not a regular file"),
         ("loop.yaml", "there is no file"),
-        (".", "no regular file"),
+        (".", "not a regular file"),
     ],
 )
 @pytest.mark.parametrize("form", ["extends: {}", "extends: {{file: {}}}", "build: [{{include: {}}}]"])
@@ -178,7 +178,7 @@ def test_without_a_mark_the_root_is_the_folder_of_the_file(project: Path) -> Non
     (project / "stackdsl.toml").unlink()
     write(base=BASE, sub__a="scenario: a\nextends: ../base.yaml\n")
     (mistake,) = mistakes("sub/a.yaml")
-    assert "leads outside" in mistake.message
+    assert "is outside" in mistake.message
     assert "stackdsl.toml" in mistake.hint
 
 
@@ -194,7 +194,7 @@ def test_a_circle_is_named() -> None:
 def test_a_long_way_ends() -> None:
     write(**{f"f{n}": f"scenario: f{n}\nextends: f{n + 1}.yaml" for n in range(MAX_TRAIL + 2)})
     (mistake,) = mistakes("f0.yaml")
-    assert f"more than {MAX_TRAIL} files" in mistake.message
+    assert f"more than {MAX_TRAIL} deep" in mistake.message
 
 
 def test_a_bomb_of_includes_is_refused_at_once() -> None:
@@ -205,7 +205,7 @@ def test_a_bomb_of_includes_is_refused_at_once() -> None:
     assert (mistake.code, f"more than {MAX_TAKEN} values" in mistake.message) == ("SD206", True)
     write(f9="build: [{column: {levels: 1}}]")
     (mistake,) = mistakes()
-    assert (mistake.code, "more than 1000 times" in mistake.message) == ("SD206", True)
+    assert (mistake.code, "more than 1000 `extends`" in mistake.message) == ("SD206", True)
 
 
 def test_many_large_files_are_too_much_together() -> None:
@@ -222,7 +222,7 @@ def test_many_large_files_are_too_much_together() -> None:
         ("extends: {fil: base.yaml}", "SD103", "expected a file"),
         ("extends: {scenario: 5}", "SD103", "name of a scenario"),
         ("extends: '${x}.yaml'", "SD103", "path of a file"),
-        ("build: [{include: base.yaml, every: 1 s}]", "SD108", "stands alone"),
+        ("build: [{include: base.yaml, every: 1 s}]", "SD108", "has no other key"),
         ("impacts: [{include: base.yaml}]", "SD113", "has no list `impacts`"),
         ("build: [{include: broken.yaml}]", "SD004", "is missing"),
         ("build: [{include: {file: base.yaml}}]", "SD103", "path of a file"),

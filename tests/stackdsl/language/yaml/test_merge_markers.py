@@ -16,4 +16,4 @@ build:
 def test_the_markers_of_a_merge_are_called_so() -> None:
     (mistake,) = parse(HALF_MERGED, "shelf.yaml").diagnostics
     assert (mistake.code, str(mistake.span)) == ("SD004", "shelf.yaml:3:1")
-    assert "the markers of a merge" in mistake.message
+    assert "an unresolved merge conflict" in mistake.message
