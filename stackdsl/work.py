@@ -1,4 +1,4 @@
-"""Limits the work of one case. The estimate counts bricks and steps, so it is the same on every machine.
+"""Limits the work of one case. The estimate counts bricks, steps and proofs, so it is the same on every machine.
 
 A few lines of YAML can need hours and all memory, such as a margin of 1,600 bricks at once. Work beyond the limit is
 refused before it begins, with its place in the file. The user of the command can raise the limit; the file cannot.
@@ -9,8 +9,13 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Final
 
+from stability.work_limit import WorkLimit
+
 VARIABLE: Final = "STACKDSL_WORK"  # environment variable: factor on the default limit
 MOST_STEPS: Final = 400_000  # units of a run on exact: one for each moving brick in each step of the engine
+STEP_WORK: Final = 50.0  # units of `stability.work_limit` in one unit of a run
+MOST_WORK: Final = MOST_STEPS * STEP_WORK  # of the proofs of a run, or of a command on one case
+LARGEST: Final = 600_000  # entries of one matrix; a proof with a larger one takes more than 500 MB
 MOST_STEPS_BARE: Final = 4_000_000  # units of a run without proofs, which takes a tenth of the time
 # Costs on exact besides the steps of the engine, measured in units of such a step.
 SPLIT: Final = 0.6  # one sub-step of a step that is split because of a fast brick
@@ -22,8 +27,9 @@ STEP, STEP_BARE = 20, 1  # units of a step without moving bricks; most of it is 
 AHEAD: Final = 1.0  # [s] least time for which motion is assumed to go on: a fall is followed for so long
 # Bricks in the linear program of one margin; its time grows with their square to third power.
 MOST_BRICKS: Final = {"placement": 200, "acceleration": 600, "tilt": 600}
-# Pairs of bricks in it that may touch: two or three per brick in a wall, n in a lattice of n levels of n bars.
-MOST_PAIRS: Final = {"placement": 1400, "acceleration": 3000, "tilt": 3000}
+# Points in it at which bricks may touch: four per pair of boxes, with two or three pairs per brick in a wall and n in a
+# lattice of n levels of n bars. Its matrices have rows for each point.
+MOST_POINTS: Final = {"placement": 5600, "acceleration": 5000, "tilt": 5000}
 HINT: Final = f"or set {VARIABLE} to allow more, for example 4 for four times the work"
 
 
@@ -43,14 +49,19 @@ def allowed() -> float:
     return factor
 
 
+def limit() -> WorkLimit:
+    """Return the limit on the work of proofs."""
+    return WorkLimit(MOST_WORK * allowed(), LARGEST * allowed())
+
+
 def most_bricks(margin: str) -> int | None:
     """Return the most bricks in a claim on a margin; None for margins that are cheap to compute."""
     return _most(MOST_BRICKS, margin)
 
 
-def most_pairs(margin: str) -> int | None:
-    """Return the most touching pairs of bricks in a claim on a margin; None for margins that are cheap to compute."""
-    return _most(MOST_PAIRS, margin)
+def most_points(margin: str) -> int | None:
+    """Return the most contact points in a claim on a margin; None for margins that are cheap to compute."""
+    return _most(MOST_POINTS, margin)
 
 
 def _most(by_margin: Mapping[str, int], margin: str) -> int | None:

@@ -27,7 +27,7 @@ from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import rotate
 from stability.problem import ZERO, Motion, Problem, Tolerances, Wrench
 from stability.process_settings import one_thread
-from stability.statics.conic_program import QuickSeries, SolverPoint
+from stability.statics.conic_program import QuickSeries, SolverPoint, count_work
 from stability.statics.equilibrium import separating_velocities
 from stability.statics.wrench_matrix import Cones, wrench_array
 
@@ -65,12 +65,12 @@ class RoughHeadings:
         """The same of no more directions than may be solved at once, each on a core of its own where there is one."""
         if self.opening is None:
             return [heading(self.case, angle) for angle in angles]
+        programs = [program_along(self.case, angle) for angle in angles]
+        for program in programs:
+            count_work(program)
         with ThreadPoolExecutor(len(angles)) as threads:  # what takes long is the solver, which lets others go on
-            points = list(threads.map(self._asked, self.series, angles))
+            points = list(threads.map(QuickSeries.solve, self.series, programs))
         return [self._proven(self.opening, angle, point) for angle, point in zip(angles, points, strict=True)]
-
-    def _asked(self, series: QuickSeries, angle: float) -> SolverPoint:
-        return series.solve(program_along(self.case, angle))
 
     def _proven(self, opening: Array, angle: float, point: SolverPoint) -> Heading:
         if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):

@@ -1,8 +1,8 @@
 """Prescribed motion: the level ground that shakes, and the path of a hand."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import accumulate, pairwise
+from itertools import accumulate, chain, pairwise
 from math import ceil, cos, dist, inf, pi, sin, sqrt
 from typing import Protocol
 
@@ -27,7 +27,7 @@ class Course(Protocol):
         """How long it goes on [s]."""
 
     @property
-    def turns(self) -> Sequence[float]:
+    def turns(self) -> Iterable[float]:
         """Times from 0 to its end between any two of which it never turns round [s]; twice the same for a jump."""
 
     def acceleration(self, time: float, before: bool = False) -> float:
@@ -46,10 +46,10 @@ class Sine:
     duration: float  # [s]
 
     @property
-    def turns(self) -> Sequence[float]:
+    def turns(self) -> Iterable[float]:
         quarter = 0.25 / self.frequency
         between = (quarter * number for number in range(1, 2 * ceil(2.0 * self.frequency * self.duration) + 1, 2))
-        return (0.0, *(time for time in between if time < self.duration), self.duration)
+        return chain((0.0,), (time for time in between if time < self.duration), (self.duration,))
 
     def acceleration(self, time: float, before: bool = False) -> float:
         return self.most * sin(2.0 * pi * self.frequency * time)
@@ -75,7 +75,7 @@ class Recorded:
         return self.points[-1][0]
 
     @property
-    def turns(self) -> Sequence[float]:
+    def turns(self) -> Iterable[float]:
         return [time for time, _ in self.points]
 
     def acceleration(self, time: float, before: bool = False) -> float:
@@ -116,10 +116,11 @@ class GroundMotion:
 
     def extremes(self, since: float) -> tuple[float, float]:
         """The least and the most that the acceleration will be from a time on, none at its end included [m/s2]."""
-        found = [0.0]
+        least = most = 0.0
         for start, end in self._stretches(since):
-            found += [self.course.acceleration(start), self.course.acceleration(end, before=True)]
-        return min(found), max(found)
+            ends = self.course.acceleration(start), self.course.acceleration(end, before=True)
+            least, most = min(least, *ends), max(most, *ends)
+        return least, most
 
     def leaves(self, least: float, most: float, since: float) -> float:
         """When the acceleration is first beyond two bounds, one on each side of 0, from a time on [s]; inf if never."""
@@ -130,10 +131,10 @@ class GroundMotion:
                 return self.begins + self._passed(start, end, least, most)
         return inf
 
-    def _stretches(self, since: float) -> list[tuple[float, float]]:
+    def _stretches(self, since: float) -> Iterator[tuple[float, float]]:
         """From a time on, from turn to turn, in the time of the course: only so a jump is where it is [s]."""
-        turns = [max(since - self.begins, turn) for turn in self.course.turns]
-        return [(start, end) for start, end in pairwise(turns) if end > start]
+        turns = (max(since - self.begins, turn) for turn in self.course.turns)  # of a long course there are millions
+        return ((start, end) for start, end in pairwise(turns) if end > start)
 
     def _passed(self, start: float, end: float, least: float, most: float) -> float:
         for _ in range(HALVINGS):

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stability.geometry.rows import Array
+from stability.work_limit import TooMuchWorkError, add_program, add_steps
 
 Matrix: TypeAlias = Any  # sparse by column; scipy's matrices have no types
 
@@ -65,7 +66,10 @@ def quick_solve(program: ConicProgram, accuracy: float) -> SolverPoint:
 
 
 def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> SolverPoint:
-    return _point(_made_ready(program, accuracy, refined=refined).solve())
+    count_work(program)
+    solution = _made_ready(program, accuracy, refined=refined).solve()
+    add_steps(_entries(program), solution.iterations)
+    return _point(solution)
 
 
 class QuickSeries:
@@ -86,6 +90,16 @@ class QuickSeries:
         else:
             self._solver.update(A=program.matrix)
         return _point(self._solver.solve())
+
+
+def count_work(program: ConicProgram) -> None:
+    """Count the work of a program that is about to be solved. Raises TooMuchWorkError."""
+    add_program(_entries(program))
+
+
+def _entries(program: ConicProgram) -> int:
+    entries: int = program.matrix.nnz + (0 if program.curvature is None else program.curvature.nnz)
+    return entries
 
 
 def _point(solution: Any) -> SolverPoint:  # noqa: ANN401 -- Clarabel's has no type
@@ -127,6 +141,8 @@ def solve(program: ConicProgram, accuracy: float, solver: Solver) -> SolverPoint
     """The solver's point, or the reason why it gave none."""
     try:
         point = solver(program, accuracy)
+    except TooMuchWorkError:
+        raise
     except Exception as error:
         return f"the solver failed: {error}"
     if point.x.shape != program.cost.shape or point.dual.shape != program.offset.shape:

@@ -17,6 +17,7 @@ from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.journal import Journal, Kept, KeptNeighbours
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
+from stability.work_limit import BRICK, CORE, add_work
 
 # The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go.
 
@@ -165,6 +166,7 @@ class Structure:
 
     def find_core(self, brick: BodyId) -> None:
         """Find the core of a brick anew from the bricks whose core is known by now."""
+        add_work(CORE)
         self._turn[brick] = next(self._turns)
         below = [c for c in self.supports[brick] if c.lower not in self.bricks or c.lower in self.cores]
         self.cores[brick] = core_of(below, self.cores)
@@ -280,6 +282,7 @@ class Structure:
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
         """The equilibrium of a group under its weight."""
+        add_work(BRICK * len(group))
         loads = {brick: Wrench((0.0, 0.0, -self.weights[brick].weight)) for brick in group}
         return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads)
 

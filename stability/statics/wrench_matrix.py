@@ -18,6 +18,7 @@ from stability.geometry.rows import Array, Indices, cross_rows
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, ConeForces, Forces, Motion, Problem, Wrench
 from stability.statics.cone_rows import ConeRows, row_units, with_and_without
+from stability.work_limit import add_matrix
 
 Sparse: TypeAlias = Any  # scipy's matrices have no types
 
@@ -109,6 +110,7 @@ def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId
     `carried` is what each brick may carry [N], if not what is passed down to it.
     """
     names = tuple(sorted(problem.bricks))
+    add_matrix(sum(len(c.points_W) * len(c.normals_W) for c in problem.contacts))
     cones = cones_of(problem, names)
     force, length = _brick_scales(problem, names, passed_down(problem) if carried is None else carried)
     with_friction, without = with_and_without(cones.friction)

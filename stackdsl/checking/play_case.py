@@ -1,14 +1,17 @@
 """One case played: what a worker does, and what a command does that plays in its own process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
+from stability.work_limit import TooMuchWorkError, limited
+from stackdsl import work
 from stackdsl.judging.judge import Refinement, held_against_refined, with_numerical_collapse
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import Known, never_stop_early, play
-from stackdsl.simulation.systems import as_played
+from stackdsl.simulation.systems import System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
 
@@ -28,14 +31,37 @@ def play_case(
     recorder: "Recorder | None" = None,
 ) -> Trace:
     """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
-    played = play(timeline, system_named(system), on_event, is_known, recorder)
-    trace = with_numerical_collapse(played, timeline, system_named(system))
+    with _limited(timeline):
+        return _played(timeline, system_named(system), is_known, on_event, recorder)
+
+
+def _played(
+    timeline: Timeline,
+    system: System,
+    is_known: Known,
+    on_event: Callable[[Event], None],
+    recorder: "Recorder | None",
+) -> Trace:
+    trace = with_numerical_collapse(play(timeline, system, on_event, is_known, recorder), timeline, system)
     wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
     if not wanted or trace.statics is None:
         return trace
     from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- programs bring numpy
 
     return replace(trace, margins=margins_of(trace, wanted))
+
+
+@contextmanager
+def _limited(timeline: Timeline) -> Iterator[None]:
+    """Limit the work of all proofs of a run. Raises BlockedPlacementError where they take more."""
+    try:
+        with limited(work.limit()):
+            yield
+    except TooMuchWorkError as error:
+        placements = timeline.placements
+        many, first = f"{len(placements)} brick{'s' * (len(placements) != 1)}", placements[0]
+        told = f"what is proven of {many} takes too much work: {error}"
+        raise BlockedPlacementError(Blocked(first.brick.id, first.time, first.brick.id, 0.0, too_much=told)) from error
 
 
 def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
@@ -53,8 +79,8 @@ def play_refined(timeline: Timeline, name: str, is_known: Known = never_stop_ear
         return Refinement(trace)
     system = system_named(name).refined()
     try:
-        fine = play(timeline, system, is_known=is_known)
+        with _limited(timeline):
+            fine = with_numerical_collapse(play(timeline, system, is_known=is_known), timeline, system)
     except BlockedPlacementError as error:
         raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
-    fine = with_numerical_collapse(fine, timeline, system)
     return held_against_refined(trace, fine, as_played(timeline, system.modification))

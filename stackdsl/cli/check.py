@@ -20,6 +20,7 @@ from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_w
 from stackdsl.checking.selection import Selection, Shard
 from stackdsl.cli.options import (
     LONGEST_LIMIT,
+    ON_JOBS,
     ON_KEYWORD,
     ON_SYSTEMS,
     ON_TAGS,
@@ -128,9 +129,7 @@ OPTIONS: Final = (
     click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project."),
     click.option("--no-golden", is_flag=True, help="Neither compare with golden files nor write any."),
     click.option("--cache/--no-cache", default=True, help="Whether what is known to pass need not be played again."),
-    click.option(
-        "--jobs", type=click.IntRange(1, 256), default=os.cpu_count() or 1, help="Processes; default: one a core."
-    ),
+    ON_JOBS,
     click.option(
         "--time-limit",
         type=Number(0.001, LONGEST_LIMIT),

@@ -8,9 +8,11 @@ import click
 from click.shell_completion import get_completion_class
 
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_runs, selected_of
 from stackdsl.cli.terminal import write
 from stackdsl.diagnostics import did_you_mean
+from stackdsl.exits import ExitCode
 from stackdsl.report.diagnostics import CODE, code_text, entries
 from stackdsl.report.statics import Extent, explanation_text
 
@@ -39,9 +41,13 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         write(_meaning(str(file)))
         return
     gathered, selected = selected_of(file, Selection(systems, keyword))
+    code = code_without_runs(gathered, selected)
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
-        write(explanation_text(list(cases), Extent(margins, remedies, times)))
-    context.exit(code_without_runs(gathered, selected))
+        explained = list(cases)
+        with refusing(f"{explained[0].scenario_name}: `explain`", "leave out --margins and --remedies") as refused:
+            write(explanation_text(explained, Extent(margins, remedies, times)))
+        code = ExitCode.INVALID if refused else code
+    context.exit(code)
 
 
 def _meaning(code: str) -> str:

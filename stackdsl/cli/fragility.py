@@ -1,24 +1,24 @@
 """`stackdsl fragility`: the share of samples that fall, over friction, shaking, tilt, errors of hands or a variable."""
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import radians
 from pathlib import Path
 
 import click
 
-from stackdsl.asked_files import write_asked
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.check import goldens_and_state, project_around
+from stackdsl.cli.one_file import ON_FORM, ON_PLOT, draw, refuse_several
 from stackdsl.cli.options import (
+    ON_JOBS,
     ON_KEYWORD,
     ON_SYSTEMS,
     ONE_FILE,
-    FilePath,
     Number,
     code_without_runs,
     complain,
@@ -28,16 +28,15 @@ from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import MistakeError
-from stackdsl.report.plots import HINT
 from stackdsl.report.plots import drawn_fragility as drawn_plot
 from stackdsl.report.studies import fragility_csv, fragility_json, fragility_lines
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
-from stackdsl.studies.fragility import CurveResult, FragilityPlan, draw
+from stackdsl.studies.fragility import CurveResult, FragilityPlan
+from stackdsl.studies.fragility import draw as draw_samples
 from stackdsl.studies.fragility_curve import Fragility, spaced
 from stackdsl.studies.fragility_intensity import SHAKING, Intensity, IntensityKind, NoIntensityError, intensity_of
 
-PLOTS = (".svg", ".png")
 MOST_POINTS = 1000
 USUAL = 1000  # samples at each point at most, unless more are asked for
 AROUND = 4.0  # times less and more than what is written, unless a range is asked for
@@ -73,12 +72,12 @@ class _Asked:
 )
 @ON_SYSTEMS
 @ON_KEYWORD
-@click.option("-j", "--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, help="Processes at a time.")
+@ON_JOBS
 @click.option(
     "--cache/--no-cache", default=True, help="Take over what an earlier call judged before it was interrupted."
 )
-@click.option("--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="How it is written.")
-@click.option("--plot", type=FilePath, help="Draw it to this .svg or .png; of one case.")
+@ON_FORM
+@ON_PLOT
 @click.pass_context
 def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -99,13 +98,10 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     plot: Path | None,
 ) -> None:
     """Tell which share of the samples of FILE falls, point by point over an intensity, with a lognormal curve."""
-    if plot is not None and plot.suffix.lower() not in PLOTS:
-        raise click.UsageError(f"{plot}: write to a file that ends in {' or '.join(PLOTS)}")
     asked = _Asked(over, first, last, points, samples, seed, confidence, bearing)
     gathered, selected = selected_of(file, Selection(systems, keyword))
     plans = list(_plans(selected, asked))
-    if plot is not None and len(plans) > 1:
-        raise click.UsageError(f"--plot draws one case, and there are {len(plans)}: choose one with -k")
+    refuse_several(plot, len(plans))
     memory = _memory(file, cache)
     curves: list[tuple[str, Fragility]] = []
     code = code_without_runs(gathered, selected)
@@ -121,7 +117,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
             break
     _written(curves, form)
     if plot is not None and curves:
-        _draw(*curves[0], plot)
+        draw(partial(drawn_plot, *curves[0]), plot)
     context.exit(code)
 
 
@@ -225,7 +221,7 @@ def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> Cu
             done = count
             known(count)
 
-        return draw(plan, jobs, memory, on_done, lambda: known(done))
+        return draw_samples(plan, jobs, memory, on_done, lambda: known(done))
 
 
 def _told(plan: FragilityPlan) -> str:
@@ -259,12 +255,3 @@ def _written(curves: Sequence[tuple[str, Fragility]], form: str) -> None:
     }
     if form in forms:
         write_data(forms[form](), form)
-
-
-def _draw(name: str, fragility: Fragility, path: Path) -> None:
-    try:
-        write_asked(path, drawn_plot(name, fragility, path.suffix))
-    except ModuleNotFoundError as error:
-        raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
-    except OSError as error:
-        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error

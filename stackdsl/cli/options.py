@@ -1,6 +1,7 @@
 """Options, messages and output formats that several commands share."""
 
 import json
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -109,6 +110,14 @@ ON_KEYWORD = click.option(
 )
 ON_TAGS = click.option(
     "--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it."
+)
+CORES: Final = os.cpu_count() or 1
+ON_JOBS: Final = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 2 * CORES, clamp=True),  # more only wait for each other, at 60 MB each
+    default=CORES,
+    help="Processes of this machine; default: one a core, and at most two.",
 )
 LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
 

@@ -6,10 +6,11 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import click
+from click.core import ParameterSource
 
 from stackdsl.checking.cases import Case
 from stackdsl.checking.selection import Selection
-from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, selected_of
+from stackdsl.cli.options import LONGEST_LIMIT, ON_JOBS, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, selected_of
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.report.studies import sweep_csv, sweep_json, sweep_lines
@@ -41,7 +42,7 @@ MOST_SAMPLES = 10**12
     help="What does the work: processes of this machine, or a Dask cluster that is there.",
 )
 @click.option("--scheduler", default="", metavar="ADDRESS", help="Of the Dask cluster; default: as Dask is set up.")
-@click.option("--jobs", type=click.IntRange(1, 256), help="Processes of this machine; default: one a core.")
+@ON_JOBS
 @click.option(
     "--time-limit",
     type=Number(0.001, LONGEST_LIMIT),
@@ -60,14 +61,14 @@ def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     samples: int | None,
     executor: str,
     scheduler: str,
-    jobs: int | None,
+    jobs: int,
     time_limit: float,
     form: str,
 ) -> None:
     """Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where it was."""
     if scheduler and executor != "dask":
         raise click.UsageError("--scheduler is of a Dask cluster: add --executor dask")
-    if jobs and executor == "dask":
+    if executor == "dask" and context.get_parameter_source("jobs") is not ParameterSource.DEFAULT:
         raise click.UsageError("--jobs is of this machine: a Dask cluster has the workers that it has")
     gathered, selected = selected_of(file, Selection(systems, keyword))
     if gathered.diagnostics:

@@ -35,7 +35,7 @@ from stackdsl.compiler.hands import (
     ways_through_planes,
 )
 from stackdsl.compiler.impacts import ImpactActions, done, missing_bricks
-from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_pairs
+from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_points
 from stackdsl.compiler.schedule import Built, built_of, missiles_of, planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
 from stackdsl.language.bricks import CATALOGUE, BrickKind
@@ -228,7 +228,7 @@ MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of al
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
 CHECKS: Final[Sequence[Check]] = (
-    too_many_pairs,
+    too_many_points,
     shared_names,
     shared_with_missiles,
     lofty_levels,

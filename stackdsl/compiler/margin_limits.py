@@ -1,15 +1,21 @@
-"""Refuses claims of margins that would need too large a program: of too many bricks, or too many touching pairs."""
+"""Refuses claims of margins that would need too large a program: of too many bricks, or too many contact points."""
 
 from collections.abc import Callable, Iterator
+from typing import Final
 
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
+from stability.geometry.vectors import body_axes, dot
+from stackdsl.compiler.bricks import WrittenBrick
 from stackdsl.compiler.schedule import Built
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
-from stackdsl.work import HINT, most_bricks, most_pairs
+from stackdsl.work import HINT, most_bricks, most_points
+
+ALONG: Final = 1e-6  # cosine of the angle between sides that are parallel or at right angles
+CUT: Final = 2  # corners that two rectangles share besides those of one, where they are turned against each other
 
 
 def too_many_in_margins(bricks: int, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -17,16 +23,24 @@ def too_many_in_margins(bricks: int, scenario: Scenario, source: Source) -> Iter
     yield from _beyond(most_bricks, bricks, "bricks", scenario, source)
 
 
-def too_many_pairs(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Claims about bricks of which too many pairs may touch: a lattice has far more of these than a wall."""
+def too_many_points(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Claims about bricks that may touch at too many points: a lattice has far more of these than a wall."""
     claims = (*scenario.expect, *scenario.truth)
-    if any(most_pairs(margin) is not None for claim in claims for margin in claim.stated.needed_margins):
-        pairs, near = 0, Neighbours[int]()
+    if any(most_points(margin) is not None for claim in claims for margin in claim.stated.needed_margins):
+        points, near = 0, Neighbours[int]()
         for number, brick in enumerate(built.bricks):
             low_W, high_W = bounds_W(brick.written.shape, brick.written.pose)
-            pairs += len(near.around(low_W, high_W, reach_between(brick.written.shape.least_thickness)))
+            beside = near.around(low_W, high_W, reach_between(brick.written.shape.least_thickness))
+            points += sum(_points(brick.written, built.bricks[other].written) for other in beside)
             near.add(number, low_W, high_W)
-        yield from _beyond(most_pairs, pairs, "pairs of bricks that may touch", scenario, source)
+        yield from _beyond(most_points, points, "contact points", scenario, source)
+
+
+def _points(one: WrittenBrick, other: WrittenBrick) -> int:
+    """At how many points two bricks may touch: at the corners of what two of their largest faces share."""
+    most = max(len(face.corners) for brick in (one, other) for face in brick.shape.faces)
+    turned = abs(dot(body_axes(one.pose.orientation)[0], body_axes(other.pose.orientation)[0]))
+    return most if turned < ALONG or turned > 1.0 - ALONG else most + CUT
 
 
 def _beyond(

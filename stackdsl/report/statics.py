@@ -15,6 +15,8 @@ from stability.name_order import in_order
 from stability.problem import Placed, Stability
 from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
+from stability.work_limit import TooMuchWorkError, limited
+from stackdsl import work
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.fit import Fit, Sited, fits
 from stackdsl.judging.numbers import ScenarioNumbers
@@ -70,9 +72,14 @@ class StaticsSummary:
 def statics_summary_of(case: Case) -> StaticsSummary:
     """Judge each placement of a case by statics, up to the first thing that only an engine can follow."""
     timeline = case.timeline
-    proofs = proofs_of(timeline)
-    verdict = proofs.verdict
     bricks = sum(not placement.hits for placement in timeline.placements)
+    variant = ",".join(f"{name}={text}" for name, text in case.parameters)
+    try:
+        with limited(work.limit()):
+            proofs = proofs_of(timeline)
+    except TooMuchWorkError as error:
+        return StaticsSummary(case.scenario_name, variant, bricks, 0, OPEN, f"it takes too much work: {error}", None)
+    verdict = proofs.verdict
     fallen = [judged for judged in proofs.judged if judged.verdict.stability is not Stability.STABLE]
     proven = sum(len(judged.bricks) for judged in proofs.judged if judged not in fallen)
     answer = ANSWERS.get(verdict.stability, OPEN)
@@ -81,7 +88,6 @@ def statics_summary_of(case: Case) -> StaticsSummary:
         answer, reason = OPEN, f"{bricks - proven} of {bricks} bricks are left to the engine"
     first = {fallen[0].bricks[0]} if fallen else frozenset[str]()
     times = [act.time for act in timeline.actions if isinstance(act, Placement) and act.brick.id in first]
-    variant = ",".join(f"{name}={text}" for name, text in case.parameters)
     return StaticsSummary(
         case.scenario_name,
         variant,

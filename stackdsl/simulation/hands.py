@@ -11,6 +11,7 @@ from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.geometry.vectors import add, add_scaled, dot, norm, scale, subtract
 from stability.model import AT_REST, BodyId, Plane, Pose, Vec3, convex
+from stability.work_limit import PAIR, add_work
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, BrickTracker, EventLog, require_clearance
 from stackdsl.simulation.stabilizer_calls import StabilizerDriver
 from stackdsl.timeline import Handled, HoldAction, LetGo, MoveAction
@@ -251,6 +252,7 @@ class HandMover:
             )
             if other in self.watch.present
         ]
+        add_work(PAIR * len(near))
         states = self.world.states([brick, *near])
         if own is None:
             return

@@ -14,6 +14,7 @@ from stability.model import BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Absorbs, Extension
+from stability.work_limit import work_done
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, CombinedStabilizer, EventLog, TrackedBrick
@@ -399,8 +400,9 @@ class Effort:
         # How fast it is, and so how finely it is stepped, soon changes: ahead it counts as if it were slow.
         steady = self._step + moving
         ahead = seconds / part.world.settings.time_step * steady + self._dearer * work.LOOK * by_hand / SAMPLING
-        if self.done + ahead > self._most * work.allowed():
-            raise BlockedPlacementError(self._refused(part, moving, (seconds, by_hand), self.done + ahead))
+        much = self.done + ahead + self._dearer * work_done() / work.STEP_WORK
+        if much > self._most * work.allowed():
+            raise BlockedPlacementError(self._refused(part, moving, (seconds, by_hand), much))
 
     def _refused(self, part: "Island", moving: int, ahead: tuple[float, float], much: float) -> Blocked:
         seconds, by_hand = ahead

@@ -1,12 +1,17 @@
 """What would take hours, or all the memory, is refused by counts before it begins, with its place in the file."""
 
+import json
+import os
 import resource
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from stackdsl import work
+from stackdsl.cli.options import ON_JOBS
+from stackdsl.exits import ExitCode
 from stackdsl.work import WorkError, allowed
 from tests.command_line import Stackdsl
 
@@ -70,12 +75,27 @@ def test_a_thousand_seconds_of_shaking_are_refused_before_they_begin(stackdsl: S
     assert "for 1e+03 s and more" in done.text
 
 
-def test_a_margin_of_a_lattice_is_refused_by_how_many_of_its_bricks_touch(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_margin_of_a_lattice_is_refused_by_at_how_many_points_its_bricks_touch(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
     (tmp_path / "it.yaml").write_text(LATTICE.format(14, 1400, "placement: '>= 1 mm'"), encoding="utf-8")
     done = stackdsl("check", "it.yaml")
     assert done.code == 2
-    # Each of 14 bars lies on each of the 14 below, 13 times.
-    assert "it.yaml:6:5: SD206 the margin `placement` of up to 2548 pairs of bricks that may touch" in done.text
+    # Each of 14 bars lies on each of the 14 below, 13 times, at four points.
+    assert "it.yaml:6:5: SD206 the margin `placement` of up to 10192 contact points takes too much" in done.text
+
+
+@pytest.mark.parametrize("margin", ["acceleration: '>= 0.1'", "tilt: '>= 1 deg'"])
+def test_a_margin_of_what_has_few_bricks_and_many_joints_is_refused(
+    stackdsl: Stackdsl, tmp_path: Path, margin: str
+) -> None:
+    text = f"scenario: it\nbuild:\n  - tower: {{levels: 24, bricks: 24}}\nexpect:\n  - margin: {{{margin}}}\n"
+    (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
+    done = stackdsl("check", "it.yaml")
+    assert done.code == ExitCode.INVALID
+    name = margin.split(":", maxsplit=1)[0]
+    assert f"it.yaml:5:5: SD206 the margin `{name}` of up to " in done.text
+    assert "contact points takes too much, and 5000 is the most" in done.text
 
 
 COUNTED = {
@@ -108,6 +128,67 @@ def test_who_allows_sixteen_times_as_much_may_ask_for_margins_of_four_times_the_
     usual = work.MOST_BRICKS["placement"]
     monkeypatch.setenv(work.VARIABLE, "16")
     assert (work.most_bricks("placement"), work.most_bricks("friction")) == (4 * usual, None)
+
+
+ASKED = {
+    "survive": ["survive"],
+    "find a tilt": ["find", "--largest", "tilt"],
+    "find a number": ["find", "--least", "friction"],
+    "sensitivities": ["sensitivities"],
+    "order": ["order"],
+    "pull": ["pull"],
+    "explain": ["explain", "--margins"],
+}
+
+
+@pytest.mark.parametrize("asked", ASKED.values(), ids=ASKED)
+def test_what_asks_statics_has_a_limit_whatever_the_command(
+    stackdsl: Stackdsl, tmp_path: Path, asked: list[str]
+) -> None:
+    (tmp_path / "it.yaml").write_text(WALL.format(3, ""), encoding="utf-8")
+    done = stackdsl(asked[0], "it.yaml", *asked[1:], STACKDSL_WORK="1e-6")
+    assert done.code == ExitCode.INVALID
+    (line,) = done.err.splitlines()
+    assert line.startswith(f"it: `{asked[0]}` takes too much work: ")
+    assert "20 are allowed; " in line
+    assert line.endswith("or set STACKDSL_WORK to allow more, for example 4 for four times the work")
+
+
+def test_what_falls_and_takes_too_long_to_mend_is_refused(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    text = "scenario: it\nbuild:\n  - column: {levels: 30, step: 20 mm}\n"
+    (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
+    done = stackdsl("suggest", "it.yaml", "--format", "csv", STACKDSL_WORK="0.01")
+    assert done.code == ExitCode.INVALID
+    assert "it: `suggest` takes too much work" in done.err
+
+
+def test_what_is_known_before_a_limit_is_written(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "it.yaml").write_text(WALL.format(3, ""), encoding="utf-8")
+    done = stackdsl("pull", "it.yaml", "--format", "json", STACKDSL_WORK="2e-4")
+    assert done.code == ExitCode.INVALID
+    (case,) = json.loads(done.out)["cases"]
+    assert case["case"] == "it"
+    assert 0 < len(case["rows"]) < 12
+
+
+def test_statics_alone_say_of_what_takes_too_much_that_it_is_not_proven(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "it.yaml").write_text(WALL.format(3, ""), encoding="utf-8")
+    done = stackdsl("check", "it.yaml", "--statics", STACKDSL_WORK="1e-6")
+    assert "it: not proven: it takes too much work" in done.out
+
+
+@pytest.mark.parametrize("system", ["exact", "thesis"])
+def test_what_a_run_proves_counts_as_well_as_its_steps(stackdsl: Stackdsl, tmp_path: Path, system: str) -> None:
+    text = f"scenario: it\nbuild:\n  - column: {{levels: 30}}\n    every: 1 s\nsystems: [{system}]\n"
+    (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
+    done = stackdsl("check", "it.yaml", STACKDSL_WORK="1e-5")
+    assert done.code == ExitCode.INVALID
+    assert "it.yaml:3:13: SD206 what is proven of 30 bricks takes too much work" in done.text
+
+
+def test_no_more_processes_than_two_a_core_are_started() -> None:
+    (jobs,) = click.command()(ON_JOBS(lambda: None)).params
+    assert jobs.type.convert(10**6, jobs, None) == 2 * (os.cpu_count() or 1)
 
 
 ISSUE = {

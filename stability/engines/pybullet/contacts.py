@@ -13,6 +13,7 @@ from stability.geometry.box import Box, as_box
 from stability.geometry.box_distance import Block, block
 from stability.geometry.vectors import dot, multiply, norm, scale, subtract, turn_between
 from stability.model import BodyId, BodyState, Brick, ContactPoint, Pose, Quaternion, Vec3
+from stability.work_limit import POINT, add_work
 
 # Contacts of a brick are found anew after it has turned, so that their normals are right.
 #
@@ -197,6 +198,7 @@ class FreshContacts:
                 continue
             if other not in seen:
                 seen[other] = _Seen(self.groups.states([other])[other], own[other])
+            add_work(POINT)
             yield point, other, seen[other]
 
 

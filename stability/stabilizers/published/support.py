@@ -39,6 +39,7 @@ from stability.model import (
     convex,
 )
 from stability.problem import Placed, Tolerances
+from stability.work_limit import LOAD, add_work
 
 # The open points of the published text and their readings. The method runs with one choice of each.
 #
@@ -458,6 +459,7 @@ def shares(load: CarriedLoad, areas: tuple[ContactArea, ...], readings: Readings
 
 def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_READ) -> dict[BodyId, CarriedLoad]:
     """Mass above and com above of every brick, from the top down (single, split and merge branches alike)."""
+    add_work(LOAD * len(stack))
     loads = {name: CarriedLoad(brick.mass, (brick.com_W[0], brick.com_W[1])) for name, brick in stack.items()}
     for name in from_the_top({name: brick.rests_on for name, brick in stack.items()}):
         for share in shares(loads[name], stack[name].areas, readings):

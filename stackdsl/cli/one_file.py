@@ -1,0 +1,182 @@
+"""The frame of the commands that ask statics about one file: cases, limits, and how what is found is written."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import update_wrapper
+from pathlib import Path
+from typing import Any, Final, Generic, TypeAlias, TypeVar
+
+import click
+
+from stability.work_limit import TooMuchWorkError, limited
+from stackdsl import work
+from stackdsl.asked_files import write_asked
+from stackdsl.checking.cases import Case, Gathered
+from stackdsl.checking.selection import Selection
+from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
+from stackdsl.cli.terminal import tell, write, write_data
+from stackdsl.exits import ExitCode
+from stackdsl.report.plots import HINT
+from stackdsl.report.studies import FORMAT, table_csv
+
+PLOTS: Final = (".svg", ".png")
+
+Found = TypeVar("Found")
+
+
+def _picture(_context: click.Context, _parameter: click.Parameter, path: Path | None) -> Path | None:
+    """Raises click.UsageError for a file that is no picture by its name."""
+    if path is not None and path.suffix.lower() not in PLOTS:
+        raise click.UsageError(f"{path}: write to a file that ends in {' or '.join(PLOTS)}")
+    return path
+
+
+ON_FORM: Final = click.option(
+    "--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="How it is written."
+)
+ON_PLOT: Final = click.option(
+    "--plot", type=FilePath, callback=_picture, help="Draw it to this .svg or .png; of one case."
+)
+
+
+def refuse_several(plot: Path | None, cases: int) -> None:
+    """Raise click.UsageError where more than one case would be drawn."""
+    if plot is not None and cases > 1:
+        raise click.UsageError(f"--plot draws one case, and there are {cases}: choose one with -k")
+
+
+def draw(drawn: Callable[[str], bytes], path: Path) -> None:
+    """Write a picture, of the format that its name ends in. Raises click.ClickException."""
+    try:
+        write_asked(path, drawn(path.suffix))
+    except ModuleNotFoundError as error:
+        raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
+    except OSError as error:
+        raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
+
+
+@dataclass(frozen=True)  # with slots no generic alias of it can be called
+class Writing(Generic[Found]):
+    """How what a command finds is written: text as it is found, and the others as a whole."""
+
+    text: Callable[[Found], Iterable[str]]  # lines
+    csv: Callable[[Sequence[Found]], str]
+    json: Callable[[Sequence[Found]], object]
+
+
+@dataclass
+class Request:
+    """What every one of these commands is asked."""
+
+    command: str
+    file: Path
+    selection: Selection
+    form: str
+    plot: Path | None = None
+    gathered: Gathered = field(init=False)
+    selected: Sequence[Case] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.gathered, self.selected = selected_of(self.file, self.selection)
+
+    def variants(self, but: str = "") -> Mapping[str, Case]:
+        """The cases, each variant once; whatever it has of one variable."""
+        return variants_of(self.selected, but)
+
+    def answer(
+        self, questions: Iterable[tuple[str, Iterable[Found]]], writing: Writing[Found], instead: str
+    ) -> tuple[list[Found], ExitCode]:
+        """Write what is found by the questions to each case, also where that is interrupted; and the exit code.
+
+        A question that takes too much work is refused, and the others are answered; `instead` is what to ask then.
+        """
+        found: list[Found] = []
+        code = code_without_runs(self.gathered, self.selected)
+        try:
+            for name, answers in questions:
+                with refusing(f"{name}: `{self.command}`", instead) as refused:
+                    for each in answers:
+                        found.append(each)
+                        if self.form == "text" and (lines := list(writing.text(each))):
+                            write("\n".join(lines) + "\n")
+                code = ExitCode.INVALID if refused else code
+        except KeyboardInterrupt:
+            tell("interrupted")
+            code = ExitCode.INTERRUPTED
+        finally:
+            if self.form == "csv":
+                write_data(writing.csv(found), "csv")
+            elif self.form == "json":
+                write_data(json.dumps(writing.json(found), indent=2) + "\n", "json")
+        return found, code
+
+
+@contextmanager
+def refusing(what: str, instead: str) -> Iterator[list[str]]:
+    """Stop what takes too much work, and tell it; the list is not empty then."""
+    refused: list[str] = []
+    try:
+        with limited(work.limit()):
+            yield refused
+    except TooMuchWorkError as error:
+        refused.append(str(error))
+        tell(f"{what} takes too much work: {error}; {instead}, {work.HINT}")
+
+
+def statics_command(name: str, plot: bool = False) -> Callable[[Callable[..., ExitCode]], click.Command]:
+    """Make a command with the options that all of these have; the function gets a `Request`, then its own options."""
+
+    def made(asked: Callable[..., ExitCode]) -> click.Command:
+        @click.pass_context
+        def command(  # noqa: PLR0913, PLR0917 -- one parameter an option
+            context: click.Context,
+            /,
+            file: Path,
+            systems: tuple[str, ...],
+            keyword: str,
+            form: str,
+            plot: Path | None = None,
+            **options: Any,  # noqa: ANN401 -- its own
+        ) -> None:
+            context.exit(asked(Request(name, file, Selection(systems, keyword), form, plot), **options))
+
+        update_wrapper(command, asked)
+        for option in (*([ON_PLOT] if plot else []), ON_FORM, ON_KEYWORD, ON_SYSTEMS):
+            option(command)
+        return click.command(name)(ONE_FILE(command))
+
+    return made
+
+
+# Answers that come in parts, each of some rows.
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Some rows of what is found of a case."""
+
+    case: str
+    lines: Sequence[str] = ()  # of text
+    rows: Sequence[Mapping[str, Any]] = ()
+    whole: Mapping[str, Any] = field(default_factory=dict)  # what is said of the case as a whole, by key
+
+
+Parts: TypeAlias = Iterator[Part]
+
+
+def _csv_of(parts: Sequence[Part]) -> str:
+    return table_csv([(part.case, row) for part in parts for row in part.rows])
+
+
+def _json_of(parts: Sequence[Part]) -> object:
+    cases: dict[str, dict[str, Any]] = {}
+    for part in parts:
+        case = cases.setdefault(part.case, {"case": part.case, "rows": []})
+        case["rows"] += map(dict, part.rows)
+        case |= part.whole
+    return {"format": FORMAT, "cases": list(cases.values())}
+
+
+IN_PARTS: Final = Writing[Part](lambda part: part.lines, _csv_of, _json_of)
