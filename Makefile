@@ -41,19 +41,12 @@ test: $(READY)  ## set up, then run the tests
 test-slow: $(READY) ## the tests that take minutes
 	$(PYTEST) -m slow
 
-# Scenarios with a known answer that every system can play within the 20 minutes that a bench may take: 16 to 20, of which
-# the hits take 3, and other scenes of the publication 3. A four-stack of 25 levels would take 4 more: see bench-stack. What
-# is tagged `open` has no answer that is known well enough, and `comparison` is a scene again, as one system has it.
-BENCHED := $(addprefix scenarios/,slant-tower.yaml columns.yaml harmonic.yaml incline.yaml leaning.yaml drop.yaml) \
-  $(wildcard scenarios/hard) $(addprefix scenarios/capabilities/,card-house.yaml slant-tower.yaml impact-level-3.yaml impact-top.yaml) \
-  $(wildcard scenarios/user_test)
-BENCHED_ON := $(addprefix --system ,exact thesis tuned stock mujoco sapien cra rbe)
-BENCH_OPTIONS ?= --resolutions 1,1/2
+# The peers, and what the picture is drawn with.
+INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]'
 
-bench: $(READY) ## speed against error: every system at several time steps; table and plot in bench/, figures in docs
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[bench,mujoco,sapien,cra]'
-	$(BIN)/stackdsl bench $(BENCHED) --tag '!long' --tag '!open' --tag '!comparison' $(BENCHED_ON) --time-limit 240 --output bench $(BENCH_OPTIONS)
-	$(BIN)/python -m benchmarks.speed_against_error bench
+bench: $(READY) ## speed against error: every system at several time steps, 20 minutes; figures and picture in docs
+	$(INSTALL_PEERS)
+	$(BIN)/python -m benchmarks.systems --write
 
 bench-stack: $(READY) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
@@ -77,7 +70,7 @@ bench-statics: $(READY) ## what exact statics cost, and how far each answer is o
 	$(BIN)/python -m benchmarks.statics
 
 bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[cra]'
+	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.against_compas
 
 without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons that have no PyBullet
@@ -92,7 +85,7 @@ MEASURED := four_stack statics find slopes fragility human_error card_houses_apa
 
 figures: $(READY) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
 	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[mujoco,sapien,cra]'
+	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.end_hits --write
 	$(BIN)/python -m benchmarks.published_falls --write
 	$(BIN)/python -m benchmarks.sway --write

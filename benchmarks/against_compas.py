@@ -2,7 +2,7 @@
 
 Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both are given
 boxes and find contacts and forces from nothing; times are medians, of processors. How the peer is asked, and what its
-two programs mean, is told in stackdsl/bench/assessors/compas.py. Everything runs on one thread: on a shared machine,
+two programs mean, is told in benchmarks/systems/compas.py. Everything runs on one thread: on a shared machine,
 several make the peer ten times slower, not faster.
 """
 
@@ -22,11 +22,11 @@ from rich.table import Table
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from benchmarks.plank_structures import four_stack, stepped_columns, wall
+from benchmarks.systems.assessment import Scene
+from benchmarks.systems.compas import Compas, Programme
 from stability.problem import Motion, Placed, Tolerances, Verdict
 from stability.statics.assembly import LEVEL_GROUND, Assembly
 from stability.statics.proof import check_forces, check_motion
-from stackdsl.bench.assessors.assessment import Scene
-from stackdsl.bench.assessors.compas import Compas, Programme
 
 FRICTION = 0.5
 SHARES = (0.95, 1.05)  # of the limit of a stepped column

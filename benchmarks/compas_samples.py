@@ -24,6 +24,7 @@ from benchmarks.against_compas import INSTALL, processor_time
 from benchmarks.compas_reading import own_assembly
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
+from benchmarks.systems.compas import Compas, Programme
 from stability.analysis.margins import guarantee
 from stability.contact_law import Coulomb
 from stability.geometry.box import Box
@@ -34,7 +35,6 @@ from stability.statics.fall_description import described
 from stability.statics.initial_motion import lets_go
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.self_stress import forces_without_self_stress
-from stackdsl.bench.assessors.compas import Compas, Programme
 from stackdsl.diagnostics import MOST_REPORTED
 from stackdsl.importers.load import UnreadableLoadError
 

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
-from stackdsl.bench.timing import usual_updates
+from benchmarks.systems.timing import usual_updates
 from stackdsl.checking.cases import gather
 from stackdsl.checking.play_case import play_case
 from stackdsl.trace import Trace

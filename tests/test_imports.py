@@ -40,7 +40,7 @@ LAYERS = {
         {"checking"},
         {"studies"},
         {"report"},
-        {"api", "bench", "pytest_plugin", "viewing"},
+        {"api", "pytest_plugin", "viewing"},
         {"built_files", "cli"},
         {"__main__"},
     ),
@@ -106,12 +106,6 @@ ENGINES = pytest.mark.parametrize("engine", ["pybullet", "mujoco", "sapien"])
 def test_one_file_imports_the_engine(engine: str) -> None:
     users = [module for module in MODULES if any(name.split(".")[0] == engine for name in imported(module))]
     assert users == [f"stability.engines.{engine}.binding"]
-
-
-def test_one_file_imports_the_assessor() -> None:
-    names = {"compas", "compas_assembly", "compas_cra"}
-    users = [module for module in MODULES if any(name.split(".")[0] in names for name in imported(module))]
-    assert users == ["stackdsl.bench.assessors.compas"]
 
 
 @ENGINES

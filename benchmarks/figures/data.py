@@ -6,16 +6,18 @@ machine but the number of its cores, as seconds mean nothing on another one: the
 
 import json
 import os
-from collections.abc import Mapping
+import platform
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
 from typing import TypeAlias
 
-from stackdsl.bench.conduct import versions
-
 FOLDER = Path(__file__).parent.parent.parent / "docs" / "data"
+PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien", "compas_cra")
 DIGITS = 5  # significant ones that are kept: more than any text shows
 
 Value: TypeAlias = float | int | str | bool | None  # None where there is nothing to measure
@@ -41,6 +43,15 @@ class Data:
         except KeyError as error:
             where = f"{self.name}/{table}/{row}/{key}"
             raise KeyError(f"{where}: there is no {error} in docs/data/{self.name}.json") from error
+
+
+def versions(distributions: Iterable[str] = ()) -> dict[str, str]:
+    """The versions of Python, and of all that is installed of PACKAGES and of other distributions."""
+    found = {"python": platform.python_version()}
+    for name in (*PACKAGES, *distributions):
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found
 
 
 def measured_now(name: str, command: str, tables: Mapping[str, Rows]) -> Data:

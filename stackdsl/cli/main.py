@@ -18,8 +18,6 @@ from stackdsl.exits import INTERRUPTS, ExitCode
 
 # What each does, as its own help says in its first sentence. A command is imported when it is called.
 COMMANDS: Final[Mapping[str, str]] = {
-    "bench": "Play everything under PATHS (default: scenarios) on every system at several time steps: speed against "
-    "error.",
     "check": "Play and judge everything under PATHS (default: scenarios), and compare it with its golden files.",
     "completion": "Print what a shell needs to complete commands, options, systems and files.",
     "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",

@@ -13,7 +13,6 @@ from typing import Final, TypeAlias
 
 import click
 
-from stability.engines.protocol import Package
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import FoundCases
@@ -65,17 +64,12 @@ class SystemChoice(click.Choice[str]):
 SYSTEM_CHOICE = SystemChoice(list(KNOWN))
 
 
-def refuse_missing(needs: Iterable[tuple[str, Package]]) -> None:
-    """Refuse what needs a package that is not installed, and say how to get it; `needs` are names and packages."""
-    for name, package in needs:
+def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
+    """The systems that were asked for, each once. Raises click.BadParameter if what one needs is not installed."""
+    for name, package in needs_of(systems):
         if not package.installed:
             told = f"'{name}' needs {package.name}, which is not installed"
             raise click.BadParameter(f"{told}; try: {package.remedy}")
-
-
-def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
-    """The systems that were asked for, each once, if what they need is installed."""
-    refuse_missing(needs_of(systems))
     return tuple(dict.fromkeys(systems))
 
 

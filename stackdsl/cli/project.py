@@ -161,7 +161,7 @@ LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyam
 OPTIONAL: Final = {
     "pytest": "`pytest scenarios`; try: pip install pytest",
     "syrupy": "golden files in tests in Python; try: pip install 'stackdsl[pytest]'",
-    "matplotlib": "the plot of `stackdsl bench`; try: pip install 'stackdsl[bench]'",
+    "matplotlib": "`--plot`; try: pip install 'stackdsl[plot]'",
     "distributed": "`stackdsl sweep --executor dask`; try: pip install 'stackdsl[dask]'",
     "pyarrow": "rows of `stackdsl sweep` as Parquet; try: pip install 'stackdsl[parquet]'",
 }  # and what each is for

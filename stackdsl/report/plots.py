@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # Makes figures with matplotlib, as bytes, and ignores the settings file of the working directory.
 
 
-HINT: Final = "pip install 'stackdsl[bench]'"  # what brings matplotlib
+HINT: Final = "pip install 'stackdsl[plot]'"  # what brings matplotlib
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure":
@@ -36,11 +36,11 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure"
     return Figure(figsize=size, layout=layout)
 
 
-def encoded(figure: "Figure", suffix: str, dpi: int | None = None) -> bytes:
+def encoded(figure: "Figure", suffix: str) -> bytes:
     """A figure as `.svg` or `.png`; the SVG is the same whenever it is drawn."""
     form = suffix.lower().removeprefix(".")
     file = BytesIO()
-    figure.savefig(file, format=form, dpi=dpi or "figure", metadata={"Date": None} if form == "svg" else None)
+    figure.savefig(file, format=form, metadata={"Date": None} if form == "svg" else None)
     return file.getvalue()
 
 

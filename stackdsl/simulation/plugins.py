@@ -43,12 +43,6 @@ def foreign_system(name: str) -> System:
     return found
 
 
-def distribution_of(name: str) -> str:
-    """What brings a system of another package, as it is installed; empty if nobody says so."""
-    entry = offered()[name][0]
-    return entry.dist.name if entry.dist is not None else ""
-
-
 def _loaded(entry: EntryPoint) -> object:
     try:
         return entry.load()

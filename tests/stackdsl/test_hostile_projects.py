@@ -14,11 +14,9 @@ from types import SimpleNamespace
 import pytest
 
 from stackdsl.asked_files import open_asked, read_asked, write_asked
-from stackdsl.bench.journal import Journal
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import Goldens, checked
-from stackdsl.cli import bench
 from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.goldens.golden import content, remove_obsolete, write_golden
 from stackdsl.language.yaml.source import parse
@@ -29,7 +27,6 @@ from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.viewing.server import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
-from tests.stackdsl.bench.runs import RECORD
 
 __all__ = ["stackdsl_in"]
 
@@ -469,29 +466,6 @@ def test_a_plot_cuts_a_hard_link(drawing: Stackdsl, project: Path) -> None:
 
 
 # --- what is written bit by bit ---------------------------------------------------------------------------------------
-
-
-def test_pictures_of_a_bench_are_not_written_through_a_link(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    link(project, "bench/speed-against-error.svg", "home/secret.json")
-    monkeypatch.setattr(bench, "drawn", lambda _: {"speed-against-error.svg": b"<svg/>"})
-    monkeypatch.setattr(bench, "bench_json", lambda _: "{}")
-    with pytest.raises(LeadsOutsideError):
-        bench._write_down(SimpleNamespace(points=()), project / "bench")  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("kind", ["link", "hard link", "dangling"])
-def test_runs_of_a_bench_are_not_written_through_a_link(project: Path, kind: str) -> None:
-    journal = Journal(project / "bench")
-    journal.folder.mkdir()
-    if kind == "hard link":
-        os.link(project.parent / "home" / "secret.json", journal.path)
-    else:
-        link(project, "bench/runs.jsonl", "home/secret.json" if kind == "link" else "home/new")
-    with pytest.raises(OSError, match=r"a link leads out of|several hard links"):
-        journal.add(RECORD)
-    journal.begin()
-    journal.add(RECORD)
-    assert journal.held() == [RECORD]
 
 
 def test_rows_are_not_written_through_a_hard_link(stackdsl: Stackdsl, project: Path) -> None:

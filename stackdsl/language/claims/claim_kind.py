@@ -40,15 +40,12 @@ class ClaimKind(ABC):
     """One statement about the outcome of a run. Kinds override the defaults here."""
 
     needs_statics: ClassVar[bool] = False  # needs a system with proofs
-    needs_post_collapse_run: ClassVar[bool] = True  # needs the run after a collapse
     needs_close_looks: ClassVar[bool] = False  # needs dense recording of the onset of a fall and of its landing
     told_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, reported for few bricks; they do not change the result
     needed_measures: ClassVar[tuple[str, ...]] = ()  # measurements that take time, such as `sway`
     requires_physical_collapse: ClassVar[bool] = False  # void if the collapse is an artefact of the solver
     of_the_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
     allows_removed_bricks: ClassVar[bool] = False  # may name bricks that are pulled out
-    scored_separately: ClassVar[bool] = False  # a bench counts it as a verdict or as creep, not among other errors
-    measures_drift: ClassVar[bool] = False  # a bench counts it as creep if there are no hits, else as a length
     same: ClassVar[tuple[str, ...]] = ()  # keys that are equal in two claims of this kind about the same quantity
 
     @abstractmethod

@@ -28,10 +28,8 @@ class Collapses(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="in this share of the samples")
 
     scalar_word: ClassVar[str] = "any"
-    needs_post_collapse_run: ClassVar[bool] = False
     requires_physical_collapse: ClassVar[bool] = True
     allows_removed_bricks: ClassVar[bool] = True
-    scored_separately: ClassVar[bool] = True
 
     @property
     def wanted_share(self) -> Tolerance | None:

@@ -22,8 +22,6 @@ class Drift(Shorthand, ClaimKind):
 
     scalar_key: ClassVar[str] = "is"
     same: ClassVar[tuple[str, ...]] = ("bricks",)
-    scored_separately: ClassVar[bool] = True
-    measures_drift: ClassVar[bool] = True
 
     def is_decided(self, trace: Trace) -> bool:
         worst = self._worst(trace)

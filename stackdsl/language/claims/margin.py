@@ -26,7 +26,6 @@ class Margin(AtLeastOneKey, ClaimKind):
     placement: t.LengthTolerance | None = Field(None, description="error in the position of every brick")
 
     needs_statics: ClassVar[bool] = True
-    needs_post_collapse_run: ClassVar[bool] = False
 
     @property
     def needed_margins(self) -> Collection[str]:

@@ -28,8 +28,6 @@ class Stands(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which all bricks stand")
 
     scalar_word: ClassVar[str] = "all"
-    needs_post_collapse_run: ClassVar[bool] = False
-    scored_separately: ClassVar[bool] = True
     told_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 
     @property

@@ -19,7 +19,6 @@ class Sways(AtLeastOneKey, ClaimKind):
     amplitude: t.LengthTolerance | None = Field(None, description="amplitude to either side")
     frequency: t.FrequencyTolerance | None = Field(None, description="frequency of the full cycle, to and fro")
 
-    needs_post_collapse_run: ClassVar[bool] = False
     needed_measures: ClassVar[tuple[str, ...]] = ("sway",)
 
     def judge(self, trace: Trace) -> ClaimResult:

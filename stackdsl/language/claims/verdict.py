@@ -26,8 +26,6 @@ class Verdict(ClaimKind):
     word: Word
 
     needs_statics: ClassVar[bool] = True
-    needs_post_collapse_run: ClassVar[bool] = False
-    scored_separately: ClassVar[bool] = True
 
     @classmethod
     def __get_pydantic_core_schema__(cls, _source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -66,15 +66,3 @@ def test_a_name_that_two_files_use_is_told_with_both_places(tmp_path: Path) -> N
     assert (only.code, only.span.file) == ("SD203", (tmp_path / "b.yaml").as_posix())
     assert f"neither is played; the other one is at {(tmp_path / 'a.yaml').as_posix()}:1:11" in only.message
     assert "-k" in only.hint
-
-
-def test_a_bench_of_which_all_has_mistakes_does_not_say_that_nothing_is_selected(
-    stackdsl: Stackdsl, tmp_path: Path
-) -> None:
-    for name in ("s/a.yaml", "s/b.yaml"):
-        write(tmp_path, GOOD, name)
-    result = stackdsl("bench", "s", "-k", "good")
-    assert result.code == 2
-    assert "SD203" in result.err
-    assert "nothing to play" in result.err
-    assert "nothing selected" not in result.err

@@ -170,11 +170,3 @@ def test_run_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackdsl,
     assert result.code == 2
     assert "scene.yaml:9:13: SD208" in result.err
     assert "passed: scene.yaml:19:5: stands" in result.out
-
-
-@needs_pybullet
-def test_a_bench_finds_that_a_run_is_blocked_and_does_not_call_it_a_crash(stackdsl: Stackdsl, tmp_path: Path) -> None:
-    write(tmp_path, SLIDES.replace("tuned", "stock"))
-    result = stackdsl("bench", "scene.yaml", "--system", "stock", "--resolutions", "1")
-    assert result.code == 0
-    assert "'upper' has moved into its place" in result.out

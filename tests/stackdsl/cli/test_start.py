@@ -56,7 +56,7 @@ def test_what_stands_is_played_and_judged_without_engine_units_and_tables(
 ) -> None:
     write(tmp_path, GOOD + "  - height: 23.4 mm ± 1 mm\n")
     modules = imported_by(tmp_path, *command.split(), "scene.yaml")
-    assert not modules & (spared | {"pint", "rich", "stackdsl.bench"})
+    assert not modules & (spared | {"pint", "rich"})
     # What mistakes need, what falls need, and what other systems and formats need.
     assert not modules & {"stackdsl.language.json_schema", "stability.dynamics.toppling"}
     assert not modules & {"stability.stabilizers.published", "stackdsl.report.formats"}

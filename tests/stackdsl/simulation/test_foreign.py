@@ -70,16 +70,6 @@ def test_what_a_foreign_engine_drops_lands_where_it_should(beside: Played, tmp_p
     assert told.code == 0, told.text
 
 
-@pytest.mark.usefixtures("example")
-def test_a_bench_has_it_in_its_list_with_the_version_of_its_package(beside: Played, tmp_path: Path) -> None:
-    write(tmp_path, column(10.0))
-    on_both = ("--system", "example", "--system", "exact")
-    told = beside("bench", "scene.yaml", *on_both, "--resolutions", "1", "--output", "out")
-    assert told.code == 0, told.text
-    assert "2 of 2 runs done" in told.out
-    assert '"example-engine": "1.0"' in (tmp_path / "out" / "bench.json").read_text(encoding="utf-8")
-
-
 def test_the_page_about_own_engines_shows_the_example_as_it_is() -> None:
     page = (ROOT / "docs" / "own-engine.md").read_text(encoding="utf-8")
     (code,), (entry,) = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("python", "toml"))
@@ -166,16 +156,6 @@ def test_settings_that_do_not_say_where_their_engine_is_are_refused(
     told = beside("check", "scene.yaml", "--system", "bare")
     assert told.code == 4
     assert told.err.endswith("the system 'bare' of broken cannot be used: Bare says no `package`\n")
-
-
-def test_a_bench_of_all_systems_tells_of_a_broken_one_and_how_to_go_on(
-    beside: Played, install: Install, tmp_path: Path
-) -> None:
-    install("broken", "nowhere = no_such_module:SYSTEM")
-    write(tmp_path, column(10.0))
-    told = beside("bench", "scene.yaml")
-    assert told.code == 4
-    assert told.err.endswith("No module named 'no_such_module'; or name the systems to play on by --system\n")
 
 
 @pytest.mark.usefixtures("example")

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from stackdsl.bench.answers import Answer, Source
-from stackdsl.bench.run_record import Record
+from benchmarks.systems.answers import Answer, Source
+from benchmarks.systems.run_record import Record
 from stackdsl.checking.cases import Case
 from stackdsl.results import KINDS, Seen
 from tests.scenes import compiled, scene
@@ -31,18 +31,13 @@ FELL: dict[str, Seen] = {
     "bearing": 179.0,
 }
 RECORD = Record(
-    id="0123",
     case="tower",
-    file="tower.yaml",
     system="tuned",
     factor=1.0,
-    settings={"time_step": 0.001, "friction_anchor": True, "most_travel": None},
-    versions={"python": "3.11"},
     status="done",
     levels=5,
     observations=STOOD,
     wall_time=2.0,
-    runs=1,
     simulated_time=4.0,
     steps=4000,
     peak_memory=2**20,
@@ -53,7 +48,7 @@ SHOULD_FALL = Answer(stands=False, source=Source.TRUTH, least=3.0, most=3.0)
 
 def run(seen: Mapping[str, Seen] = STOOD, system: str = "tuned", factor: float = 1.0, **more: Seen) -> Record:
     seen = dict(seen) | {name.replace("_", " "): value for name, value in more.items()}
-    return replace(RECORD, id=f"{system} {factor}", system=system, factor=factor, observations=seen)
+    return replace(RECORD, system=system, factor=factor, observations=seen)
 
 
 def case_of(build: str, rest: str = "expect:\n  - stands: all\n") -> Case:

@@ -5,11 +5,10 @@ Both axes are logarithmic. An error of zero has no place there, so the foot of a
 
 from collections.abc import Mapping, Sequence
 from math import ceil, log10
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stackdsl.bench.points import MEASURES, Point, fronts_of
-from stackdsl.report.plots import HINT, encoded, new_figure
+from benchmarks.systems.points import MEASURES, Point, fronts_of
+from stackdsl.report.plots import encoded, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,11 +25,6 @@ MARKERS = "osD^vP*X"
 ACROSS = 2  # panels beside each other
 PANEL = (6.0, 4.2)  # [inch]
 LEAST_FLOOR, MOST_FLOOR = 1e-9, 1.0
-FILES = ("speed-against-error.png", "speed-against-error.svg")
-
-
-class PlotMissingError(RuntimeError):
-    """There is nothing to draw with."""
 
 
 def floor_of(errors: Sequence[float]) -> float:
@@ -44,26 +38,19 @@ def shown_at(error: float, floor_at: float) -> float:
     return error if error > floor_at else floor_at / 10.0**0.5
 
 
-def drawn(points: Sequence[Point]) -> Mapping[str, bytes]:
-    """The picture as PNG and SVG, by the names of files; none where nothing was measured. Raises PlotMissingError."""
+def drawn(points: Sequence[Point]) -> bytes:
+    """The picture as SVG. Raises ModuleNotFoundError without matplotlib."""
     fronts = fronts_of(points)
     measures = [measure for measure in MEASURES if measure in fronts]
-    if not measures:
-        return {}
     down = ceil(len(measures) / ACROSS)
-    size = (ACROSS * PANEL[0], down * PANEL[1])
-    try:
-        figure = new_figure(size, "constrained")
-    except ImportError as error:
-        message = f"no plot: matplotlib is not installed; install it with: {HINT}"
-        raise PlotMissingError(message) from error
+    figure = new_figure((ACROSS * PANEL[0], down * PANEL[1]), "constrained")
     panels = figure.subplots(down, ACROSS, squeeze=False)
     for panel, measure in zip(panels.flat, measures, strict=False):
         _draw_panel(panel, measure, points, fronts[measure])
     for panel in panels.flat[len(measures) :]:
         panel.set_axis_off()
     figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, frameon=False)
-    return {name: encoded(figure, Path(name).suffix, dpi=120) for name in FILES}
+    return encoded(figure, "svg")
 
 
 def _draw_panel(panel: "Axes", measure: str, points: Sequence[Point], front: Sequence[Point]) -> None:

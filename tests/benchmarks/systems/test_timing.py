@@ -4,8 +4,8 @@ import os
 
 import pytest
 
+from benchmarks.systems.timing import ENOUGH, MOST_RUNS, enough, usual_updates
 from stability.stabilizers.protocol import Update
-from stackdsl.bench.timing import ENOUGH, MOST_RUNS, enough, usual_updates
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.stabilizer_calls import UpdateClock
 from stackdsl.simulation.systems import SYSTEMS

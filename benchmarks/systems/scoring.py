@@ -8,16 +8,18 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from stackdsl.bench.answers import Answer, Source
-from stackdsl.bench.entrants import REFERENCES
-from stackdsl.bench.run_record import Record, step_text
-from stackdsl.language.claims.claim_kind import CLAIMS
+from benchmarks.systems.answers import Answer, Source
+from benchmarks.systems.entrants import REFERENCES
+from benchmarks.systems.run_record import Record, step_text
 from stackdsl.results import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, RunVerdict
 
 # What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
 LOOKS_APART = 0.0105  # [s] between two looks of a run, and a little
+# Kinds of truth that are scored as verdicts, and the one that is scored as creep, unless something is hit: then how far
+# it goes is a length as any other.
+OF_VERDICTS, OF_CREEP = {"stands", "collapses", "verdict"}, "drift"
 COMPARED_STANDING = ("height",)  # where something was dropped, thrown or pushed; what is still has its own height
 
 
@@ -150,19 +152,11 @@ def numerical_reason(score: Score) -> str:
 
 def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str, undisturbed: bool) -> float | None:
     """The largest distance of this unit from truths and from the reference."""
-    truths = [truth for truth in record.truths if not _is_scored_apart(truth.kind, undisturbed)]
+    apart = {*OF_VERDICTS, OF_CREEP} if undisturbed else OF_VERDICTS
+    truths = [truth for truth in record.truths if truth.kind not in apart]
     off = [truth.off for truth in truths if truth.unit == unit]
     off += [difference for own, difference in compared if own == unit]
     return max((value for value in off if value is not None), default=None)
-
-
-def _is_scored_apart(kind: str, undisturbed: bool) -> bool:
-    """Whether answer and creep speak for a kind of truth; a journal may know kinds that are no more.
-
-    How far something goes that is hit is no creep, but a length as any other.
-    """
-    model = CLAIMS[kind].model if kind in CLAIMS else None
-    return model is not None and model.scored_separately and (undisturbed or not model.measures_drift)
 
 
 def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:

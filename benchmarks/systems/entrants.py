@@ -1,16 +1,18 @@
-"""Who takes part: our own systems, those on other engines, and assessors of statics, as far as they are installed."""
+"""The systems and the assessors of statics that are held against each other, behind one protocol."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
+from benchmarks.systems.assessment import Assessment, Assessor, assessed, refusal, why_numerical
+from benchmarks.systems.compas import ASSESSORS
 from stability.engines.protocol import Package
-from stackdsl.bench.assessors.assessment import Assessment, Assessor, Setting, assessed, refusal, why_numerical
-from stackdsl.bench.assessors.compas import ASSESSORS
+from stackdsl.entry_points import offered
 from stackdsl.judging.judge import with_numerical_collapse
 from stackdsl.simulation.known_systems import KNOWN, system_named
-from stackdsl.simulation.systems import System, as_played
-from stackdsl.simulation.worlds import settings_for
+from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import System
+from stackdsl.simulation.worlds import load
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
@@ -21,7 +23,7 @@ Result = Trace | Assessment
 
 
 class Entrant(Protocol):
-    """What a bench may hold against the others, at so many times its time step."""
+    """What is held against the others, at so many times its time step."""
 
     @property
     def package(self) -> Package:
@@ -29,9 +31,6 @@ class Entrant(Protocol):
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
         """Which of the time steps that were asked for make a difference to it."""
-
-    def settings(self, timeline: Timeline, factor: float) -> Mapping[str, Setting]:
-        """All that may change what comes of it."""
 
     def refusal(self, timeline: Timeline) -> str:
         """Why it cannot take a case; empty if it can."""
@@ -61,26 +60,16 @@ class Player:
         """All of them."""
         return asked
 
-    def settings(self, timeline: Timeline, factor: float) -> Mapping[str, Setting]:
-        """Of its engine, in this scene."""
-        modification = self.system.modification
-        settings = asdict(settings_for(as_played(timeline, modification), self.system.at_step(factor)))
-        return settings | ({"modified": modification.summary} if modification.summary else {})
-
     def refusal(self, timeline: Timeline) -> str:
         """None."""
         return ""
 
     def load(self) -> None:
         """Its engine, or the proofs that may do without."""
-        from stackdsl.simulation.worlds import load  # noqa: PLC0415 -- it imports an engine
-
         load(self.system)
 
     def play(self, timeline: Timeline, factor: float) -> Result:
         """A trace."""
-        from stackdsl.simulation.runner import play  # noqa: PLC0415 -- it imports an engine
-
         return play(timeline, self.system.at_step(factor))
 
     def checked(self, result: Result, timeline: Timeline) -> Result:
@@ -102,10 +91,6 @@ class Judge:
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
         """One run says all."""
         return (NO_STEPS,)
-
-    def settings(self, timeline: Timeline, factor: float) -> Mapping[str, Setting]:
-        """Of the assessor."""
-        return self.assessor.settings
 
     def refusal(self, timeline: Timeline) -> str:
         """Motion, and whatever else it knows nothing of."""
@@ -132,22 +117,11 @@ ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
 
 
 def entrant_named(name: str) -> Entrant:
-    """One of them, or a system of another package. Raises KeyError if there is none of that name."""
+    """One of them, or a system of another package. Raises KeyError or ForeignSystemError if it cannot be had."""
     return ENTRANTS[name] if name in ENTRANTS else Player(system_named(name))
 
 
-def installed() -> tuple[str, ...]:
-    """The names of those that can take part here. Raises ForeignSystemError if one of other packages cannot."""
-    from stackdsl.simulation.plugins import foreign_names  # noqa: PLC0415 -- it reads what is installed
-
-    return tuple(name for name in (*ENTRANTS, *foreign_names()) if entrant_named(name).package.installed)
-
-
 def distributions_of(names: Iterable[str]) -> list[str]:
-    """What brings those of some entrants that come with other packages, as it is installed."""
-    foreign = sorted({*names} - ENTRANTS.keys())
-    if not foreign:
-        return []
-    from stackdsl.simulation.plugins import distribution_of  # noqa: PLC0415 -- it reads what is installed
-
-    return list(filter(None, dict.fromkeys(distribution_of(name) for name in foreign)))
+    """The distributions that bring those of some entrants that come with other packages."""
+    entries = [offered()[name][0] for name in sorted({*names} - ENTRANTS.keys())]
+    return list(dict.fromkeys(entry.dist.name for entry in entries if entry.dist is not None))

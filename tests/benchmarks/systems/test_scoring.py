@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from stackdsl.bench.answers import Source
-from stackdsl.bench.run_record import Record, TruthHeld
-from stackdsl.bench.scoring import LOOKS_APART, numerical_reason, reference_of, scores_of
-from tests.stackdsl.bench.runs import FELL, SHOULD_FALL, SHOULD_STAND, STOOD, run
+from benchmarks.systems.answers import Source
+from benchmarks.systems.run_record import Record, TruthHeld
+from benchmarks.systems.scoring import LOOKS_APART, numerical_reason, reference_of, scores_of
+from tests.benchmarks.systems.runs import FELL, SHOULD_FALL, SHOULD_STAND, STOOD, run
 
 
 def test_creep_is_the_largest_shift_of_what_should_stand_whether_it_falls_or_not() -> None:
@@ -29,7 +29,7 @@ def test_what_falls_before_it_should_is_wrong_though_it_should_fall() -> None:
 
 
 def test_truths_tell_lengths_of_runs_with_the_right_verdict_alone() -> None:
-    truths = (TruthHeld("height", "mm", 0.5, False), TruthHeld("rests_on", "", None, True))
+    truths = (TruthHeld("height", "mm", 0.5), TruthHeld("rests_on", "", None))
     right, wrong = (replace(run(seen), truths=truths) for seen in (STOOD, FELL))
     assert scores_of([right], {"tower": SHOULD_STAND})[0].mm == 0.5
     assert scores_of([wrong], {"tower": SHOULD_STAND})[0].mm is None
@@ -107,7 +107,7 @@ def test_a_collapse_that_is_true_is_not_numerical_however_wrong_a_finer_run_is()
 
 
 def test_how_far_something_goes_is_creep_where_nothing_moves_it_and_a_length_where_it_is_hit() -> None:
-    truths = (TruthHeld("drift", "mm", 0.75, False), TruthHeld("stands", "mm", 3.0, False))
+    truths = (TruthHeld("drift", "mm", 0.75), TruthHeld("stands", "mm", 3.0))
     for undisturbed, length in ((True, None), (False, 0.75)):
         answer = replace(SHOULD_STAND, undisturbed=undisturbed)
         (score,) = scores_of([replace(run(), truths=truths)], {"tower": answer})

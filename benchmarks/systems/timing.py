@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from stackdsl.bench.entrants import Result, entrant_named
+from benchmarks.systems.entrants import Result, entrant_named
 from stackdsl.checking.play_case import played_or_blocked
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.timeline import Timeline
@@ -28,7 +28,6 @@ class Played:
 
     result: Result
     wall_time: float  # [s], median of the runs
-    runs: int
     updates: Updates | None  # medians of the runs, each of its median and its worst update
     peak_memory: int  # [bytes] of the whole process, Python and libraries included
 
@@ -59,7 +58,7 @@ def measured(timeline: Timeline, system: str, factor: float) -> Played:
         took = first.cost.wall_time
     times = enough(took, walls())
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * BYTES_PER_UNIT
-    return Played(entrant.checked(first, timeline), median(times), len(times), usual_updates(costs), peak)
+    return Played(entrant.checked(first, timeline), median(times), usual_updates(costs), peak)
 
 
 def usual_updates(costs: Sequence[Cost]) -> Updates | None:

@@ -1,23 +1,21 @@
-"""What a bench writes is what the pages are rendered from."""
+"""The data of docs that a bench comes to."""
 
-import json
 from dataclasses import replace
 
 import pytest
 
-from benchmarks.speed_against_error import cases_text, taken_over
-from stackdsl.bench.conduct import Bench
-from stackdsl.bench.points import points_of
-from stackdsl.bench.scoring import scores_of
-from stackdsl.bench.summary import bench_json
-from tests.stackdsl.bench.runs import FELL, SHOULD_STAND, run
+from benchmarks.systems.bench import Bench
+from benchmarks.systems.measured import cases_text, data_of
+from benchmarks.systems.points import points_of
+from benchmarks.systems.scoring import scores_of
+from tests.benchmarks.systems.runs import FELL, SHOULD_STAND, run
 
 
-def test_a_bench_is_taken_over_with_its_points_and_its_runs() -> None:
+def test_the_data_have_the_points_and_the_runs_at_the_systems_own_steps() -> None:
     runs = [replace(run(system="exact"), wall_time=0.01), run(), run(FELL, factor=0.5), run(system="cra", factor=0.0)]
     scores = tuple(scores_of(runs, {"tower": SHOULD_STAND}))
     bench = Bench(scores, tuple(points_of(scores)), {"tower": SHOULD_STAND}, {"python": "3.11"}, 4, interrupted=False)
-    points, cases = taken_over(json.loads(bench_json(bench)))
+    points, cases = data_of(bench)
     assert points.tables["bench"]["whole"]["wrong"] == 1
     assert points.value("systems", "tuned", "times_exact") == pytest.approx(200.0)
     assert points.value("points", "tuned, step : 2", "wrong") == 1

@@ -10,15 +10,16 @@ cone: right along the sides of a contact and at 45 degrees to them, and up to 8 
 Neither knows contacts of edges and corners, nor more than one coefficient of friction.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import redirect_stdout
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from io import StringIO
 from math import prod
 from statistics import fmean
 from typing import Any
 
+from benchmarks.systems.assessment import Scene
 from stability.contacts.bodies import solid
 from stability.contacts.detection import contact_with_plane
 from stability.engines.protocol import Package
@@ -26,7 +27,6 @@ from stability.geometry.box import as_box
 from stability.geometry.vectors import add_scaled, body_axes, dot, scale, subtract
 from stability.model import Pose
 from stability.problem import Contact, Placed, Tolerances
-from stackdsl.bench.assessors.assessment import Scene, Setting
 
 FEWEST_CORNERS = 3  # of a contact that is a face
 EDGES = "bricks touch along edges or at corners, and it knows contacts of faces only"
@@ -64,12 +64,7 @@ class Compas:
     @property
     def package(self) -> Package:
         """The package itself."""
-        return Package("compas_cra", "pip install 'stackdsl[cra]'")
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """All that may change its answers."""
-        return asdict(self)
+        return Package("compas_cra", "pip install '.[benchmarks]'")
 
     def refusal(self, contacts: Sequence[Contact]) -> str:
         """It takes faces on faces, and one coefficient of friction."""

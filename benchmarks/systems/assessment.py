@@ -31,7 +31,6 @@ from stackdsl.timeline import (
 from stackdsl.trace import NUMERICAL_COLLAPSE, Cost, RunVerdict
 
 MOVES = "something is dropped, thrown or pushed"
-Setting = float | bool | str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +52,6 @@ class Assessor(Protocol):
     @property
     def package(self) -> Package:
         """What must be installed."""
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        """All that may change its answers."""
 
     def refusal(self, contacts: Sequence[Contact]) -> str:
         """Why it can say nothing of bricks that touch so; empty if it can."""

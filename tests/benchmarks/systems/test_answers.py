@@ -4,8 +4,8 @@ from math import inf
 
 import pytest
 
-from stackdsl.bench.answers import Answer, Source, answer_of
-from tests.stackdsl.bench.runs import case_of
+from benchmarks.systems.answers import Answer, Source, answer_of
+from tests.benchmarks.systems.runs import case_of
 
 ANSWERS = {
     "statics prove that it stands": ("- column: {levels: 3}", "", Answer(True, Source.STATICS, undisturbed=True)),

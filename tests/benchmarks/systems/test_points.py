@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from stackdsl.bench.points import fronts_of, pareto_front, points_of
-from stackdsl.bench.scoring import scores_of
-from stackdsl.bench.table import point_rows
-from tests.stackdsl.bench.runs import FELL, SHOULD_STAND, run
+from benchmarks.systems.points import fronts_of, pareto_front, points_of
+from benchmarks.systems.scoring import scores_of
+from benchmarks.systems.table import point_rows
+from tests.benchmarks.systems.runs import FELL, SHOULD_STAND, run
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 
-from stackdsl.bench.conduct import Bench
-from stackdsl.bench.points import COMPARED_WITH, MEASURES, Point, fronts_of
-from stackdsl.bench.run_record import step_text
-from stackdsl.bench.scoring import Score, numerical_reason
+from benchmarks.systems.bench import Bench
+from benchmarks.systems.points import COMPARED_WITH, MEASURES, Point, fronts_of
+from benchmarks.systems.run_record import step_text
+from benchmarks.systems.scoring import Score, numerical_reason
 from stackdsl.report.blocks import Block, Row, blocks_text, line, table, titled
 from stackdsl.report.text import significant
 from stackdsl.trace import NUMERICAL_COLLAPSE
@@ -31,7 +31,7 @@ def closing_line(bench: Bench) -> str:
     left = sum(not score.record.taken for score in bench.scores)
     not_taken_too = f", {left} not taken" if left else ""
     told = f"{done} of {bench.wanted} runs done{not_taken_too}, {wrong_verdicts}, {collapses}"
-    return told + ("; interrupted, go on with --resume" if bench.interrupted else "")
+    return told + ("; interrupted" if bench.interrupted else "")
 
 
 def _blocks(bench: Bench) -> Iterator[Block]:

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import geometric_mean, median
 
-from stackdsl.bench.run_record import Record, step_text
-from stackdsl.bench.scoring import Score
+from benchmarks.systems.run_record import Record, step_text
+from benchmarks.systems.scoring import Score
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 PERCENT = 100.0

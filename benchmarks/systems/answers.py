@@ -5,6 +5,7 @@ from enum import StrEnum
 from math import inf
 
 from stability.problem import Stability
+from stackdsl.judging.proofs import proofs_of, stands_until
 from stackdsl.language.schema import Scenario
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.timeline import Timeline, leaves_to_engine
@@ -73,8 +74,6 @@ def _ends(tolerance: Tolerance | None) -> tuple[float, float]:
 
 def _from_statics(timeline: Timeline) -> Answer | None:
     """Of what is only built, and pulled out."""
-    from stackdsl.judging.proofs import proofs_of, stands_until  # noqa: PLC0415 -- statics brings numpy
-
     if stands_until(timeline, timeline.end):
         return Answer(True, Source.STATICS)
     proofs = proofs_of(timeline)

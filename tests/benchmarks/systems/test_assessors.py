@@ -3,31 +3,26 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from benchmarks.systems.answers import Answer, Source
+from benchmarks.systems.assessment import MOVES, Assessment, Scene, assessed, contacts_in, refusal
+from benchmarks.systems.bench import Bench, bench, jobs_of
+from benchmarks.systems.compas import ASSESSORS, EDGES, FRICTIONS, Compas, Programme
+from benchmarks.systems.entrants import ENTRANTS, NO_STEPS, Entrant, Judge
+from benchmarks.systems.points import points_of
+from benchmarks.systems.run_record import NOT_TAKEN, Record
+from benchmarks.systems.scoring import scores_of
+from benchmarks.systems.table import bench_text
+from benchmarks.systems.timing import Played
 from stability.engines.protocol import Package
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import Contact, Placed
-from stackdsl.bench import conduct
-from stackdsl.bench.answers import Answer, Source
-from stackdsl.bench.assessors.assessment import MOVES, Assessment, Scene, Setting, assessed, contacts_in, refusal
-from stackdsl.bench.assessors.compas import ASSESSORS, EDGES, FRICTIONS, Compas, Programme
-from stackdsl.bench.conduct import Bench, Plan, bench, jobs_of
-from stackdsl.bench.entrants import ENTRANTS, NO_STEPS, Entrant, Judge
-from stackdsl.bench.journal import Journal
-from stackdsl.bench.page import bench_page
-from stackdsl.bench.points import points_of
-from stackdsl.bench.run_record import NOT_TAKEN, Record
-from stackdsl.bench.scoring import scores_of
-from stackdsl.bench.table import bench_text
-from stackdsl.bench.timing import Played
 from stackdsl.checking.cases import Case
 from stackdsl.cli.main import app
-from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.supervising.processes import OnWait, PoolResult
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, WorkerStart
 from stackdsl.timeline import Timeline
@@ -48,10 +43,6 @@ class Ruler:
     name: str = "ruler"
     package: Package = HERE
     asked: list[int] = field(default_factory=list)  # how many bricks there were each time
-
-    @property
-    def settings(self) -> Mapping[str, Setting]:
-        return {"share": self.share}
 
     def refusal(self, contacts: Sequence[Contact]) -> str:
         return "it has planks on planks only" if any(len(contact.points_W) < 4 for contact in contacts) else ""
@@ -170,7 +161,7 @@ def on_the_spot(entrants: Mapping[str, Entrant]) -> Callable[..., PoolResult]:
             assert isinstance(factor, float)
             entrant = entrants[str(name)]
             told = entrant.checked(entrant.play(timeline, factor), timeline)
-            results.append(TaskResult(TaskStatus.DONE, Played(told, 0.5, 1, None, 2**20)))
+            results.append(TaskResult(TaskStatus.DONE, Played(told, 0.5, None, 2**20)))
             on_done(index, results[-1])
         return PoolResult(tuple(results), interrupted=False)
 
@@ -178,20 +169,19 @@ def on_the_spot(entrants: Mapping[str, Entrant]) -> Callable[..., PoolResult]:
 
 
 @pytest.fixture
-def benched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Bench]:
+def benched(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Bench]:
     """A bench of a ruler, and of exact statics."""
 
-    def bench_of(*builds: str, resume: bool = False, share: float = 1.0) -> Bench:
+    def bench_of(*builds: str, share: float = 1.0) -> Bench:
         entrants: Mapping[str, Entrant] = {**ENTRANTS, "ruler": Judge(Ruler(share))}
-        monkeypatch.setattr("stackdsl.bench.entrants.ENTRANTS", entrants)
-        monkeypatch.setattr(conduct, "run_supervised", on_the_spot(entrants))
+        monkeypatch.setattr("benchmarks.systems.entrants.ENTRANTS", entrants)
+        monkeypatch.setattr("benchmarks.systems.bench.run_supervised", on_the_spot(entrants))
         cases = [case_of(build) for build in builds]
         named = [
             replace(case, scenario=case.scenario.model_copy(update={"scenario": f"case-{number}"}))
             for number, case in enumerate(cases)
         ]
-        plan = Plan(Journal(tmp_path), resume=resume, workers=1, time_limit=1.0)
-        return bench(jobs_of(named, ["ruler", "exact"], [1.0, 0.5]), plan)
+        return bench(jobs_of(named, ["ruler", "exact"], [1.0, 0.5]))
 
     return bench_of
 
@@ -221,29 +211,18 @@ def test_what_is_not_taken_is_neither_right_nor_wrong_and_is_told_with_the_reaso
     assert (refused.record.case, refused.record.status, refused.wrong) == ("case-1", NOT_TAKEN, None)
     ruler = found.points[0]
     assert (ruler.runs, ruler.done, ruler.known, ruler.wrong_verdicts) == (2, 1, 1, 0)
-    for told in (bench_text(found), bench_page(found, drawn=False)):
-        assert f"ruler (1): {MOVES}: case-1" in told
     text = bench_text(found)
+    assert f"ruler (1): {MOVES}: case-1" in text
     assert "Did not finish" not in text
     assert "5 of 6 runs done, 1 not taken, 0 wrong verdicts" in text.splitlines()[-1]
-
-
-def test_what_was_not_taken_is_told_again_when_a_bench_goes_on(benched: Callable[..., Bench]) -> None:
-    benched("- column: {levels: 2}", DROPPED)
-    again = benched("- column: {levels: 2}", DROPPED, resume=True)
-    assert [score.record.taken for score in again.scores] == [True] * 3 + [False, True, True]
 
 
 def run(case: str, system: str, wall_time: float, factor: float = 1.0, status: str = "done") -> Record:
     seen = assessed(timeline_of("- column: {levels: 1}"), Ruler()).observations
     return Record(
-        id=f"{case} {system}",
         case=case,
-        file="",
         system=system,
         factor=factor,
-        settings={},
-        versions={},
         status=status,
         observations=seen if status == "done" else None,
         wall_time=wall_time,
@@ -264,18 +243,8 @@ def test_who_does_not_take_a_case_takes_it_from_nobody_and_has_no_pace_but_a_rat
     assert cra.times_exact == pytest.approx(40.0)
 
 
-def test_without_its_package_an_assessor_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stability.engines.protocol.find_spec", lambda name: None)
-    (tmp_path / "scene.yaml").write_text(scene(STEPPED, "expect: [stands: all]\n"), encoding="utf-8")
-    done = CliRunner().invoke(app, ["bench", str(tmp_path / "scene.yaml"), "--system", "cra"])
-    assert done.exit_code != 0
-    told = " ".join(done.output.replace("│", " ").split())
-    assert "'cra' needs compas_cra, which is not installed; try: pip install 'stackdsl[cra]'" in told
-    assert "cra" not in KNOWN  # no system to play on
-
-
 @pytest.mark.parametrize("command", ["check", "run", "explain"])
-def test_only_a_bench_knows_assessors(command: str) -> None:
+def test_the_command_line_knows_no_assessors(command: str) -> None:
     done = CliRunner().invoke(app, [command, "scene.yaml", "--system", "cra"])
     assert done.exit_code != 0
     assert "'cra' is not one of" in done.output

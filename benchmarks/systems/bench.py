@@ -1,0 +1,185 @@
+"""The pipeline of a bench: cases -> jobs -> records -> scores -> points."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from math import isfinite
+
+from benchmarks.figures.data import versions
+from benchmarks.systems.answers import Answer, answer_of
+from benchmarks.systems.assessment import Assessment
+from benchmarks.systems.entrants import distributions_of, entrant_named
+from benchmarks.systems.points import Point, points_of
+from benchmarks.systems.run_record import NOT_TAKEN, Record, TruthHeld, step_text
+from benchmarks.systems.scoring import Score, scores_of
+from benchmarks.systems.timing import Played, measured_or_blocked
+from stackdsl.checking.cases import Case
+from stackdsl.checking.results import STATUSES, held_up
+from stackdsl.judging.judge import compare_with_truth
+from stackdsl.language.repeats import compact
+from stackdsl.results import ClaimOutcome, RunStatus, observations
+from stackdsl.simulation.brick_tracks import Blocked
+from stackdsl.supervising.processes import OnWait, run_supervised
+from stackdsl.supervising.worker import Task, TaskResult, WorkerStart
+from stackdsl.timeline import Placement, Timeline
+from stackdsl.trace import Trace
+
+TIME_LIMIT = 240.0  # [s] of wall time a run
+# Kinds of truth that say nothing of what becomes of a structure that collapses.
+OF_NO_AFTERMATH = {"stands", "collapses", "verdict", "margin", "sways"}
+OnRecord = Callable[[Record], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One case on one system at one time step."""
+
+    case: Case
+    name: str  # of the case, without a system
+    system: str
+    factor: float
+
+    @property
+    def planned(self) -> Record:
+        """The record of a run that has not begun."""
+        return Record(self.name, self.system, self.factor, RunStatus.NOT_RUN.value)
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """The scores of all runs that were done, and the points that they make."""
+
+    scores: tuple[Score, ...]
+    points: tuple[Point, ...]
+    answers: Mapping[str, Answer | None]  # by case
+    versions: Mapping[str, str]
+    wanted: int  # runs
+    interrupted: bool
+
+
+def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[float]) -> list[Job]:
+    """Every case on every system at every time step that it has, whatever systems its scenario names.
+
+    But for those that its author wants skipped. `xfail` says nothing here: it is of expectations, and no known answer.
+    """
+    jobs = []
+    for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
+        case = next(same)
+        case = replace(case, timeline=_until_answered(case))
+        named, runs = case_name(case), [(name, f) for name in systems for f in entrant_named(name).factors(factors)]
+        jobs += [Job(case, named, system, factor) for system, factor in runs if not _is_skipped(case, system)]
+    return jobs
+
+
+def _is_skipped(case: Case, system: str) -> bool:
+    return case.scenario.skip is not None and case.scenario.skip.is_of(system)
+
+
+def _until_answered(case: Case) -> Timeline:
+    """The timeline, played also where only proofs are asked for, as engines have none.
+
+    A collapse is followed, by every system, only where something hits the structure or a truth says what becomes of it.
+    """
+    timeline = case.timeline
+    hit = any(not isinstance(action, Placement) or not action.at_rest for action in timeline.actions)
+    aftermath = hit or any(truth.kind not in OF_NO_AFTERMATH for truth in case.scenario.truth)
+    return replace(timeline, watched=True, margins=(), aftermath=aftermath)
+
+
+def case_name(case: Case) -> str:
+    """The name of a case on any system."""
+    chosen = ",".join(f"{name}={compact(text)}" for name, text in case.variant.parameters)
+    return case.scenario.scenario + (f"[{chosen}]" if chosen else "")
+
+
+def bench(jobs: Sequence[Job], on_record: OnRecord = lambda record: None, on_wait: OnWait = lambda: None) -> Bench:
+    """Do all jobs, one at a time, as two would disturb each other's times; an interrupt ends that.
+
+    `on_record` hears of each as it is done, and `on_wait` is called many times a second meanwhile.
+    """
+    records: dict[str, Record] = {}
+
+    def add(record: Record) -> None:
+        records[record.name] = record
+        on_record(record)
+
+    interrupted = False
+    for stage in _stages(jobs):
+        for job in stage:
+            if why := entrant_named(job.system).refusal(job.case.timeline):
+                add(replace(job.planned, status=NOT_TAKEN, message=why))
+            elif (same := _without_steps(job, records.values())) is not None:
+                add(replace(same, factor=job.factor, message=f"no step is taken: as with {step_text(same.factor)}"))
+        interrupted = interrupted or _play([job for job in stage if job.planned.name not in records], add, on_wait)
+        if interrupted:
+            break
+    answers = _answers(jobs)
+    scores = scores_of([records[name] for job in jobs if (name := job.planned.name) in records], answers)
+    made_with = versions(distributions_of({job.system for job in jobs}))
+    return Bench(tuple(scores), tuple(points_of(scores)), answers, made_with, len(jobs), interrupted)
+
+
+def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
+    """The first time step of each case on each system, then the others, which may be needless."""
+    first = {(job.name, job.system): job for job in reversed(jobs)}
+    return [job for job in jobs if first[job.name, job.system] is job], [
+        job for job in jobs if first[job.name, job.system] is not job
+    ]
+
+
+def _without_steps(job: Job, records: Iterable[Record]) -> Record | None:
+    """A run of the same case on the same system that took no step, so that no time step can change it."""
+    same = (record for record in records if (record.case, record.system) == (job.name, job.system))
+    return next((record for record in same if record.done and record.steps == 0), None)
+
+
+def _play(jobs: Sequence[Job], add: OnRecord, on_wait: OnWait) -> bool:
+    """Play them, each in a process of its own; whether that was interrupted."""
+    tasks = [Task(measured_or_blocked, (job.case.timeline, job.system, job.factor), TIME_LIMIT) for job in jobs]
+
+    def one_more(index: int, result: TaskResult) -> None:
+        add(recorded(jobs[index], result))
+
+    return run_supervised(tasks, 1, one_more, on_wait, WorkerStart.PREPARED).interrupted
+
+
+def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
+    cases = {job.name: job.case for job in jobs}
+    return {name: answer_of(case.scenario, case.timeline) for name, case in cases.items()}
+
+
+def recorded(job: Job, result: TaskResult) -> Record:
+    """The record of a run."""
+    record = replace(job.planned, status=STATUSES[result.status].value, message=result.message)
+    if isinstance(result.value, Blocked):
+        stopped = held_up(job.case, result.value)
+        return replace(record, status=stopped.status.value, message=stopped.message)
+    if not isinstance(result.value, Played):
+        return record
+    played, told, cost = result.value, result.value.result, result.value.result.cost
+    return replace(
+        record,
+        numerical=told.numerical,
+        levels=job.case.timeline.levels,
+        observations=told.observations if isinstance(told, Assessment) else observations(told),
+        truths=() if isinstance(told, Assessment) else _truths(job.case, told),
+        wall_time=played.wall_time,
+        simulated_time=cost.simulated_time,
+        steps=cost.steps,
+        solves=sum(cost.proofs.values()),
+        peak_memory=played.peak_memory,
+        update_median=played.updates.median if played.updates else None,
+        update_worst=played.updates.worst if played.updates else None,
+    )
+
+
+def _truths(case: Case, trace: Trace) -> tuple[TruthHeld, ...]:
+    """Truths held against what moved, as it was when the run ended."""
+    seen = replace(trace, moving=())
+    return tuple(_held(outcome) for outcome in compare_with_truth(seen, case.scenario, case.variant, case.source))
+
+
+def _held(outcome: ClaimOutcome) -> TruthHeld:
+    off = max(0.0, -outcome.margin)
+    has_distance = isfinite(off) and (outcome.passed or outcome.margin != 0.0)
+    return TruthHeld(outcome.name, outcome.unit, off if has_distance else None)

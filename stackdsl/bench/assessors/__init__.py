@@ -1,1 +1,0 @@
-"""Peers that move nothing: asked after each placement whether what is there stands, as exact statics is."""
