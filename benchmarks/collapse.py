@@ -25,7 +25,7 @@ from stability.geometry.vectors import cross, dot, norm, subtract, turn_between
 from stability.model import BodyId, BodyState
 from stability.problem import Motion, Placed, Problem
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Extension
+from stability.stabilizers.protocol import Stabilizer
 from stability.statics.assembly import Assembly
 from stackdsl.checking.cases import gather
 from stackdsl.language.claims.onset_motion import largest_difference, seen_displacements, widest_angle
@@ -146,7 +146,7 @@ def seen_falling(
     return seen
 
 
-def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[BodyId]) -> None:
+def _set_down(extension: Stabilizer, falling: FallingParts, bricks: Sequence[BodyId]) -> None:
     extension.set_down(bricks)
     while (update := extension.update()).frozen or update.woken:
         verdict = extension.verdict()
@@ -155,7 +155,7 @@ def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[Body
 
 
 def _stepped(
-    world: World, extension: Extension | None, falling: FallingParts, followed: float
+    world: World, extension: Stabilizer | None, falling: FallingParts, followed: float
 ) -> list[Mapping[BodyId, BodyState]]:
     every = max(1, round(LOOK / world.settings.time_step))
     bricks = sorted(world.masses())

@@ -22,7 +22,7 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stability.dynamics.contact_points import Crowd
+from stability.dynamics.contact_points import BrickIndex
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose
 from stability.problem import Placed
@@ -64,7 +64,7 @@ class Played:
 
 def heap(number: int) -> Timeline:
     """A random heap, set down at once, and perhaps pushed; the same number gives the same one."""
-    random, crowd = Random(number), Crowd()
+    random, crowd = Random(number), BrickIndex()
     for count in range(random.randint(FEWEST, MOST)):
         brick = _brick(random, f"b{count}", number % 2 == 1 and random.random() < SLIVERS)
         crowd.add(_set_down(brick, random, crowd))
@@ -82,7 +82,7 @@ def _brick(random: Random, name: str, sliver: bool) -> Brick:
     return Brick(name, Box((sides[0], sides[1], sides[2])), density * sides[0] * sides[1] * sides[2])
 
 
-def _set_down(brick: Brick, random: Random, crowd: Crowd) -> Placed:
+def _set_down(brick: Brick, random: Random, crowd: BrickIndex) -> Placed:
     """The brick in a place about the middle, in any direction, on the highest of what is below."""
     x, y = (random.uniform(-ABOUT, ABOUT) for _ in range(2))
     half_turn = 0.5 * random.uniform(0.0, pi)

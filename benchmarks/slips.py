@@ -25,7 +25,7 @@ from stability.geometry.box import Box
 from stability.geometry.vectors import about, add, cross, dot, multiply, rotate, scale, subtract
 from stability.model import GROUND, BodyState, Brick, Plane, Pose, Vec3
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Extension
+from stability.stabilizers.protocol import Stabilizer
 from stackdsl.simulation.systems import MOVING, SYSTEMS, System
 from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import FixedWorld, Placement, Timeline
@@ -136,7 +136,7 @@ def seen_motion(case: Case, system: System) -> Iterator[tuple[float, float, floa
         world.close()
 
 
-def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[str]) -> None:
+def _set_down(extension: Stabilizer, falling: FallingParts, bricks: Sequence[str]) -> None:
     extension.set_down(bricks)
     update, verdict = extension.update(), extension.verdict()
     if not update.failed or verdict is None:
@@ -144,7 +144,7 @@ def _set_down(extension: Extension, falling: FallingParts, bricks: Sequence[str]
     falling.woken(extension.awake(), verdict.motion)
 
 
-def _step(world: World, extension: Extension | None, falling: FallingParts) -> None:
+def _step(world: World, extension: Stabilizer | None, falling: FallingParts) -> None:
     states: Mapping[str, BodyState] = world.states(sorted(world.masses()))
     fastest = max(hypot(*state.velocity_W) for state in states.values())
     world.set_max_speed(fastest + LOOK * GRAVITY)

@@ -1,21 +1,21 @@
-"""Exact statics of stacked bricks, and extensions that keep a physics engine from moving what is proven to stand.
+"""Exact statics of stacked bricks, and stabilizers for physics engines, which freeze bricks that provably stand.
 
 Statics alone, without an engine::
 
     from stability import Assembly, Box, Brick, Pose, margins
 
-An extension in your own PyBullet world::
+A stabilizer in your own PyBullet world::
 
     from stability import ProvenStability, PyBulletBodies
 
-Each public name is loaded when it is first asked for, so that importing the package costs next to nothing and PyBullet
-is needed only by those who use it. Lengths are in metres, masses in kilograms, times in seconds, and z points up.
+Public names are loaded at their first use, so that importing the package is fast and PyBullet is optional. Lengths are
+in metres, masses in kilograms, times in seconds, and z points up.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # what type checkers see; at run time `__getattr__` finds the same
+if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same names
     from stability.analysis.margins import margins
     from stability.analysis.uniqueness import outcome
     from stability.contact_law import Friction, Rule
@@ -85,10 +85,10 @@ _HOMES = {
 }
 
 
-if not TYPE_CHECKING:  # type checkers would take any name for one that it knows
+if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
 
     def __getattr__(name: str) -> object:
-        """Load a public name from the module where it lives; Python asks here only the first time."""
+        """Load a public name from its module at its first use."""
         if name not in _HOMES:
             raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
         value = getattr(import_module(_HOMES[name]), name)

@@ -1,4 +1,4 @@
-"""Who rests on whom: orders and neighbourhoods of the brick graph. Nodes are bricks, edges point down to supports."""
+"""Orders and neighbourhoods of the support graph. Nodes are bricks, edges point down to supports."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from heapq import heapify, heappop, heappush
@@ -7,7 +7,7 @@ from stability.model import BodyId
 
 
 def carried_by(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> dict[BodyId, list[BodyId]]:
-    """For each brick the bricks that rest directly on it, by name; the ground is no brick."""
+    """Return for each brick the bricks that rest directly on it, sorted by name; the ground is no brick."""
     above: dict[BodyId, list[BodyId]] = {brick: [] for brick in rests_on}
     for upper in sorted(rests_on):
         for lower in rests_on[upper]:
@@ -17,7 +17,7 @@ def carried_by(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> dict[BodyId, list
 
 
 def from_the_top(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> list[BodyId]:
-    """Every brick after all that it carries, so that loads can be summed in one pass; ties by name."""
+    """Sort bricks so that each comes after all that it carries, to sum loads in one pass; ties by name."""
     waiting = {lower: len(uppers) for lower, uppers in carried_by(rests_on).items()}
     ready = [brick for brick, count in waiting.items() if count == 0]
     heapify(ready)
@@ -34,27 +34,27 @@ def from_the_top(rests_on: Mapping[BodyId, Iterable[BodyId]]) -> list[BodyId]:
 
 
 def with_all_above(rests_on: Mapping[BodyId, Iterable[BodyId]], roots: Iterable[BodyId]) -> set[BodyId]:
-    """`roots` and everything that rests on them, directly or through others."""
+    """Return `roots` and all bricks that rest on them, directly or through others."""
     return reached(roots, carried_by(rests_on).__getitem__)
 
 
 def reached(roots: Iterable[BodyId], onwards: Callable[[BodyId], Iterable[BodyId]]) -> set[BodyId]:
-    """`roots`, and all that the steps `onwards` from them come to."""
-    found: set[BodyId] = set()
+    """Return `roots` and all nodes that are reachable from them by `onwards`."""
+    visited: set[BodyId] = set()
     waiting = list(roots)
     while waiting:
         brick = waiting.pop()
-        if brick not in found:
-            found.add(brick)
+        if brick not in visited:
+            visited.add(brick)
             waiting.extend(onwards(brick))
-    return found
+    return visited
 
 
 def components(bricks: Collection[BodyId], touching: Callable[[BodyId], Iterable[BodyId]]) -> list[set[BodyId]]:
-    """Bricks that touch one another, directly or through others of them."""
-    left, found = set(bricks), list[set[BodyId]]()
+    """Divide bricks into connected components, whose bricks touch directly or through others."""
+    remaining, groups = set(bricks), list[set[BodyId]]()
     for brick in sorted(bricks):
-        if brick in left:
-            found.append(reached([brick], lambda name: [other for other in touching(name) if other in bricks]))
-            left -= found[-1]
-    return found
+        if brick in remaining:
+            groups.append(reached([brick], lambda name: [other for other in touching(name) if other in bricks]))
+            remaining -= groups[-1]
+    return groups

@@ -1,4 +1,4 @@
-"""The order in which people count names: L2.1 comes before L10.1."""
+"""Natural order of names: L2.1 comes before L10.1."""
 
 import re
 from collections.abc import Iterable
@@ -7,16 +7,16 @@ from itertools import zip_longest
 from stability.model import BodyId
 
 _NUMBER = re.compile(r"(\d+)")
-NO_NUMBER = "-1"  # after the last letters: a name comes before those that go on
+NO_NUMBER = "-1"  # stands for a missing last number, so that a name comes before its continuations
 
 
-def as_counted(name: BodyId) -> tuple[tuple[tuple[str, int], ...], str]:
-    """A key to sort names by: letters and the number after them, pair by pair, then the name as it is written."""
-    parts = _NUMBER.split(name)  # letters and numbers in turn
+def natural_key(name: BodyId) -> tuple[tuple[tuple[str, int], ...], str]:
+    """Return the sort key of a name: pairs of letters and the following number, then the name itself."""
+    parts = _NUMBER.split(name)  # letters and numbers alternate
     pairs = zip_longest(parts[::2], parts[1::2], fillvalue=NO_NUMBER)
     return tuple((letters, int(number)) for letters, number in pairs), name
 
 
 def in_order(names: Iterable[BodyId]) -> list[BodyId]:
-    """Names as people count them."""
-    return sorted(names, key=as_counted)
+    """Sort names in natural order."""
+    return sorted(names, key=natural_key)

@@ -1,6 +1,6 @@
-"""Settings of the whole process: how often Python collects garbage, and on how many threads linear algebra runs.
+"""Settings of the whole process: garbage collection, and threads of linear algebra.
 
-The command imports this first, so it imports nothing that takes time.
+The command imports this module first, so its imports must be fast.
 """
 
 import gc
@@ -14,23 +14,23 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Garbage.
+# Garbage collection.
 #
-# What is made of thousands of bricks are millions of objects without a cycle among them. Left alone, the collector goes
-# through each of them several times, which takes a quarter of what judging and playing such a structure does.
+# Thousands of bricks need millions of objects without reference cycles. With default settings the collector scans each
+# of them several times, which takes a quarter of the time of proof and simulation.
 
 
-SELDOM: Final = 20_000  # objects that are made, and stay, before the collector looks at them; Python's own is 700
+SELDOM: Final = 20_000  # net number of new objects that starts a collection; Python's default is 700
 
 
 def collect_rarely() -> None:
-    """Make the collector look more seldom from here on, which only the owner of a process may do."""
+    """Reduce the frequency of collections for the rest of the process, which only its owner may do."""
     gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
 
 
 @contextmanager
 def rarely_collected() -> Iterator[None]:
-    """Let the collector look more seldom meanwhile, unless somebody has it look as seldom already, or not at all."""
+    """Reduce the frequency of collections in a block, unless it is as low already or collection is off."""
     before = gc.get_threshold()
     if not 0 < before[0] < SELDOM:
         yield
@@ -44,8 +44,8 @@ def rarely_collected() -> Iterator[None]:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Let nothing be collected meanwhile, where what is made is bounded, and hardly any of it is garbage."""
-    if not gc.isenabled():  # somebody around does the same
+    """Switch collection off in a block that creates a bounded number of objects and little garbage."""
+    if not gc.isenabled():  # as in an outer block
         yield
         return
     gc.disable()
@@ -56,46 +56,46 @@ def uncollected() -> Iterator[None]:
 
 
 def exclude_from_collection() -> None:
-    """Exclude all objects that there are from collection, which in a copy of this process would copy their memory."""
+    """Exclude all existing objects from collection, which would copy their memory in a forked process."""
     gc.freeze()
 
 
 # Threads of linear algebra.
 #
-# OpenBLAS decides by the number of its threads, which it takes from the environment or the machine, how it cuts
-# matrices into parts. So the same scene could have another last digit under `OPENBLAS_NUM_THREADS=4`, or where somebody
-# else had loaded numpy before. The matrices here are small: several threads cost more than they bring, on a busy
-# machine tenfold, and a process that has some is copied for no worker. What a caller does with numpy is as it was
-# afterwards. Where numpy comes with another library than OpenBLAS, the environment decides.
+# OpenBLAS divides matrices by the number of its threads, which it takes from the environment or the machine. So the
+# same scene could have another last digit with `OPENBLAS_NUM_THREADS=4`, or if other code had loaded numpy before. The
+# matrices here are small, so several threads are slower, on a busy machine tenfold, and a process with threads cannot
+# fork workers. The number of threads is restored for the caller. If numpy uses another library than OpenBLAS, the
+# environment decides.
 
 
 SETTING: Final = "OPENBLAS_NUM_THREADS"
-THREADS: Final = (SETTING, "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")  # read when numpy is loaded
+THREADS: Final = (SETTING, "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")  # read when numpy loads
 
 
 def ask_for_one_thread(unless_set: bool = False) -> None:
-    """Set the environment, for libraries that are loaded from here on, and for processes that are started.
+    """Set the environment to one thread, for libraries loaded later and for child processes.
 
-    With `unless_set`, whoever asks for more threads for numpy of their own has them.
+    With `unless_set`, existing environment variables stay, as set by users for their own use of numpy.
     """
     for name in THREADS:
         if not (unless_set and name in os.environ):
             os.environ[name] = "1"
 
 
-_BROUGHT_BY: Final = ("numpy", "scipy")  # each with a library of its own, as its wheels have it
-_SETTER: Final = "openblas_set_num_threads_local"  # returns what there was
+_PACKAGES: Final = ("numpy", "scipy")  # packages whose wheels each contain a library
+_SETTER_NAME: Final = "openblas_set_num_threads_local"  # returns the previous number
 
 Setter = Callable[[int], int]
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Run linear algebra on one thread inside the `with` block, libraries loaded within it included."""
-    loaded = [package for package in _BROUGHT_BY if package in sys.modules]
+    """Run linear algebra on one thread inside the `with` block, including libraries loaded within it."""
+    loaded = [package for package in _PACKAGES if package in sys.modules]
     before = [(set_threads, set_threads(1)) for set_threads in _setters(tuple(loaded))]
     try:
-        if len(loaded) == len(_BROUGHT_BY):
+        if len(loaded) == len(_PACKAGES):
             yield
         else:
             yield from _loading(loaded)
@@ -105,26 +105,28 @@ def one_thread() -> Iterator[None]:
 
 
 def _loading(loaded: Sequence[str]) -> Iterator[None]:
-    """Limit libraries that are loaded inside the block as well; restore their usual number of threads after it."""
-    was = os.environ.get(SETTING)
+    """Limit libraries that are loaded inside the block; restore their default number of threads after it."""
+    previous = os.environ.get(SETTING)
     os.environ[SETTING] = "1"
     try:
         yield
     finally:
-        if was is None:
+        if previous is None:
             del os.environ[SETTING]
         else:
-            os.environ[SETTING] = was
-        usual = int(was) if was is not None and was.isascii() and was.isdigit() else os.cpu_count() or 1
-        for package in _BROUGHT_BY:
+            os.environ[SETTING] = previous
+        default = (
+            int(previous) if previous is not None and previous.isascii() and previous.isdigit() else os.cpu_count() or 1
+        )
+        for package in _PACKAGES:
             if package in sys.modules and package not in loaded:
                 for set_threads in _setters((package,)):
-                    set_threads(max(1, usual))
+                    set_threads(max(1, default))
 
 
 @cache
 def _setters(packages: tuple[str, ...]) -> tuple[Setter, ...]:
-    """The functions that set the number of threads of the loaded libraries; each returns the previous number."""
+    """Return the functions that set the number of threads of the loaded libraries and return the previous number."""
     return tuple(setter for package in packages for file in _libraries(package) if (setter := _setter(file)))
 
 
@@ -140,10 +142,10 @@ def _libraries(package: str) -> "Iterator[Path]":
 
 
 def _setter(file: "Path") -> Setter | None:
-    """The function that sets the threads of one loaded library; None if it has none."""
+    """Return the function that sets the number of threads of a loaded library; None if it has none."""
     import ctypes  # noqa: PLC0415 -- likewise
 
     with suppress(OSError, AttributeError):
-        found: Setter = getattr(ctypes.CDLL(str(file)), _SETTER)
-        return found
+        set_threads: Setter = getattr(ctypes.CDLL(str(file)), _SETTER_NAME)
+        return set_threads
     return None

@@ -1,7 +1,7 @@
-"""Counts the work of proofs in units that are the same on every machine, and stops what takes more than is allowed.
+"""Limit of the work of proofs, in units that do not depend on the machine.
 
-A unit is about a microsecond. Work is counted by sizes, before it is done, so a program that is too large does not
-begin. Without a limit nothing is counted. A limit holds for the thread that sets it, and not for those that it starts.
+A unit is about a microsecond. Work is estimated from sizes before it is done, so that too large a program does not
+start. Without a limit nothing is counted. A limit applies to the thread that sets it, not to threads that it starts.
 """
 
 from collections.abc import Iterator
@@ -11,32 +11,32 @@ from dataclasses import dataclass
 from math import inf
 from typing import Final
 
-# Units, measured: the mean over walls, columns, lattices, arches and towers, of which single ones are off by up to two.
-ENTRY: Final = 0.2  # for each entry of the matrix of a conic program, in each step of its solver
-STEPS: Final = 15  # of a solver that are counted beforehand; more are when they are done
-CONE: Final = 30.0  # for each friction cone of an equilibrium that is written as a matrix
-ENTRIES: Final = 18  # of that matrix, for each of these cones
-LOAD: Final = 50.0  # for each brick whose load is distributed by the published method
-POINT: Final = 15.0  # for each point of two moving bricks of which the contact normal is checked
-PAIR: Final = 30.0  # for each pair of bricks whose distance is found, as beside what a hand moves
-BRICK: Final = 10.0  # for each brick of which an equilibrium is listed
-CORE: Final = 60.0  # for each load core that is found
+# Units, measured: means over walls, columns, lattices, arches and towers; single ones differ by a factor of up to two.
+ENTRY: Final = 0.2  # per entry of the matrix of a conic program and step of its solver
+STEPS: Final = 15  # steps of a solver counted in advance; further steps count when they are done
+CONE: Final = 30.0  # per friction cone in the matrix of an equilibrium
+ENTRIES: Final = 18  # entries of that matrix per cone
+LOAD: Final = 50.0  # per brick whose load the published method distributes
+POINT: Final = 15.0  # per contact point of two moving bricks whose normal is checked
+PAIR: Final = 30.0  # per pair of bricks whose distance is computed, as beside bricks in hands
+BRICK: Final = 10.0  # per brick in an equilibrium
+CORE: Final = 60.0  # per load core
 
 
 class TooMuchWorkError(RuntimeError):
-    """What was asked takes more work than is allowed."""
+    """The request exceeds the limit of work."""
 
 
 @dataclass
 class WorkLimit:
-    """How much is allowed, and what has been done."""
+    """Limit of work, with the work done so far."""
 
-    most: float
-    largest: float = inf  # entries of one program, which take most of the memory
-    done: float = 0.0
+    most: float  # [units]
+    largest: float = inf  # most entries of one program, which take most of the memory
+    done: float = 0.0  # [units]
 
     def add(self, units: float) -> None:
-        """Count work that is about to be done. Raises TooMuchWorkError, and then it is not to be done."""
+        """Count work before it is done. Raises TooMuchWorkError if it exceeds the limit."""
         self.done += units
         if self.done > self.most:
             raise TooMuchWorkError(
@@ -49,7 +49,7 @@ _LIMIT: Final = ContextVar[WorkLimit | None]("work_limit", default=None)
 
 @contextmanager
 def limited(limit: WorkLimit) -> Iterator[WorkLimit]:
-    """Count what is done within, and stop what is more than a limit."""
+    """Apply a limit inside the `with` block."""
     token = _LIMIT.set(limit)
     try:
         yield limit
@@ -58,13 +58,13 @@ def limited(limit: WorkLimit) -> Iterator[WorkLimit]:
 
 
 def work_done() -> float:
-    """What has been done by now, in units; nothing is counted without a limit."""
+    """Return the work done so far [units]; 0 without a limit."""
     limit = _LIMIT.get()
     return 0.0 if limit is None else limit.done
 
 
 def add_work(units: float) -> None:
-    """Count work that is about to be done. Raises TooMuchWorkError where it is more than is allowed."""
+    """Count work before it is done. Raises TooMuchWorkError if it exceeds the current limit."""
     limit = _LIMIT.get()
     if limit is not None:
         limit.add(units)

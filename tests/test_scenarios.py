@@ -166,7 +166,9 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
     """
     if why := case.skip or unplayable(case.system):
         pytest.skip(why)
-    disturb = is_modelled(case) and HAS_PYBULLET  # what MuJoCo makes of a hard hit hangs on a nanometre (docs/design/architecture.md)
+    disturb = (
+        is_modelled(case) and HAS_PYBULLET
+    )  # what MuJoCo makes of a hard hit hangs on a nanometre (docs/design/architecture.md)
     is_known = known_of(case.scenario, case.system)
     traces = [play_case(disturbed(case.timeline) if disturb else case.timeline, case.system, is_known)]
     if disturb and not traces[0].cost.steps:

@@ -9,7 +9,7 @@ from math import degrees, pi, radians
 from typing import TYPE_CHECKING
 
 from stability.model import BodyId
-from stability.name_order import as_counted, in_order
+from stability.name_order import in_order, natural_key
 from stability.problem import Problem
 from stability.statics.fall_description import described, really_moving
 
@@ -45,7 +45,7 @@ def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None
         return None
     bricks = in_order(really_moving(problem, margin.motion))
     heights = {name: round(problem.bricks[name].pose.position_W[2], DIGITS) for name in bricks}
-    lowest = min(bricks, key=lambda name: (heights[name], as_counted(name)))
+    lowest = min(bricks, key=lambda name: (heights[name], natural_key(name)))
     bearing = radians(round(degrees(margin.bearing), DIGITS)) % (2.0 * pi)
     words = described(problem, margin.motion)
     return Weakest(lowest, tuple(bricks), margin.value, margin.upper, bearing, words)

@@ -1,1 +1,1 @@
-"""Contact patches from the poses and shapes of bodies."""
+"""Contact detection: contact patches from the poses and shapes of bodies."""

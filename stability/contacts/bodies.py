@@ -1,4 +1,4 @@
-"""A brick made ready for contact detection: once per brick, so that each of its pairs costs little."""
+"""Bricks prepared for contact detection, once per brick, which makes each pair cheap."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -14,37 +14,37 @@ from stability.problem import Placed
 if TYPE_CHECKING:
     from stability.geometry.polyhedra import Hull  # boxes do without numpy
 
-# What a body axis may lean from the vertical, as a sine, and still count as vertical: rounding, no more.
+# Sine of the angle to the vertical up to which a body axis counts as vertical: rounding.
 UPRIGHT = 1e-12
 
-# Seen from above: the direction of its first side (x, y), then the half lengths of the first and the second side [m].
+# In plan: the direction of the first side (x, y), then the half lengths of the first and the second side [m].
 PlanRectangle: TypeAlias = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class BoxSolid:
-    """A box in its place."""
+    """Box at a pose."""
 
     id: BodyId
     size: Vec3  # full lengths along the body axes [m]
-    pose: Pose  # of its middle
+    pose: Pose  # of its centre
     axes: tuple[Vec3, Vec3, Vec3]  # body axes in W
     half: Vec3  # half lengths along the body axes [m]
-    low_W: Vec3  # of the upright box around it [m]
+    low_W: Vec3  # of the bounding box [m]
     high_W: Vec3
-    shortest: float  # side [m]
-    longest: float  # side [m]
-    plan: PlanRectangle | None  # if one of the body axes, whichever, is vertical
-    rise: float  # from the centre to the top [m]
+    shortest: float  # shortest side [m]
+    longest: float  # longest side [m]
+    plan: PlanRectangle | None  # None unless a body axis is vertical
+    rise: float  # height of the top above the centre [m]
 
     @property
     def flat(self) -> bool:
-        """Whether its top is level."""
+        """Whether the top is level."""
         return self.plan is not None
 
     @property
     def corners_W(self) -> tuple[Vec3, ...]:
-        """Its eight corners [m]."""
+        """The eight corners [m]."""
         (px, py, pz), (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.pose.position_W, *self.axes
         return tuple(
             (px + u * ux + v * vx + w * wx, py + u * uy + v * vy + w * wy, pz + u * uz + v * vz + w * wz)
@@ -54,39 +54,39 @@ class BoxSolid:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HullSolid:
-    """Any other convex solid in its place."""
+    """Convex solid other than a box at a pose."""
 
     id: BodyId
     hull: "Hull"
 
     @property
     def pose(self) -> Pose:
-        """Where its centre of mass is; it is not turned, as the hull is told in W."""
+        """The position of the centre of mass, without rotation, as the hull is in W."""
         return Pose(self.hull.p_WC)
 
     @property
     def low_W(self) -> Vec3:
-        """The lowest corner of the upright box around it [m]."""
+        """The lowest corner of the bounding box [m]."""
         return self.hull.low_W
 
     @property
     def high_W(self) -> Vec3:
-        """The highest corner of it [m]."""
+        """The highest corner of the bounding box [m]."""
         return self.hull.high_W
 
     @property
     def shortest(self) -> float:
-        """Its least thickness [m]."""
+        """The least thickness [m]."""
         return self.hull.thickness
 
     @property
     def longest(self) -> float:
-        """The longest side of the box around it [m]."""
+        """The longest side of the box around the shape along its body axes [m]."""
         return self.hull.length
 
     @property
     def corners_W(self) -> tuple[Vec3, ...]:
-        """Its corners [m]."""
+        """The corners [m]."""
         return tuple(add(self.hull.p_WC, (x, y, z)) for x, y, z in self.hull.corners.tolist())
 
 
@@ -94,7 +94,7 @@ Solid: TypeAlias = BoxSolid | HullSolid
 
 
 def solid(placed: Placed) -> Solid:
-    """A brick in its place, ready for contact detection."""
+    """Prepare a placed brick for contact detection."""
     brick, pose = placed.brick, placed.pose
     if isinstance(brick.shape, Box):
         return box_solid(brick.id, brick.shape.size, pose)
@@ -108,7 +108,7 @@ def solid(placed: Placed) -> Solid:
 
 
 def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
-    """A box with its middle in a place, ready for contact detection."""
+    """Prepare a box with the pose of its centre for contact detection."""
     a, b, c = half = (0.5 * size[0], 0.5 * size[1], 0.5 * size[2])
     (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = axes = body_axes(pose.orientation)
     rx = a * abs(ux) + b * abs(vx) + c * abs(wx)
@@ -121,7 +121,7 @@ def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
 
 
 def as_hull(body: Solid) -> "Hull":
-    """A body by its faces and edges."""
+    """Return the hull of a body."""
     if isinstance(body, HullSolid):
         return body.hull
     from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
@@ -140,7 +140,7 @@ def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:
 
 
 def rounding(a: Solid, b: Solid) -> float:
-    """What rounding may do to the distance of two bodies [m]: relative to their sizes and to where they are."""
+    """Return the rounding error of the distance of two bodies [m], from their sizes and positions."""
     (ax, ay, az), (bx, by, bz) = a.pose.position_W, b.pose.position_W
     far = sqrt(ax * ax + ay * ay + az * az) + sqrt(bx * bx + by * by + bz * bz)
     return 1e-12 * min(a.longest, b.longest) + 1e-15 * (far + max(a.longest, b.longest))

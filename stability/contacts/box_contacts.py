@@ -1,4 +1,4 @@
-"""Finds the contact of two boxes, or of a box and a plane: faces, edges, corners and their normals."""
+"""Contact of two boxes, or of a box and a plane: faces, edges, corners and their normals."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -23,29 +23,27 @@ from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, subt
 from stability.model import Plane, Vec3
 from stability.problem import UP
 
-# Separating axes of two boxes.
-#
-# Bodies that touch do so along the separating axis of the largest gap.
+# Separating axes of two boxes: touching bodies have their contact along the axis of the largest gap.
 
 
-# Sine of the angle up to which two faces can be meant to lie on each other: ten times what engines leave, and the
-# steepest at which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
+# Sine of the largest angle between two faces in contact: ten times the tilts that engines leave, and the largest at
+# which the gap tolerance, a fiftieth of the shortest side, can bridge a face.
 NEARLY_PARALLEL = 0.02
-# Sine of the angle up to which two axes can be off by noise alone: what engines leave to each of two bodies. Axes that
-# are further from parallel were meant to be.
+# Sine of the largest angle between two axes that is noise: the tilts that engines leave in two bodies. A larger angle
+# is part of the scene.
 NOISY_TILT = 3e-3
-# How many times more than the least of the gaps and tilts that a pair shows it may be off its place. Large, since that
-# least may be small by chance; what is aligned to rounding stays so.
+# Ratio of the assumed displacement of a pair to the least of its gaps and tilts. Large, as the least may be small by
+# chance; a pair aligned up to rounding is not affected.
 NOISE_RATIO = 30.0
 
 
 @dataclass(frozen=True, slots=True)
 class SeparatingAxis:
-    """A direction in which two boxes, a and b, may be apart."""
+    """Direction that may separate two boxes, a and b."""
 
     gap: float  # [m], negative where they overlap
     normal_AB_W: Vec3  # unit, from a towards b
-    of_a: int | None  # the axis of a that it is normal to the face of, or the edge of a in a product of edges
+    of_a: int | None  # axis of a for a face normal of a, or edge of a in a product of edges
     of_b: int | None
 
     @property
@@ -55,31 +53,31 @@ class SeparatingAxis:
 
 @dataclass(frozen=True, slots=True)
 class BoxCloseness:
-    """How two boxes stand to each other that touch or overlap."""
+    """Gaps of two boxes that touch or overlap."""
 
-    gap: float  # the largest of all axes [m]
+    gap: float  # largest of all axes [m]
     faces_a: Sequence[SeparatingAxis]  # by axis of a
     faces_b: Sequence[SeparatingAxis]
-    edges: Sequence[SeparatingAxis]  # the products along which they are least deep in each other
+    edges: Sequence[SeparatingAxis]  # products of edges with nearly the largest gap
     sines: Matrix  # of the angles between the axes of a (rows) and b
 
-    def apart(self) -> Iterator[tuple[float, Vec3]]:
-        """The gap along each normal of a face, and of edges that cross [m], and that normal.
+    def separations(self) -> Iterator[tuple[float, Vec3]]:
+        """Yield the gap [m] and the normal of each face and each pair of crossing edges.
 
-        Of edges that are parallel but for noise, noise gives the direction.
+        Edges that are parallel up to noise are left out, as noise determines their product.
         """
         for axis in (*self.faces_a, *self.faces_b, *self.edges):
             if axis.of_a is None or axis.of_b is None or self.sines[axis.of_a][axis.of_b] > NOISY_TILT:
                 yield axis.gap, axis.normal_AB_W
 
     def faces(self) -> Iterator[tuple[float, Vec3]]:
-        """The gap along the normal of each face that looks at the other box [m], and that normal from a to b."""
+        """Yield the gap [m] and the normal from a to b of each face that faces the other box."""
         for axis in (*self.faces_a, *self.faces_b):
             yield axis.gap, axis.normal_AB_W
 
 
 def closeness(a: BoxSolid, b: BoxSolid, reach: float) -> BoxCloseness | None:
-    """How two boxes stand to each other; None if they are further than `reach` apart, or deeper in each other."""
+    """Compute the gaps of two boxes; None if their gap or overlap exceeds `reach` [m]."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
     turn = cosines(a.axes, b.axes)
     along_a, along_b = coordinates(p_AB, a.axes), coordinates(p_AB, b.axes)
@@ -119,18 +117,18 @@ def _towards(along: float, axis: Vec3) -> Vec3:
 
 
 def gap_along(direction: Vec3, a: BoxSolid, b: BoxSolid) -> float:
-    """The gap along a unit direction that leads from a to b [m]."""
+    """Return the gap along a unit direction from a to b [m]."""
     p_AB = subtract(b.pose.position_W, a.pose.position_W)
     return dot(p_AB, direction) - half_extent(a.axes, a.half, direction) - half_extent(b.axes, b.half, direction)
 
 
 def disturbance(close: BoxCloseness, longest: float, reach: float) -> float:
-    """How far the two may be from the places that were meant [m], at most `reach`: read off the pair itself.
+    """Estimate the displacement of two boxes from their ideal poses by noise [m], at most `reach`, from the pair alone.
 
-    Scenes that are written down touch and align to rounding. What an engine has settled shows gaps and tilts in every
-    direction, so the least of them is taken: one alone may be meant. `longest` is the longest side of both [m].
-    Two that have but one direction in common and lie beside each other across it, as planks that lean on one another,
-    share no faces on which a hair's breadth could be meant: there an edge is always taken to meet an edge.
+    In written scenes bodies touch and align up to rounding. A settled pair has gaps and tilts in all directions, so
+    the least of them is the estimate, as a single one may be part of the scene. `longest` is the longest side of both
+    [m]. Two boxes with only one common direction that are apart along it, such as planks that lean on each other, have
+    no common faces with an intended small offset: there the estimate is `reach`, so that edges meet edges.
     """
     common = [i for i, row in enumerate(close.sines) if min(row) <= NOISY_TILT]
     if len(common) == 1 and close.faces_a[common[0]].gap < -reach:
@@ -140,26 +138,26 @@ def disturbance(close: BoxCloseness, longest: float, reach: float) -> float:
     return min(reach, NOISE_RATIO * (min([abs(close.gap), *gaps]) + min(tilts, default=0.0) * longest))
 
 
-# Face contacts of two boxes: nearly parallel faces whose gap counts as contact at every corner of the overlap.
+# Face contacts of two boxes: nearly parallel faces with a small gap at every corner of their overlap.
 #
-# Of faces that gape wider at some corner, only edges and corners that meet count (`features`): a strip of two faces
-# that are tilted against each other by a degree, as wide as the gap counts, would hold up what tips over an edge.
+# Faces with a larger gap at a corner have only edge and corner contacts (`FeatureContact`): the strip of two faces at
+# an angle of a degree within which the gap is small would support a brick that tips over an edge.
 
 
-LEVEL = 1e-12  # height of a unit normal below which it is horizontal: rounding
+LEVEL = 1e-12  # vertical component of a unit normal below which it is horizontal: rounding
 
 
 @dataclass(frozen=True, slots=True)
 class BoxFace:
-    """One side of a box."""
+    """Face of a box."""
 
     body: BoxSolid
     axis: int
-    sign: float  # of the body axis that leads out of it
+    sign: float  # of the body axis that is the outward normal
 
     @classmethod
     def towards(cls, direction: Vec3, body: BoxSolid, axis: int) -> Self:
-        """The one of the two faces across an axis that looks in this direction."""
+        """Return the face perpendicular to an axis that faces a direction."""
         return cls(body, axis, 1.0 if dot(direction, body.axes[axis]) > 0.0 else -1.0)
 
     @property
@@ -169,52 +167,52 @@ class BoxFace:
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """Where two bodies touch over an area."""
+    """Contact area of two bodies."""
 
     lower: BoxSolid
     upper: BoxSolid
     points_W: tuple[Vec3, ...]  # in order [m]
-    heights: tuple[float, ...]  # of the upper body above the lower one at each [m]
+    heights: tuple[float, ...]  # of the upper body above the lower one at each point [m]
     normal_W: Vec3
 
 
 @dataclass(frozen=True, slots=True)
 class Slack:
-    """What counts as touching where two bodies are a little off their places [m]."""
+    """Tolerances of a contact [m]."""
 
-    sideways: float  # features whose places differ by less coincide
-    off: float  # how far the two may be off: vertices less above the lowest one touch too, and gaps differ by that
-    reach: float  # what is deeper in a face does not touch it, nor what is further from it
-    within: float  # what is further from a face than that does not touch it either, whatever the reach
+    sideways: float  # features with a smaller offset coincide
+    off: float  # displacement of the two bodies: tolerance of vertices above the lowest one, and of gaps
+    reach: float  # largest gap or overlap of a contact
+    within: float  # largest gap of a contact, independent of the reach
 
     def rise(self, gap: float) -> float:
-        """How much higher than the lowest vertex, which is `gap` above a face, another may be that belongs to it."""
+        """Return the tolerance of the lowest feature's vertices above the lowest one, which is `gap` above a face."""
         return min(self.off, max(self.sideways, self.reach - gap))
 
-    def widest(self, normal_W: Vec3) -> float:
-        """The widest gap along a normal that counts as contact."""
+    def largest_gap(self, normal_W: Vec3) -> float:
+        """Return the largest gap of a contact along a normal."""
         return gap_bridged(self.reach, normal_W[2], self.within)
 
 
 def face_on_face(a: BoxSolid, b: BoxSolid, close: BoxCloseness, slack: Slack) -> Patch | None:
-    """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
+    """Return the patch of two faces with a small gap all over; None if none is wider than `slack.sideways`."""
     for of_a, of_b in _facing(a, b, close):
         lower, upper, normal = _in_order(of_a, of_b)
         corners = _overlap(lower, upper)
-        if lies_on(corners, normal, slack):
-            points, heights = _placed(lower, corners, rounding(a, b))
+        if is_face_contact(corners, normal, slack):
+            points, heights = _in_world(lower, corners, rounding(a, b))
             return Patch(lower.body, upper.body, points, heights, normal)
     return None
 
 
-def lies_on(corners: Sequence[Vec3], normal_W: Vec3, slack: Slack) -> bool:
-    """Whether what overlaps a face, as (x, y, height above it), lies on it all over, and is no mere line."""
-    widest = slack.widest(normal_W)
-    return all(-slack.reach <= height <= widest for _, _, height in corners) and width(corners) > slack.sideways
+def is_face_contact(corners: Sequence[Vec3], normal_W: Vec3, slack: Slack) -> bool:
+    """Check that an overlap with a face, as (x, y, height above it), is in contact all over, and no line."""
+    largest_gap = slack.largest_gap(normal_W)
+    return all(-slack.reach <= height <= largest_gap for _, _, height in corners) and width(corners) > slack.sideways
 
 
 def _facing(a: BoxSolid, b: BoxSolid, close: BoxCloseness) -> Iterator[tuple[BoxFace, BoxFace]]:
-    """Pairs of nearly parallel faces that look at each other, the ones least deep in each other first."""
+    """Yield the pairs of nearly parallel faces that face each other, the largest gap first."""
     pairs = [
         (max(close.faces_a[i].gap, close.faces_b[j].gap), i, j)
         for i, row in enumerate(close.sines)
@@ -227,18 +225,18 @@ def _facing(a: BoxSolid, b: BoxSolid, close: BoxCloseness) -> Iterator[tuple[Box
 
 
 def _in_order(of_a: BoxFace, of_b: BoxFace) -> tuple[BoxFace, BoxFace, Vec3]:
-    """The lower face, the upper one, and the normal of the lower one; a comes first by name."""
+    """Return the lower face, the upper one, and the normal of the lower one; a is first by name."""
     up_a, up_b = of_a.normal_W, of_b.normal_W
     if up_a[2] >= -LEVEL:
         return of_a, of_b, up_a
     if up_b[2] > LEVEL:
         return of_b, of_a, up_b
-    # Both lean down, by noise: two upright sides that gape.
+    # Both normals point down by noise: two vertical sides.
     return of_a, of_b, scale(-1.0, up_b)
 
 
 def _overlap(on: BoxFace, lying: BoxFace) -> Sequence[Vec3]:
-    """What lies above face `on` of the other face, as (x, y, height above it) in the frame of the face `on`."""
+    """Return the part of the other face above the face `on`, as (x, y, height above it) in the frame of `on`."""
     body, other = on.body, lying.body
     first, second = (on.axis + 1) % 3, (on.axis + 2) % 3
     frame = (body.axes[first], body.axes[second], on.normal_W)
@@ -254,7 +252,7 @@ def _overlap(on: BoxFace, lying: BoxFace) -> Sequence[Vec3]:
 
 
 def width(corners: Sequence[Vec3]) -> float:
-    """How far apart the closest two parallel lines are that take a convex polygon between them [m]; heights aside."""
+    """Return the least width of a convex polygon in its first two coordinates [m]."""
     flat = [(x, y) for x, y, _ in corners]
     narrowest = inf
     for (ax, ay), (bx, by) in pairwise([*flat, *flat[:1]]):
@@ -265,17 +263,14 @@ def width(corners: Sequence[Vec3]) -> float:
     return narrowest if narrowest < inf else 0.0
 
 
-def _placed(on: BoxFace, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
-    """The corners in W, in the plane of the face, counter-clockwise seen from outside; doubled ones once.
-
-    And the heights above the face [m].
-    """
+def _in_world(on: BoxFace, corners: Sequence[Vec3], slack: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+    """Return the distinct corners in W, on the face, counter-clockwise seen from outside, and their heights [m]."""
     body = on.body
     first, second = body.axes[(on.axis + 1) % 3], body.axes[(on.axis + 2) % 3]
     area, _ = doubled_area([(x, y) for x, y, _ in corners])
     points: list[Vec3] = []
     heights: list[float] = []
-    # The frame of the face is right-handed where its normal is a body axis, and left-handed where it is minus that.
+    # The frame of the face is right-handed if its normal is a body axis, and left-handed for the opposite.
     for x, y, height in corners if area * on.sign > 0.0 else corners[::-1]:
         local = add_scaled(add_scaled(scale(body.half[on.axis], on.normal_W), x, first), y, second)
         if not any(dist(local, other) <= slack for other in points):
@@ -284,24 +279,24 @@ def _placed(on: BoxFace, corners: Sequence[Vec3], slack: float) -> tuple[tuple[V
     return tuple(add_scaled(body.pose.position_W, 1.0, local) for local in points), tuple(heights)
 
 
-# Normals that two touching features admit.
+# Normals of two touching features.
 #
-# A feature of a box - face, edge or corner - is written as the signs of the body axes that lead out of it, 0 for those
-# along it. It admits the cone of these axes; two features that touch admit what is in the cone of one and in minus the
-# cone of the other, and the extreme directions of that span it.
+# A feature of a box - face, edge or corner - is given by the signs of the body axes that point out of it, 0 for axes
+# along it. Its normals form the cone of these axes. The normals of two touching features are the intersection of one
+# cone with the negative of the other, given by its extreme directions.
 
 
 Feature: TypeAlias = tuple[float, float, float]  # by body axis: 1, -1 or 0
 
-# Sine by which a direction may lie outside a cone and be taken to lie on its border, and between two that are one.
+# Sine of the tolerance at the border of a cone, and of the angle between equal directions.
 ROUNDING = 1e-9
-FACE, EDGE = 1, 2  # how many axes lead out of it
+FACE, EDGE = 1, 2  # number of axes out of a feature
 
 
 def common_normals(a: BoxSolid, of_a: Feature, b: BoxSolid, of_b: Feature, along_line: bool) -> tuple[Vec3, ...]:
-    """The extreme unit normals, from a towards b; none if the features do not face each other.
+    """Return the extreme unit normals, from a towards b; none if the features do not face each other.
 
-    Edges that touch along a line are taken as parallel, whatever noise has made of them.
+    Edges that touch along a line count as parallel.
     """
     cone_a, cone_b = _cone(a, of_a, 1.0), _cone(b, of_b, -1.0)
     if len(cone_a) == FACE or len(cone_b) == FACE:
@@ -316,11 +311,11 @@ def _cone(body: BoxSolid, feature: Feature, sign: float) -> tuple[Vec3, ...]:
 
 
 def _of_parallel_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    """Both cones are quarters of the plane across the edges, so one border of each bounds what they share."""
+    """Intersect the cones of parallel edges, which are quarters of the plane perpendicular to the edges."""
     start, end = cone_a
-    one, other = cone_b
-    middle = add_scaled(one, 1.0, other)
-    # How far the quarter of b is turned from that of a, towards its end.
+    first_b, second_b = cone_b
+    middle = add_scaled(first_b, 1.0, second_b)
+    # Rotation of the quarter of b relative to that of a, towards its end.
     turn = atan2(dot(middle, end), dot(middle, start)) - 0.25 * pi
     turn -= 2.0 * pi * round(turn / (2.0 * pi))
     if abs(turn) < ROUNDING:
@@ -328,7 +323,7 @@ def _of_parallel_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[
     if abs(turn) > 0.5 * pi + ROUNDING:
         return ()
     around = cross(start, end)
-    first, last = (one, other) if dot(cross(one, other), around) > 0.0 else (other, one)
+    first, last = (first_b, second_b) if dot(cross(first_b, second_b), around) > 0.0 else (second_b, first_b)
     return _distinct((first, end) if turn > 0.0 else (start, last))
 
 
@@ -343,72 +338,76 @@ def _of_crossing_edges(cone_a: Sequence[Vec3], cone_b: Sequence[Vec3]) -> tuple[
 
 
 def _clipped(cone: Sequence[Vec3], corner: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    """The part of a cone inside the cone of a corner, which three half-spaces bound."""
+    """Clip a cone to the cone of a corner, which three half-spaces bound."""
     normals = cone
     for axis in corner:
-        normals = cut(normals, [dot(normal, axis) for normal in normals], ROUNDING, _amid) if normals else ()
+        normals = cut(normals, [dot(normal, axis) for normal in normals], ROUNDING, _between) if normals else ()
     return _distinct(normals)
 
 
-def _amid(one: Vec3, other: Vec3, part: float) -> Vec3:
-    """The direction between two."""
-    return unit(add_scaled(scale(1.0 - part, one), part, other))
+def _between(start: Vec3, end: Vec3, part: float) -> Vec3:
+    """Interpolate between two directions."""
+    return unit(add_scaled(scale(1.0 - part, start), part, end))
 
 
 def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    found: list[Vec3] = []
+    distinct: list[Vec3] = []
     for normal in normals:
-        if all(dist(normal, other) > ROUNDING for other in found):
-            found.append(normal)
-    return tuple(found)
+        if all(dist(normal, other) > ROUNDING for other in distinct):
+            distinct.append(normal)
+    return tuple(distinct)
 
 
-# Edge and corner contacts of two boxes: on a face, crossing, meeting, or corner to corner.
+# Edge and corner contacts of two boxes: on a face, edge on edge, or corner on corner.
 
 
-MERGING = 4.0  # a line of contact shorter than this many times the slack is a point
+MERGING = 4.0  # times the slack: a shorter contact line is a point
 
 
 @dataclass(frozen=True, slots=True)
 class FeatureContact:
-    """Where body a and body b touch along a line or in a point."""
+    """Contact of body a and body b along a line or at a point."""
 
     points_W: tuple[Vec3, ...]  # [m]
-    heights: tuple[float, ...]  # of the one body above the other at each [m]
-    normals_AB_W: tuple[Vec3, ...]  # the extreme ones, unit
+    heights: tuple[float, ...]  # of one body above the other at each point [m]
+    normals_AB_W: tuple[Vec3, ...]  # extreme normals, unit
 
     def gaps_beside(self, gap: float) -> tuple[float, ...]:
-        """How far the bodies are apart at each point [m], if they are that far apart along some other direction."""
+        """Return the gaps at the points [m], at least the gap along another direction."""
         return tuple(max(height, gap) for height in self.heights)
 
 
 @dataclass(frozen=True, slots=True)
 class _Locus:
     points: tuple[Vec3, ...]  # in W, from the centre of the first body [m]
-    heights: tuple[float, ...]  # of the one body above the other at each [m]
+    heights: tuple[float, ...]  # of one body above the other at each point [m]
     of_first: Feature
     of_second: Feature
 
 
-def meeting(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: Slack) -> FeatureContact | None:
-    """How the boxes touch along a separating axis; None if their features along it do not face each other."""
+def feature_contact(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: Slack) -> FeatureContact | None:
+    """Return the contact of two boxes along a separating axis; None if their features do not face each other."""
     p_AB, normal = subtract(b.pose.position_W, a.pose.position_W), axis.normal_AB_W
-    rise, widest = slack.rise(axis.gap), slack.widest(normal)
+    rise, largest_gap = slack.rise(axis.gap), slack.largest_gap(normal)
     if axis.of_b is None and axis.of_a is not None:
-        found = _on_face(BoxFace.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, widest)
+        locus = _on_face(BoxFace.towards(normal, a, axis.of_a), b, p_AB, slack.sideways, rise, largest_gap)
     elif axis.of_a is None and axis.of_b is not None:
         face = BoxFace.towards(scale(-1.0, normal), b, axis.of_b)
-        found = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise, widest), p_AB)
+        locus = _swapped(_on_face(face, a, scale(-1.0, p_AB), slack.sideways, rise, largest_gap), p_AB)
     else:
-        found = _crossing(a, b, axis, slack.sideways)
-    if found is None:
+        locus = _crossing(a, b, axis, slack.sideways)
+    if locus is None:
         return None
-    normals = common_normals(a, found.of_first, b, found.of_second, len(found.points) > 1)
-    # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
-    # let a brick rest on an edge that it just misses.
-    touching = tuple(each for each in normals if axis.gap - slack.off <= gap_along(each, a, b) <= slack.widest(each))
-    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in found.points)
-    return FeatureContact(points, found.heights, touching or (normal,))
+    normals = common_normals(a, locus.of_first, b, locus.of_second, len(locus.points) > 1)
+    # Features coincide only up to the slack. A normal with a larger gap is left out: it would let a brick rest on an
+    # edge that it just misses.
+    touching = tuple(
+        candidate
+        for candidate in normals
+        if axis.gap - slack.off <= gap_along(candidate, a, b) <= slack.largest_gap(candidate)
+    )
+    points = tuple(add_scaled(a.pose.position_W, 1.0, point) for point in locus.points)
+    return FeatureContact(points, locus.heights, touching or (normal,))
 
 
 def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
@@ -418,30 +417,32 @@ def _swapped(locus: _Locus | None, p_AB: Vec3) -> _Locus | None:
     return _Locus(points, locus.heights, locus.of_second, locus.of_first)
 
 
-def _on_face(face: BoxFace, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a place, and what counts as on it
-    """The lowest feature of `other`, whose centre is at `p_O` from that of the face's body, on the face.
+def _on_face(face: BoxFace, other: BoxSolid, p_O: Vec3, slack: float, rise: float, widest: float) -> _Locus | None:  # noqa: PLR0913, PLR0917 -- a position, and tolerances
+    """Return the contact of a face with the lowest feature of `other`, whose centre is at `p_O` from the face's body.
 
-    Of that feature, the corners of what is over the face that are no more than `widest` above it [m].
+    Its points are the corners of the feature's part over the face, at most `widest` [m] above it.
     """
     on, normal = face.body, face.normal_W
     first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
     u, v = on.axes[first], on.axes[second]
     lowest = _lowest(other, normal, rise)
     vertices = [add_scaled(p_O, 1.0, vertex) for vertex in _vertices(other, lowest)]
-    seen = [(dot(vertex, u), dot(vertex, v), dot(vertex, normal) - on.half[face.axis]) for vertex in vertices]
-    place = _within(seen, on.half[first], on.half[second], slack, widest)
-    if not place:
+    local = [(dot(vertex, u), dot(vertex, v), dot(vertex, normal) - on.half[face.axis]) for vertex in vertices]
+    in_face = _within(local, on.half[first], on.half[second], slack, widest)
+    if not in_face:
         return None
-    points = tuple(add_scaled(add_scaled(scale(on.half[face.axis], normal), x, u), y, v) for x, y, _ in place)
+    points = tuple(add_scaled(add_scaled(scale(on.half[face.axis], normal), x, u), y, v) for x, y, _ in in_face)
     signs = [0.0, 0.0, 0.0]
     signs[face.axis] = face.sign
     of_on = _completed(on, (signs[0], signs[1], signs[2]), points, slack)
     from_other = [subtract(point, p_O) for point in points]
-    return _Locus(points, tuple(height for _, _, height in place), of_on, _completed(other, lowest, from_other, slack))
+    return _Locus(
+        points, tuple(height for _, _, height in in_face), of_on, _completed(other, lowest, from_other, slack)
+    )
 
 
 def _lowest(body: BoxSolid, up: Vec3, rise: float) -> Feature:
-    """The feature of a box that is lowest: axes along which it rises by less than `rise` lie in it."""
+    """Return the lowest feature of a box, with the axes along which the box rises by less than `rise` [m]."""
     signs = []
     for axis, half in zip(body.axes, body.half, strict=True):
         slope = dot(axis, up)
@@ -450,7 +451,7 @@ def _lowest(body: BoxSolid, up: Vec3, rise: float) -> Feature:
 
 
 def _vertices(body: BoxSolid, feature: Feature) -> list[Vec3]:
-    """The corners of a feature in order, from the centre of the body, in W [m]."""
+    """Return the ordered corners of a feature, from the centre of the body, in W [m]."""
     points: list[Vec3] = [(0.0, 0.0, 0.0)]
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
         if sign:
@@ -462,7 +463,7 @@ def _vertices(body: BoxSolid, feature: Feature) -> list[Vec3]:
 
 
 def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float, widest: float) -> Sequence[Vec3]:
-    """The part of a feature on a face: one point, the two ends of a line, or nothing."""
+    """Return the part of a feature on a face: a point, the two ends of a line, or nothing."""
     wider = no_higher(within_rectangle(vertices, half_x + slack, half_y + slack), widest)
     if not wider:
         return ()
@@ -474,13 +475,13 @@ def _within(vertices: list[Vec3], half_x: float, half_y: float, slack: float, wi
 
 
 def no_higher(corners: Sequence[Vec3], widest: float) -> Sequence[Vec3]:
-    """Those of some corners over a face, as (x, y, height above it), whose gap counts as contact."""
+    """Return the corners over a face, as (x, y, height above it), with a gap of at most `widest` [m]."""
     return [corner for corner in corners if corner[2] <= widest]
 
 
 def line_or_point(corners: Sequence[Vec3], slack: float) -> Sequence[Vec3]:
-    """The two corners over a face that are furthest apart; one in the middle of all if that is next to nothing."""
-    ends = max(((one, other) for one in corners for other in corners), key=lambda pair: dist(pair[0][:2], pair[1][:2]))
+    """Return the two corners over a face that are farthest apart; their mean if all are close together."""
+    ends = max(((start, end) for start in corners for end in corners), key=lambda pair: dist(pair[0][:2], pair[1][:2]))
     if dist(ends[0][:2], ends[1][:2]) > MERGING * slack:
         return ends
     x, y = (sum(point[i] for point in corners) / len(corners) for i in range(2))
@@ -498,17 +499,21 @@ def _along_border(segment: Sequence[Vec3], half_x: float, half_y: float, slack: 
 
 
 def _completed(body: BoxSolid, feature: Feature, points: Sequence[Vec3], slack: float) -> Feature:
-    """The feature that holds these points: a smaller one than is known, where they all lie on its border."""
+    """Return the smallest feature that contains these points, such as an edge of a face with all points on it."""
     signs = list(feature)
     for index, (axis, half) in enumerate(zip(body.axes, body.half, strict=True)):
         along = [dot(point, axis) for point in points]
-        if not feature[index] and all(abs(half - abs(each)) <= slack for each in along) and min(along) * max(along) > 0:
+        if (
+            not feature[index]
+            and all(abs(half - abs(value)) <= slack for value in along)
+            and min(along) * max(along) > 0
+        ):
             signs[index] = 1.0 if along[0] > 0.0 else -1.0
     return (signs[0], signs[1], signs[2])
 
 
 def _crossing(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: float) -> _Locus | None:
-    """The point where an edge of a and an edge of b cross; None if they pass each other."""
+    """Return the contact where an edge of a crosses an edge of b; None if the lines cross beyond their ends."""
     if axis.of_a is None or axis.of_b is None:
         return None
     of_a, of_b = _edge(a, axis.of_a, axis.normal_AB_W, 1.0), _edge(b, axis.of_b, axis.normal_AB_W, -1.0)
@@ -524,10 +529,10 @@ def _crossing(a: BoxSolid, b: BoxSolid, axis: SeparatingAxis, slack: float) -> _
 
 
 def _closest(u: Vec3, v: Vec3, p_UV: Vec3) -> tuple[float, float]:
-    """Where two lines along u and v come closest: distances along each from points that are `p_UV` apart [m]."""
+    """Return the nearest points of two lines along u and v, as distances from points that are `p_UV` apart [m]."""
     cosine, along_u, along_v = dot(u, v), dot(p_UV, u), dot(p_UV, v)
     across = cross(u, v)
-    square = dot(across, across)  # 1 - cosine^2 would lose the small angles
+    square = dot(across, across)  # accurate for small angles, unlike 1 - cosine^2
     return (along_u - cosine * along_v) / square, (cosine * along_u - along_v) / square
 
 
@@ -538,32 +543,32 @@ def _edge(body: BoxSolid, index: int, normal: Vec3, sign: float) -> Feature:
 
 
 def _middle(body: BoxSolid, feature: Feature) -> Vec3:
-    """The middle of a feature, from the centre of the body, in W [m]."""
+    """Return the centre of a feature, from the centre of the body, in W [m]."""
     point: Vec3 = (0.0, 0.0, 0.0)
     for sign, half, axis in zip(feature, body.half, body.axes, strict=True):
         point = add_scaled(point, sign * half, axis)
     return point
 
 
-# Contact of a box that lies on another with a level top. Most pairs are such, so this path is fast.
+# Contact of two level boxes. Most pairs are of this kind, so this code is fast.
 #
-# Both are seen as rectangles in plan, in the frame of the lower one, so that what is far from the origin is as exact.
+# Both are rectangles in plan, in the frame of the lower one, so that precision does not depend on the position in W.
 
 
-PARALLEL = 1e-12  # sine below which sides are parallel: rounding
+PARALLEL = 1e-12  # sine of the angle below which sides are parallel: rounding
 
 APART: tuple[Vec3, ...] = ()
 
-# Of the upper rectangle in the frame of the lower one: its centre [m], and cosine and sine of its turn.
+# Pose of the upper rectangle in the frame of the lower one: centre [m], cosine and sine of its rotation.
 Place: TypeAlias = tuple[float, float, float, float]
 
 
 def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], float] | None:
-    """The corners of the patch on the top of `lower`, counter-clockwise from above, and the gap there [m].
+    """Return the corners of the patch on the top of `lower`, counter-clockwise from above, and its gap [m].
 
-    The corners are APART if they do not touch, because no gap so wide counts with this reach and `within` [m].
+    The corners are APART if the gap is too large for a contact with this reach and `within` [m].
 
-    None where that is not the whole story: the two touch at most within `reach` of an edge, or side by side.
+    None if this does not decide the contact: if the boxes touch only within `reach` of an edge, or side by side.
     """
     if lower.plan is None or upper.plan is None:
         return None
@@ -587,10 +592,10 @@ def level_patch(lower: BoxSolid, upper: BoxSolid, reach: float, within: float) -
 
 
 def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> tuple[tuple[Vec3, ...], Vec3, float] | None:
-    """The corners of the patch on the side of `a` that `b` stands beside, the normal of that side, and the gap [m].
+    """Return the corners of the patch on the side of `a` that faces `b`, the normal of that side, and the gap [m].
 
-    The corners are APART if the gap beside it is too wide for contact. None unless both are level, their sides are
-    parallel, and they face each other well away from their edges.
+    The corners are APART if the gap is too large for a contact. None unless both boxes are level, their sides are
+    parallel, and they face each other beyond the reach of their edges.
     """
     if a.plan is None or b.plan is None:
         return None
@@ -602,7 +607,7 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> tuple[t
     other_u, other_v = (b.plan[2], b.plan[3]) if -PARALLEL <= sine <= PARALLEL else (b.plan[3], b.plan[2])
     dx, dy, dz = qx - px, qy - py, qz - pz
     x, y = dx * ux + dy * uy, dy * ux - dx * uy
-    if half_u + other_u - abs(x) > half_v + other_v - abs(y):  # they touch across the second side: turn the frame
+    if half_u + other_u - abs(x) > half_v + other_v - abs(y):  # contact on the second side: rotate the frame
         ux, uy, x, y = -uy, ux, y, -x
         half_u, half_v, other_u, other_v = half_v, half_u, other_v, other_u
     gap = abs(x) - half_u - other_u
@@ -622,7 +627,7 @@ def side_patch(a: BoxSolid, b: BoxSolid, reach: float, within: float) -> tuple[t
 
 
 def _level_overlap(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> float:
-    """How far two rectangles must be moved to be apart [m]; negative if they are."""
+    """Return the penetration depth of two rectangles [m]; negative if they are apart."""
     x, y, cosine, sine = place
     (_, _, a, b), (_, _, c, d) = lower, upper
     along, across = abs(cosine), abs(sine)
@@ -634,7 +639,7 @@ def _level_overlap(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> 
 
 
 def _common(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> Polygon:
-    """What two rectangles have in common, in the frame of the lower one."""
+    """Return the intersection of two rectangles, in the frame of the lower one."""
     x, y, cosine, sine = place
     (_, _, a, b), (_, _, c, d) = lower, upper
     if -PARALLEL <= sine <= PARALLEL or -PARALLEL <= cosine <= PARALLEL:
@@ -648,17 +653,17 @@ def _common(place: Place, lower: PlanRectangle, upper: PlanRectangle) -> Polygon
     return tuple(within_rectangle(turned, a, b))
 
 
-# Contact of a box with a plane: the corners of its lowest face whose gaps count as contact.
+# Contact of a box with a plane: the corners of its lowest face with a small gap.
 
 
-# The points of a plane that a body touches, and how high the body is above each [m].
+# Points on a plane in contact with a body, and the height of the body above each [m].
 PointsOnPlane: TypeAlias = tuple[tuple[Vec3, ...], tuple[float, ...]]
 
 
 def points_on_plane(body: BoxSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
-    """The points of the plane that it touches, counter-clockwise seen from above the plane; none if it does not.
+    """Return the points of a plane that a box touches, counter-clockwise seen from above; none without contact.
 
-    What is deeper in it than `reach` [m] does not touch, nor what is further from it than `widest` [m].
+    The largest overlap of a contact is `reach` [m], the largest gap `widest` [m].
     """
     p_PB = subtract(body.pose.position_W, plane.point_W)
     height = dot(p_PB, plane.normal_W)
@@ -690,14 +695,14 @@ def _of_plan(body: BoxSolid, ground: float) -> tuple[Vec3, ...]:
 
 
 def _lowest_face(body: BoxSolid, up: Vec3) -> list[Vec3]:
-    """Its corners, from the centre, in W [m]; of all faces, the one that leans least holds the lowest edge too."""
+    """Return the corners of the face that leans least, from the centre, in W [m]; it contains the lowest edge."""
     rises = [half * abs(dot(axis, up)) for half, axis in zip(body.half, body.axes, strict=True)]
     steepest = max(range(3), key=lambda index: rises[index])
     first, second = (steepest + 1) % 3, (steepest + 2) % 3
     down = -1.0 if dot(body.axes[steepest], up) > 0.0 else 1.0
     centre = scale(down * body.half[steepest], body.axes[steepest])
     u, v = scale(body.half[first], body.axes[first]), scale(body.half[second], body.axes[second])
-    # Seen from above the plane, the second side is to the left of the first where the third axis points up.
+    # Seen from above the plane, the second side is to the left of the first if the third axis points up.
     around = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
     corners = [add_scaled(add_scaled(centre, s, u), t, v) for s, t in around]
     return corners if down < 0.0 else corners[::-1]

@@ -1,4 +1,4 @@
-"""Finds the contacts of bodies from their poses and shapes: the entry to all contact detection."""
+"""Contacts of bodies from their poses and shapes: the entry point of contact detection."""
 
 from operator import itemgetter
 
@@ -13,8 +13,8 @@ from stability.contacts.box_contacts import (
     closeness,
     disturbance,
     face_on_face,
+    feature_contact,
     level_patch,
-    meeting,
     points_on_plane,
     side_patch,
 )
@@ -26,16 +26,16 @@ from stability.problem import Contact, Tolerances
 
 __all__ = ["Solid", "contact_between", "contact_with_plane", "solid"]
 
-# Share of the gap tolerance that noise may displace an edge sideways before it is another edge: 0.08 mm for a plank of
-# 7.8 mm, where engines leave 0.01 mm and turns of up to a thousandth, which move the end of a short edge by 0.05 mm.
+# Largest sideways offset of coinciding edges by noise, as a share of the gap tolerance: 0.08 mm for a plank of 7.8 mm.
+# Engines leave offsets of 0.01 mm, and rotations of up to a thousandth, which move the end of a short edge by 0.05 mm.
 SIDEWAYS = 0.5
 UP_ONLY: tuple[Vec3, ...] = ((0.0, 0.0, 1.0),)
 
 
 def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances) -> Contact | None:
-    """The contact of two bodies; None if they do not touch. The same whichever comes first."""
+    """Return the contact of two bodies, independent of their order; None if they do not touch."""
     reach = reach_between(a.shortest, b.shortest, tolerances.gap)
-    if _boxes_apart(a, b, reach):
+    if _bounds_apart(a, b, reach):
         return None
     if not (isinstance(a, BoxSolid) and isinstance(b, BoxSolid)):
         from stability.contacts.hull_contacts import hull_contact  # noqa: PLC0415 -- boxes do without numpy
@@ -58,9 +58,9 @@ def contact_between(a: Solid, b: Solid, friction: float, tolerances: Tolerances)
 
 
 def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction: float | None = None) -> Contact | None:
-    """The contact of a body with a fixed half-space, which counts as the lower body whichever way it faces.
+    """Return the contact of a body with a fixed half-space, which always counts as the lower body.
 
-    `friction` is that of this body on it, where it is another than the plane's own.
+    `friction` replaces the plane's own coefficient.
     """
     reach = reach_between(a.shortest, share=tolerances.gap)
     widest = gap_bridged(reach, plane.normal_W[2], tolerances.within)
@@ -75,7 +75,7 @@ def contact_with_plane(a: Solid, plane: Plane, tolerances: Tolerances, friction:
 
 
 def flush_within(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
-    """Whether two bodies that touch would carry nothing if they overlapped by `overlap` less [m]."""
+    """Check that two touching bodies would transfer no force if they overlapped by `overlap` [m] less."""
     if isinstance(a, BoxSolid) and isinstance(b, BoxSolid):
         close = closeness(a, b, reach)
         return close is not None and run_flush(close.faces(), overlap)
@@ -90,8 +90,8 @@ def _hull_on_plane(body: HullSolid, plane: Plane, reach: float, widest: float) -
     return hull_on_plane(body, plane, reach, widest)
 
 
-def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
-    """Whether the upright boxes around them are: what a pair that is not in contact costs."""
+def _bounds_apart(a: Solid, b: Solid, reach: float) -> bool:
+    """Check that the bounding boxes are apart, which decides most pairs without contact."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz), (dx, dy, dz) = a.low_W, a.high_W, b.low_W, b.high_W
     return (
         cz - bz > reach or az - dz > reach or cx - bx > reach or ax - dx > reach or cy - by > reach or ay - dy > reach
@@ -99,9 +99,9 @@ def _boxes_apart(a: Solid, b: Solid, reach: float) -> bool:
 
 
 def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float, within: float) -> Contact | None:
-    """The contact of two boxes in any pose; a comes first by name."""
+    """Return the contact of two boxes in any pose; a is first by name."""
     close = closeness(a, b, reach)
-    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.apart(), reach, within):
+    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.separations(), reach, within):
         return None
     off, exact = disturbance(close, max(a.longest, b.longest), reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
@@ -109,28 +109,32 @@ def _general_contact(a: BoxSolid, b: BoxSolid, friction: float, reach: float, wi
     if patch:
         gaps = gaps_of(patch.heights, reach)
         return Contact(patch.lower.id, patch.upper.id, patch.points_W, (patch.normal_W,), Coulomb(friction), gaps)
-    found = _best_meeting(a, b, close, Slack(sideways, off + exact, reach, within))
-    # What a gap as wide as the tolerance has displaced further still touches.
-    found = found or _best_meeting(a, b, close, Slack(reach, reach, reach, within))
-    return _of_meeting(a, b, found, friction, gaps_of(found.gaps_beside(close.gap), reach)) if found else None
+    contact = _best_feature_contact(a, b, close, Slack(sideways, off + exact, reach, within))
+    # Try again with larger tolerances, as a gap of the largest size displaces edges further.
+    contact = contact or _best_feature_contact(a, b, close, Slack(reach, reach, reach, within))
+    return (
+        _directed_contact(a, b, contact, friction, gaps_of(contact.gaps_beside(close.gap), reach)) if contact else None
+    )
 
 
-def _best_meeting(a: BoxSolid, b: BoxSolid, close: BoxCloseness, slack: Slack) -> FeatureContact | None:
-    """The meeting along the axis of the largest gap along which features face each other; faces win near ties."""
+def _best_feature_contact(a: BoxSolid, b: BoxSolid, close: BoxCloseness, slack: Slack) -> FeatureContact | None:
+    """Return the contact along the axis of the largest gap with features that face each other; faces win near ties."""
     sideways = slack.sideways
     axes = [(axis.gap + sideways, axis) for axis in (*close.faces_a, *close.faces_b)]
     axes += [(axis.gap, axis) for axis in close.edges]
     for _, axis in sorted(axes, key=itemgetter(0), reverse=True):
         if axis.gap >= close.gap - 2.0 * sideways and axis.gap >= -slack.reach:
-            found = meeting(a, b, axis, slack)
-            if found:
-                return found
+            contact = feature_contact(a, b, axis, slack)
+            if contact:
+                return contact
     return None
 
 
-def _of_meeting(a: BoxSolid, b: BoxSolid, found: FeatureContact, friction: float, gaps: tuple[float, ...]) -> Contact:
-    upwards = sum(normal[2] for normal in found.normals_AB_W)
+def _directed_contact(
+    a: BoxSolid, b: BoxSolid, features: FeatureContact, friction: float, gaps: tuple[float, ...]
+) -> Contact:
+    upwards = sum(normal[2] for normal in features.normals_AB_W)
     if upwards >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)
-    downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
-    return Contact(b.id, a.id, found.points_W, downwards, Coulomb(friction), gaps)
+        return Contact(a.id, b.id, features.points_W, features.normals_AB_W, Coulomb(friction), gaps)
+    downwards = tuple(scale(-1.0, normal) for normal in features.normals_AB_W)
+    return Contact(b.id, a.id, features.points_W, downwards, Coulomb(friction), gaps)

@@ -1,7 +1,7 @@
-"""A gap counts as contact up to a share of the bodies beside it, but not where a body lies in it that fills it.
+"""Removal of contacts across gaps that a thin body fills.
 
-A sheet of a millimetre under a carton of 200 mm is thinner than the gap across which the carton still touches the
-ground. It stands on the sheet all the same, and slides as that lets it: not on what is below.
+A sheet of a millimetre under a carton of 200 mm is thinner than the largest gap of a contact between the carton and the
+ground. But the carton stands on the sheet, with the friction of the sheet, and not on the ground.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,34 +12,34 @@ from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.problem import Contact
 
-ROOM = 1.1  # times the reach of a contact: what is thicker has no room in its gap, whatever it is in its neighbours
-PARALLEL = 1.0 - 1e-6  # cosine between the normals of what lies one on the other
+ROOM = 1.1  # times the reach of a contact: the largest thickness of a body in its gap, including overlaps
+PARALLEL = 1.0 - 1e-6  # least cosine between the normals of contacts in a stack of thin bodies
 
 ContactsOf = Callable[[BodyId], Iterable[Contact]]
 
 
 def is_filled(contact: Contact, solids: Mapping[BodyId, Solid], contacts_of: ContactsOf, share: float) -> bool:
-    """Whether thin bodies, one on the other, lead from one body of a contact to the other along its normal.
+    """Check that a stack of thin bodies connects the two bodies of a contact along its normal.
 
-    `solids` are all bodies but planes, and `share` is that of the least thickness by which bodies touch.
+    `solids` are all bodies except planes; `share` is the gap tolerance as a share of the least thickness.
     """
     if len(contact.normals_W) != 1:
         return False
     thickness = min(solids[body].shortest for body in (contact.lower, contact.upper) if body in solids)
-    seen, front = {contact.upper}, [contact.upper]
+    visited, front = {contact.upper}, [contact.upper]
     while front:
         body = front.pop()
         for below in _below(body, contacts_of(body), contact.normals_W[0]):
             if below == contact.lower and body != contact.upper:
                 return True
-            if below not in seen and below in solids and solids[below].shortest <= ROOM * share * thickness:
-                seen.add(below)
+            if below not in visited and below in solids and solids[below].shortest <= ROOM * share * thickness:
+                visited.add(below)
                 front.append(below)
     return False
 
 
-def thin_ones(solids: Mapping[BodyId, Solid], share: float = TOUCHING) -> list[BodyId]:
-    """The bodies that are thin enough to fill a gap which counts as contact of others; none, nearly everywhere."""
+def thin_bodies(solids: Mapping[BodyId, Solid], share: float = TOUCHING) -> list[BodyId]:
+    """Return the bodies that are thin enough to fill the gap of a contact of others; most scenes have none."""
     thickest = max((body.shortest for body in solids.values()), default=0.0)
     return [name for name, body in solids.items() if body.shortest <= ROOM * share * thickest]
 
@@ -47,17 +47,17 @@ def thin_ones(solids: Mapping[BodyId, Solid], share: float = TOUCHING) -> list[B
 def without_filled(
     contacts: Sequence[Contact], beside: Iterable[Contact], solids: Mapping[BodyId, Solid], share: float = TOUCHING
 ) -> list[Contact]:
-    """Those of some contacts whose gaps nothing fills; `beside` are all others of what may be in them."""
-    known = [*contacts, *beside]
+    """Return the contacts whose gaps are not filled; `beside` are all other contacts of the thin bodies."""
+    all_contacts = [*contacts, *beside]
 
     def contacts_of(body: BodyId) -> Iterable[Contact]:
-        return (contact for contact in known if body in (contact.lower, contact.upper))
+        return (contact for contact in all_contacts if body in (contact.lower, contact.upper))
 
     return [contact for contact in contacts if not is_filled(contact, solids, contacts_of, share)]
 
 
 def _below(body: BodyId, contacts: Iterable[Contact], up_W: Vec3) -> Iterable[BodyId]:
-    """What a body lies on, seen along a direction."""
+    """Yield the bodies below a body along a direction."""
     for contact in contacts:
         if len(contact.normals_W) == 1:
             sign = 1.0 if contact.upper == body else -1.0

@@ -1,4 +1,4 @@
-"""Finds the contact of convex solids with each other and with planes: faces, edges, corners and their normals."""
+"""Contact of convex solids with each other and with planes: faces, edges, corners and their normals."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from stability.contacts.box_contacts import (
     FeatureContact,
     PointsOnPlane,
     Slack,
-    lies_on,
+    is_face_contact,
     line_or_point,
     no_higher,
 )
@@ -32,49 +32,49 @@ from stability.geometry.vectors import add_scaled, cross, dot, norm, scale, unit
 from stability.model import Plane, Vec3
 from stability.problem import Contact
 
-# Separating axes of two hulls, and how far their poses may be off by noise.
+# Separating axes of two hulls, and the displacement of their poses by noise.
 
 
-ALIKE = 0.5  # cosine above which two directions are worth a closer look
+ALIKE = 0.5  # cosine of a rough preselection of parallel directions
 
-# Two faces that look at each other: number of that of a and of b, and sine of the angle between them.
+# Two faces that face each other: the number of that of a and of b, and the sine of the angle between them.
 FacePair: TypeAlias = tuple[int, int, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HullCloseness:
-    """How two hulls stand to each other that touch or overlap."""
+    """Gaps of two hulls that touch or overlap."""
 
     a: Hull
     b: Hull
     p_AB: Array  # between their centres [m]
-    gap: float  # the largest of all directions [m]
+    gap: float  # largest of all directions [m]
     gaps_a: Array  # by face of a [m]
     gaps_b: Array
     edges: EdgePairs
     facing: list[FacePair]  # nearly parallel
 
-    def apart(self) -> Iterator[tuple[float, Vec3]]:
-        """The gap along each normal of a face, and of edges that cross [m], and that normal; as of boxes."""
+    def separations(self) -> Iterator[tuple[float, Vec3]]:
+        """Yield the gap [m] and the normal of each face and each pair of crossing edges, as for boxes."""
         yield from self.faces()
         edges = self.edges
-        sines = np.linalg.norm(cross_rows(self.a.ways[edges.of_a], self.b.ways[edges.of_b]), axis=1)
+        sines = np.linalg.norm(cross_rows(self.a.directions[edges.of_a], self.b.directions[edges.of_b]), axis=1)
         cross = sines > NOISY_TILT
         yield from zip(edges.gaps[cross].tolist(), map(vector, edges.normals_AB[cross]), strict=True)
 
     def faces(self) -> Iterator[tuple[float, Vec3]]:
-        """The gap along the normal of each face of both [m], and that normal from a to b."""
+        """Yield the gap [m] and the normal from a to b of each face of both."""
         yield from zip(self.gaps_a.tolist(), map(vector, self.a.normals), strict=True)
         yield from zip(self.gaps_b.tolist(), map(vector, -self.b.normals), strict=True)
 
     def gap_along(self, normal_AB: Array) -> float:
-        """The gap along a unit direction that leads from a to b [m]."""
+        """Return the gap along a unit direction from a to b [m]."""
         between_both = self.b.heights(normal_AB).min() - self.a.heights(normal_AB).max()
         return float(self.p_AB @ normal_AB + between_both)
 
 
 def hull_closeness(a: Hull, b: Hull, reach: float) -> HullCloseness | None:
-    """How two hulls stand to each other; None if they are further than `reach` apart, or deeper in each other."""
+    """Compute the gaps of two hulls; None if their gap or overlap exceeds `reach` [m]."""
     p_AB = between(a, b)
     gaps_a, gaps_b = face_gaps(a, b, p_AB), face_gaps(b, a, -p_AB)
     largest = max(float(gaps_a.max()), float(gaps_b.max()))
@@ -98,19 +98,22 @@ def _facing(a: Hull, b: Hull) -> list[FacePair]:
 
 
 def disturbance(close: HullCloseness, reach: float) -> float:
-    """How far the two may be from the places that were meant [m], at most `reach`: read off the pair itself.
+    """Estimate the displacement of two hulls from their ideal poses by noise [m], at most `reach`, from the pair alone.
 
-    As of boxes (`stability.contacts.box_contacts.disturbance`), by the normals of faces in place of body axes.
+    As `stability.contacts.box_contacts.disturbance`, with face normals in place of body axes.
     """
     a, b = close.a, close.b
     alike = [(int(i), int(j)) for i, j in np.argwhere(np.abs(a.normals @ b.normals.T) > ALIKE)]
-    one, other = [i for i, _ in alike], [j for _, j in alike]
-    sines = np.linalg.norm(cross_rows(a.normals[one], b.normals[other]), axis=1) if alike else np.zeros(0)
-    common = [i for i, sine in zip(one, sines.tolist(), strict=True) if sine <= NOISY_TILT]
+    of_a, of_b = [i for i, _ in alike], [j for _, j in alike]
+    sines = np.linalg.norm(cross_rows(a.normals[of_a], b.normals[of_b]), axis=1) if alike else np.zeros(0)
+    common = [i for i, sine in zip(of_a, sines.tolist(), strict=True) if sine <= NOISY_TILT]
     if common:
-        ways = a.normals[common]
-        same_way = np.linalg.norm(cross_rows(ways, np.broadcast_to(ways[0], ways.shape)), axis=1) <= NOISY_TILT
-        if same_way.all() and max(close.gap_along(ways[0]), close.gap_along(-ways[0])) < -reach:
+        directions = a.normals[common]
+        parallel = (
+            np.linalg.norm(cross_rows(directions, np.broadcast_to(directions[0], directions.shape)), axis=1)
+            <= NOISY_TILT
+        )
+        if parallel.all() and max(close.gap_along(directions[0]), close.gap_along(-directions[0])) < -reach:
             return reach
     gaps: list[float] = [abs(gap) for gap in (*close.gaps_a.tolist(), *close.gaps_b.tolist()) if abs(gap) <= reach]
     tilts: list[float] = [sine for sine in sines.tolist() if sine <= NOISY_TILT]
@@ -119,41 +122,42 @@ def disturbance(close: HullCloseness, reach: float) -> float:
     return min(reach, NOISE_RATIO * noise)
 
 
-# Normals that two touching features of hulls admit.
+# Normals of two touching features of hulls.
 #
-# A face admits its normal, an edge what lies between those of its two faces, a corner what leads into none of its
-# edges. Two features that touch admit what one admits and minus the other does; the extreme directions of that span it.
+# A face has its normal, an edge the directions between those of its two faces, a corner the directions without a
+# positive component along its edges. The normals of two touching features are the intersection of one set with the
+# negative of the other, given by its extreme directions.
 
 
-FACE, EDGE = 2, 1  # dimensions of a feature; a corner has none
+FACE, EDGE = 2, 1  # dimensions of a feature; that of a corner is 0
 
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """A face, an edge or a corner of a hull, by its number."""
+    """Face, edge or corner of a hull, by its number."""
 
     body: Hull
     dimension: int
     number: int
 
     def normals(self, sign: float) -> list[Vec3]:
-        """The extreme normals that it admits, times a sign; those of a corner in order around it."""
+        """Return the extreme normals, times a sign; those of a corner in order around it."""
         mesh, normals = self.body.mesh, self.body.normals
         if self.dimension == FACE:
             return [vector(sign * normals[self.number])]
         if self.dimension == EDGE:
             return [vector(sign * normals[face]) for face in mesh.beside[self.number]]
-        return [vector(sign * each) for each in _turned_around(normals[list(mesh.faces_at[self.number])])]
+        return [vector(sign * normal) for normal in _turned_around(normals[list(mesh.faces_at[self.number])])]
 
     def limits(self, sign: float) -> list[Vec3]:
-        """Directions that a normal of a corner, times a sign, must not lead into."""
+        """Return the directions along which a normal of a corner, times a sign, has no positive component."""
         corners, mesh = self.body.corners, self.body.mesh
-        ways = corners[list(mesh.around[self.number])] - corners[self.number]
-        return [vector(sign * way / np.linalg.norm(way)) for way in ways]
+        directions = corners[list(mesh.around[self.number])] - corners[self.number]
+        return [vector(sign * direction / np.linalg.norm(direction)) for direction in directions]
 
 
 def _turned_around(normals: Array) -> Array:
-    """The normals at a corner in order around their middle."""
+    """Sort the normals at a corner around their mean."""
     middle = normals.sum(axis=0)
     middle /= np.linalg.norm(middle)
     first = normals[0] - (normals[0] @ middle) * middle
@@ -163,64 +167,64 @@ def _turned_around(normals: Array) -> Array:
 
 
 def common_normals(a: Feature, b: Feature, along_line: bool) -> tuple[Vec3, ...]:
-    """The extreme unit normals, from a towards b; none if the features do not face each other.
+    """Return the extreme unit normals, from a towards b; none if the features do not face each other.
 
-    Edges that touch along a line are taken as parallel, whatever noise has made of them.
+    Edges that touch along a line count as parallel.
     """
     if FACE in (a.dimension, b.dimension):
         return tuple(a.normals(1.0) if a.dimension == FACE else b.normals(-1.0))
     if a.dimension == b.dimension == EDGE:
-        way_a, way_b = vector(a.body.ways[a.number]), vector(b.body.ways[b.number])
-        across = cross(way_a, way_b)
+        direction_a, direction_b = vector(a.body.directions[a.number]), vector(b.body.directions[b.number])
+        across = cross(direction_a, direction_b)
         if along_line or norm(across) < ROUNDING:
-            return _of_parallel_edges(a.normals(1.0), b.normals(-1.0), way_a)
+            return _of_parallel_edges(a.normals(1.0), b.normals(-1.0), direction_a)
         normal = unit(across)
-        outward = sum(dot(normal, each) for each in a.normals(1.0))
+        outward = sum(dot(normal, normal_of_a) for normal_of_a in a.normals(1.0))
         return (normal if outward > 0.0 else scale(-1.0, normal),)
     if a.dimension == EDGE:
         return _clipped(a.normals(1.0), b.limits(-1.0))
     return _clipped(b.normals(-1.0), a.limits(1.0))
 
 
-def _of_parallel_edges(of_a: Sequence[Vec3], of_b: Sequence[Vec3], way: Vec3) -> tuple[Vec3, ...]:
-    """What two arcs in the plane across the edges have in common: borders of one that lie within the other."""
-    found = [each for each in of_a if _is_amid(each, of_b, way)]
-    found += [each for each in of_b if _is_amid(each, of_a, way)]
-    return _distinct(found)
+def _of_parallel_edges(of_a: Sequence[Vec3], of_b: Sequence[Vec3], direction: Vec3) -> tuple[Vec3, ...]:
+    """Intersect two arcs in the plane perpendicular to the edges: the borders of each that lie within the other."""
+    common = [normal for normal in of_a if _is_between(normal, of_b, direction)]
+    common += [normal for normal in of_b if _is_between(normal, of_a, direction)]
+    return _distinct(common)
 
 
-def _is_amid(normal: Vec3, arc: Sequence[Vec3], way: Vec3) -> bool:
-    start, end = arc if dot(cross(arc[0], arc[1]), way) > 0.0 else (arc[1], arc[0])
+def _is_between(normal: Vec3, arc: Sequence[Vec3], direction: Vec3) -> bool:
+    start, end = arc if dot(cross(arc[0], arc[1]), direction) > 0.0 else (arc[1], arc[0])
     if dot(normal, start) + dot(normal, end) <= 0.0:
         return False  # on the far side
-    return dot(cross(start, normal), way) >= -ROUNDING and dot(cross(normal, end), way) >= -ROUNDING
+    return dot(cross(start, normal), direction) >= -ROUNDING and dot(cross(normal, end), direction) >= -ROUNDING
 
 
 def _clipped(cone: Sequence[Vec3], limits: Sequence[Vec3]) -> tuple[Vec3, ...]:
     normals = list(cone)
-    for way in limits:
-        normals = cut(normals, [-dot(normal, way) for normal in normals], ROUNDING, _amid) if normals else []
+    for limit in limits:
+        normals = cut(normals, [-dot(normal, limit) for normal in normals], ROUNDING, _between) if normals else []
     return _distinct(normals)
 
 
-def _amid(one: Vec3, other: Vec3, part: float) -> Vec3:
-    return unit(add_scaled(scale(1.0 - part, one), part, other))
+def _between(start: Vec3, end: Vec3, part: float) -> Vec3:
+    return unit(add_scaled(scale(1.0 - part, start), part, end))
 
 
 def _distinct(normals: Sequence[Vec3]) -> tuple[Vec3, ...]:
-    found: list[Vec3] = []
+    distinct: list[Vec3] = []
     for normal in normals:
-        if all(norm(add_scaled(normal, -1.0, other)) > ROUNDING for other in found):
-            found.append(normal)
-    return tuple(found)
+        if all(norm(add_scaled(normal, -1.0, other)) > ROUNDING for other in distinct):
+            distinct.append(normal)
+    return tuple(distinct)
 
 
-# Face contacts of two hulls: nearly parallel faces whose gap counts as contact all over their overlap.
+# Face contacts of two hulls: nearly parallel faces with a small gap all over their overlap.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plate:
-    """One face of a hull, as the frame in which what lies on it is seen: x and y along it, z out of it."""
+    """Face of a hull, with its frame: x and y in the face, z along its normal."""
 
     body: Hull
     number: int
@@ -229,16 +233,16 @@ class Plate:
     reach: float  # of the face from the body's centre [m]
 
     def seen(self, points: Array) -> list[Vec3]:
-        """Points (n, 3), from the body's centre in W, as (x, y, height above the face)."""
+        """Convert points (n, 3), from the body's centre in W, to (x, y, height above the face)."""
         return [(x, y, z - self.reach) for x, y, z in (points @ self.axes.T).tolist()]
 
     def placed(self, point: Sequence[float]) -> Array:
-        """A point (x, y) of the face, from the body's centre in W [m]."""
-        found: Array = point[0] * self.axes[0] + point[1] * self.axes[1] + self.reach * self.axes[2]
-        return found
+        """Convert a point (x, y) of the face to W, from the body's centre [m]."""
+        point_W: Array = point[0] * self.axes[0] + point[1] * self.axes[1] + self.reach * self.axes[2]
+        return point_W
 
     def cut_to(self, corners: Sequence[Vec3], slack: float = 0.0) -> Sequence[Vec3]:
-        """The part of a convex polygon, a line or a point that lies over the face, or beside it by at most `slack`."""
+        """Clip a convex polygon, a line or a point to the face, extended by `slack` [m]."""
         for (ax, ay), (bx, by) in zip(self.corners, (*self.corners[1:], self.corners[0]), strict=True):
             if not corners:
                 return ()
@@ -251,7 +255,7 @@ class Plate:
 
 
 def plate(body: Hull, number: int) -> Plate:
-    """A face of a hull as a frame, x along its first side."""
+    """Return a face of a hull with its frame, x along its first side."""
     loop, normal = list(body.mesh.loops[number]), body.normals[number]
     points = body.corners[loop]
     along = points[1] - points[0]
@@ -264,16 +268,16 @@ def plate(body: Hull, number: int) -> Plate:
 
 @dataclass(frozen=True, slots=True)
 class HullPatch:
-    """Where two hulls touch over an area."""
+    """Contact area of two hulls."""
 
     a_is_lower: bool
     points_W: tuple[Vec3, ...]  # in order [m]
-    heights: tuple[float, ...]  # of the upper body above the lower one at each [m]
-    normal_W: Vec3  # out of the lower one
+    heights: tuple[float, ...]  # of the upper body above the lower one at each point [m]
+    normal_W: Vec3  # outward normal of the lower one
 
 
 def hull_face_on_face(close: HullCloseness, slack: Slack, rounding: float) -> HullPatch | None:
-    """The patch of two faces whose gap counts as contact all over; None if none is wider than `slack.sideways`."""
+    """Return the patch of two faces with a small gap all over; None if none is wider than `slack.sideways`."""
     pairs = [(max(float(close.gaps_a[i]), float(close.gaps_b[j])), i, j) for i, j, _ in close.facing]
     for _, i, j in sorted(pairs, reverse=True):
         lower_is_a, normal = _order(close, i, j)
@@ -281,37 +285,37 @@ def hull_face_on_face(close: HullCloseness, slack: Slack, rounding: float) -> Hu
         other, face = (close.b, j) if lower_is_a else (close.a, i)
         shift = close.p_AB if lower_is_a else -close.p_AB
         lying = on.seen(other.corners[list(other.mesh.loops[face])] + shift)
-        corners = on.cut_to(lying[::-1])  # seen from outside of the face that carries, the other runs backwards
-        if corners and lies_on(corners, vector(normal), slack):
-            points, heights = _placed(on, corners, rounding)
+        corners = on.cut_to(lying[::-1])  # seen from outside the carrying face, the other runs clockwise
+        if corners and is_face_contact(corners, vector(normal), slack):
+            points, heights = _in_world(on, corners, rounding)
             return HullPatch(lower_is_a, points, heights, vector(normal))
     return None
 
 
 def _order(close: HullCloseness, i: int, j: int) -> tuple[bool, Array]:
-    """Whether the face of a is the lower one, and the normal from the lower body to the upper one; a comes first."""
+    """Check that the face of a is the lower one; return this, and the normal from the lower body to the upper one."""
     up_a, up_b = close.a.normals[i], close.b.normals[j]
     if up_a[2] >= -LEVEL:
         return True, up_a
     if up_b[2] > LEVEL:
         return False, up_b
-    return True, -up_b  # both lean down, by noise: two upright sides that gape
+    return True, -up_b  # both normals point down by noise: two vertical sides
 
 
-def _placed(on: Plate, corners: Sequence[Vec3], rounding: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
-    """The corners in W, doubled ones once, and their heights above the face [m]."""
-    kept: list[Array] = []
+def _in_world(on: Plate, corners: Sequence[Vec3], rounding: float) -> tuple[tuple[Vec3, ...], tuple[float, ...]]:
+    """Return the distinct corners in W, and their heights above the face [m]."""
+    distinct: list[Array] = []
     heights: list[float] = []
     for corner in corners:
         local = on.placed(corner)
-        if not any(dist(local, other) <= rounding for other in kept):
-            kept.append(local)
+        if not any(dist(local, other) <= rounding for other in distinct):
+            distinct.append(local)
             heights.append(corner[2])
     centre = np.array(on.body.p_WC)
-    return tuple(vector(centre + local) for local in kept), tuple(heights)
+    return tuple(vector(centre + local) for local in distinct), tuple(heights)
 
 
-# Edge and corner contacts of two hulls: on a face, crossing, meeting, or corner to corner.
+# Edge and corner contacts of two hulls: on a face, edge on edge, or corner on corner.
 
 
 CORNER = 0
@@ -320,38 +324,38 @@ CORNER = 0
 @dataclass(frozen=True, slots=True, eq=False)
 class _Locus:
     points: tuple[Array, ...]  # from the centre of a, in W [m]
-    heights: tuple[float, ...]  # of the one body above the other at each [m]
+    heights: tuple[float, ...]  # of one body above the other at each point [m]
     of_a: Feature
     of_b: Feature
 
 
-def meeting_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack) -> FeatureContact | None:
-    """How the lowest feature of one hull touches a face of the other; None if it lies beside it."""
+def contact_on_face(close: HullCloseness, of_a: bool, number: int, slack: Slack) -> FeatureContact | None:
+    """Return the contact of the lowest feature of one hull with a face of the other; None if it is beside the face."""
     a, b = close.a, close.b
     gap = float((close.gaps_a if of_a else close.gaps_b)[number])
     on, other, shift = (plate(a, number), b, close.p_AB) if of_a else (plate(b, number), a, -close.p_AB)
     normal = on.axes[2] if of_a else -on.axes[2]
-    found = _on_face(on, other, shift, slack, gap)
-    if found is None:
+    locus_parts = _on_face(on, other, shift, slack, gap)
+    if locus_parts is None:
         return None
-    points, heights, of_on, of_other = found
+    points, heights, of_on, of_other = locus_parts
     if not of_a:
         points = tuple(point + close.p_AB for point in points)
     locus = _Locus(points, heights, of_on, of_other) if of_a else _Locus(points, heights, of_other, of_on)
-    return _meeting(close, locus, normal, gap, slack)
+    return _feature_contact(close, locus, normal, gap, slack)
 
 
-def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> FeatureContact | None:
-    """The point where an edge of a and an edge of b cross; None if they pass each other."""
+def contact_of_edges(close: HullCloseness, pair: int, slack: Slack) -> FeatureContact | None:
+    """Return the contact where an edge of a crosses an edge of b; None if the lines cross beyond their ends."""
     edges, a, b = close.edges, close.a, close.b
     i, j = int(edges.of_a[pair]), int(edges.of_b[pair])
     on_a, half_a = _segment(a, i)
     on_b, half_b = _segment(b, j)
-    u, v, away = a.ways[i], b.ways[j], close.p_AB + on_b - on_a
+    u, v, offset = a.directions[i], b.directions[j], close.p_AB + on_b - on_a
     across = np.array(cross(vector(u), vector(v)))
     square = float(across @ across)
-    along_a = float(np.array(cross(vector(away), vector(v))) @ across) / square
-    along_b = float(np.array(cross(vector(away), vector(u))) @ across) / square
+    along_a = float(np.array(cross(vector(offset), vector(v))) @ across) / square
+    along_b = float(np.array(cross(vector(offset), vector(u))) @ across) / square
     if abs(along_a) > half_a + slack.sideways or abs(along_b) > half_b + slack.sideways:
         return None
     point_a, point_b = on_a + along_a * u, on_b + along_b * v
@@ -361,28 +365,30 @@ def meeting_of_edges(close: HullCloseness, pair: int, slack: Slack) -> FeatureCo
         _at_end(a, i, along_a, half_a, slack.sideways),
         _at_end(b, j, along_b, half_b, slack.sideways),
     )
-    return _meeting(close, locus, edges.normals_AB[pair], float(edges.gaps[pair]), slack)
+    return _feature_contact(close, locus, edges.normals_AB[pair], float(edges.gaps[pair]), slack)
 
 
-def _meeting(close: HullCloseness, locus: _Locus, normal: Array, gap: float, slack: Slack) -> FeatureContact:
+def _feature_contact(close: HullCloseness, locus: _Locus, normal: Array, gap: float, slack: Slack) -> FeatureContact:
     normals = common_normals(locus.of_a, locus.of_b, len(locus.points) > 1)
-    # Features coincide up to the slack only. A normal along which the bodies are further apart is not theirs: it would
-    # let a brick rest on an edge that it just misses.
-    along = [(each, close.gap_along(np.array(each))) for each in normals]
-    touching = tuple(each for each, apart in along if gap - slack.off <= apart <= slack.widest(each))
+    # Features coincide only up to the slack. A normal with a larger gap is left out: it would let a brick rest on an
+    # edge that it just misses.
+    along = [(candidate, close.gap_along(np.array(candidate))) for candidate in normals]
+    touching = tuple(
+        candidate for candidate, apart in along if gap - slack.off <= apart <= slack.largest_gap(candidate)
+    )
     centre = np.array(close.a.p_WC)
     points = tuple(vector(centre + point) for point in locus.points)
     return FeatureContact(points, locus.heights, touching or (vector(normal),))
 
 
 def _segment(body: Hull, edge: int) -> tuple[Array, float]:
-    """The middle of an edge, from the body's centre, and half its length [m]."""
-    one, end = body.corners[body.mesh.edges[edge]]
-    return 0.5 * (one + end), 0.5 * float(np.linalg.norm(end - one))
+    """Return the midpoint of an edge, from the body's centre, and half its length [m]."""
+    start, end = body.corners[body.mesh.edges[edge]]
+    return 0.5 * (start + end), 0.5 * float(np.linalg.norm(end - start))
 
 
 def _at_end(body: Hull, edge: int, along: float, half: float, slack: float) -> Feature:
-    """The edge, or the corner at its end if the place is there."""
+    """Return the corner at the end of an edge if the point is there, else the edge."""
     if abs(along) < half - slack:
         return Feature(body, EDGE, edge)
     return Feature(body, CORNER, int(body.mesh.edges[edge][1 if along > 0.0 else 0]))
@@ -391,57 +397,62 @@ def _at_end(body: Hull, edge: int, along: float, half: float, slack: float) -> F
 def _on_face(
     on: Plate, other: Hull, shift: Array, slacks: Slack, gap: float
 ) -> tuple[tuple[Array, ...], tuple[float, ...], Feature, Feature] | None:
-    """The lowest feature of `other`, whose centre is `shift` from that of the face's body, on the face.
+    """Return the contact of a face with the lowest feature of `other`, whose centre is `shift` from the face's body.
 
-    The points on the face, the heights of the feature above them [m], and the features of the two bodies.
+    The result has the points on the face, the heights of the feature above them [m], and the features of the two
+    bodies.
     """
-    slack, rise, widest = slacks.sideways, slacks.rise(gap), slacks.widest(vector(on.axes[2]))
-    seen = on.seen(other.corners + shift)
-    lowest = min(height for _, _, height in seen)
-    low = [number for number, (_, _, height) in enumerate(seen) if height - lowest <= rise]
-    place = _within([seen[n] for n in low], on, slack, widest)
-    if not place:
+    slack, rise, largest_gap = slacks.sideways, slacks.rise(gap), slacks.largest_gap(vector(on.axes[2]))
+    local = on.seen(other.corners + shift)
+    lowest = min(height for _, _, height in local)
+    low = [number for number, (_, _, height) in enumerate(local) if height - lowest <= rise]
+    in_face = _within([local[n] for n in low], on, slack, largest_gap)
+    if not in_face:
         return None
     loop = on.body.mesh.loops[on.number]
-    of_on = _holding(on.body, place, dict(zip(loop, on.corners, strict=True)), Feature(on.body, FACE, on.number), slack)
-    whole = _whole(other, low, -on.axes[2])
-    of_other = _holding(other, place, {n: (seen[n][0], seen[n][1]) for n in low}, whole, slack)
-    return tuple(on.placed(point) for point in place), tuple(height for _, _, height in place), of_on, of_other
+    of_on = _smallest_feature(
+        on.body, in_face, dict(zip(loop, on.corners, strict=True)), Feature(on.body, FACE, on.number), slack
+    )
+    lowest_feature = _feature_of(other, low, -on.axes[2])
+    of_other = _smallest_feature(other, in_face, {n: (local[n][0], local[n][1]) for n in low}, lowest_feature, slack)
+    return tuple(on.placed(point) for point in in_face), tuple(height for _, _, height in in_face), of_on, of_other
 
 
-def _whole(body: Hull, low: Sequence[int], towards: Array) -> Feature:
-    """The feature that these corners make: of several faces, the one that looks most the way that is given."""
+def _feature_of(body: Hull, low: Sequence[int], direction: Array) -> Feature:
+    """Return the feature of these corners; of several faces the one that faces the given direction most."""
     if len(low) == 1:
         return Feature(body, CORNER, low[0])
     if len(low) == 2:  # noqa: PLR2004 -- an edge has two ends
         edge = _edge_of(body, low[0], low[1])
         if edge is not None:
             return Feature(body, EDGE, edge)
-    return Feature(body, FACE, int((body.normals @ towards).argmax()))
+    return Feature(body, FACE, int((body.normals @ direction).argmax()))
 
 
-def _edge_of(body: Hull, one: int, other: int) -> int | None:
-    found = np.flatnonzero((body.mesh.edges == sorted((one, other))).all(axis=1))
-    return int(found[0]) if len(found) else None
+def _edge_of(body: Hull, start: int, end: int) -> int | None:
+    matches = np.flatnonzero((body.mesh.edges == sorted((start, end))).all(axis=1))
+    return int(matches[0]) if len(matches) else None
 
 
-def _holding(body: Hull, place: Sequence[Vec3], corners: dict[int, Point2], whole: Feature, slack: float) -> Feature:
-    """The least feature that holds a point or a line, of those between corners that are seen in plan."""
-    if len(place) == 1:
-        near = [(hypot(place[0][0] - x, place[0][1] - y), number) for number, (x, y) in corners.items()]
+def _smallest_feature(
+    body: Hull, points: Sequence[Vec3], corners: dict[int, Point2], default: Feature, slack: float
+) -> Feature:
+    """Return the smallest feature that contains a point or a line, given the corners in the plane of the face."""
+    if len(points) == 1:
+        near = [(hypot(points[0][0] - x, points[0][1] - y), number) for number, (x, y) in corners.items()]
         if near and min(near)[0] <= slack:
             return Feature(body, CORNER, min(near)[1])
-    for edge, (one, other) in enumerate(body.mesh.edges.tolist()):
-        if one in corners and other in corners:
-            ends = corners[one], corners[other]
-            if all(_beside((x, y), *ends) <= slack for x, y, _ in place):
+    for edge, (start, end) in enumerate(body.mesh.edges.tolist()):
+        if start in corners and end in corners:
+            ends = corners[start], corners[end]
+            if all(_beside((x, y), *ends) <= slack for x, y, _ in points):
                 return Feature(body, EDGE, edge)
-    return whole
+    return default
 
 
-def _beside(point: Point2, one: Point2, other: Point2) -> float:
-    """How far a point is from a line between two others [m]."""
-    (x, y), (ax, ay), (bx, by) = point, one, other
+def _beside(point: Point2, start: Point2, end: Point2) -> float:
+    """Return the distance of a point from the line between two others [m]."""
+    (x, y), (ax, ay), (bx, by) = point, start, end
     dx, dy = bx - ax, by - ay
     square = dx * dx + dy * dy
     part = ((x - ax) * dx + (y - ay) * dy) / square if square > 0.0 else 0.0
@@ -450,7 +461,7 @@ def _beside(point: Point2, one: Point2, other: Point2) -> float:
 
 
 def _within(vertices: Sequence[Vec3], on: Plate, slack: float, widest: float) -> Sequence[Vec3]:
-    """The part of a feature on a face: one point, the two ends of a line, or nothing."""
+    """Return the part of a feature on a face: a point, the two ends of a line, or nothing."""
     ordered = vertices if len(vertices) <= 2 else _in_order(vertices)  # noqa: PLR2004 -- a line has two ends
     wider = no_higher(on.cut_to(ordered, slack), widest)
     if not wider:
@@ -463,8 +474,8 @@ def _within(vertices: Sequence[Vec3], on: Plate, slack: float, widest: float) ->
 
 
 def _in_order(vertices: Sequence[Vec3]) -> Sequence[Vec3]:
-    """The corners over a face, as (x, y, height above it), that bound the rest in plan, in order around."""
-    heights = {(x, y): height for x, y, height in sorted(vertices, reverse=True)}  # of two at a place, the lower one
+    """Return the corners over a face, as (x, y, height above it), of the convex hull in the face, in order."""
+    heights = {(x, y): height for x, y, height in sorted(vertices, reverse=True)}  # the lower of two at one (x, y)
     return [(x, y, heights[x, y]) for x, y in convex_hull(heights)]
 
 
@@ -473,7 +484,7 @@ def _sides(on: Plate) -> list[tuple[Point2, Point2]]:
 
 
 def _clamped(point: Vec3, on: Plate) -> Vec3:
-    """The point of a face that is nearest to another one beside it."""
+    """Return the point of a face that is nearest to a point beside it."""
     if all((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax) >= 0.0 for (ax, ay), (bx, by) in _sides(on)):
         return point
     nearest, best = point, float("inf")
@@ -481,30 +492,29 @@ def _clamped(point: Vec3, on: Plate) -> Vec3:
         dx, dy = bx - ax, by - ay
         part = min(1.0, max(0.0, ((point[0] - ax) * dx + (point[1] - ay) * dy) / (dx * dx + dy * dy)))
         foot = (ax + part * dx, ay + part * dy, point[2])
-        away = hypot(point[0] - foot[0], point[1] - foot[1])
-        if away < best:
-            nearest, best = foot, away
+        distance = hypot(point[0] - foot[0], point[1] - foot[1])
+        if distance < best:
+            nearest, best = foot, distance
     return nearest
 
 
 def _along_border(segment: Sequence[Vec3], on: Plate, slack: float) -> bool:
-    return any(all(_beside((x, y), one, other) <= slack for x, y, _ in segment) for one, other in _sides(on))
+    return any(all(_beside((x, y), start, end) <= slack for x, y, _ in segment) for start, end in _sides(on))
 
 
-# The contact of two bodies of which one at least is no box, and of a hull and a plane.
+# The contact of two bodies at least one of which is no box, and of a hull and a plane.
 
 
-# Share of the gap tolerance that noise may displace an edge sideways before it is another edge.
-SIDEWAYS = 0.5
-ASKEW = 0.9  # cosine below which two directions span a plane well
+SIDEWAYS = 0.5  # largest sideways offset of coinciding edges by noise, as a share of the gap tolerance
+ASKEW = 0.9  # largest cosine of two directions that span a plane
 
 
 def hull_contact(a: Solid, b: Solid, friction: float, reach: float, within: float) -> Contact | None:
-    """The contact of two bodies whose upright boxes touch; None if they do not. The same whichever comes first."""
+    """Return the contact of two bodies with touching bounding boxes, independent of their order; None without one."""
     if a.id > b.id:
         a, b = b, a
     close = hull_closeness(as_hull(a), as_hull(b), reach)
-    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.apart(), reach, within):
+    if close is None or run_flush(close.faces(), NO_GAP * reach) or not all_bridged(close.separations(), reach, within):
         return None
     off, exact = disturbance(close, reach), rounding(a, b)
     sideways = min(off, SIDEWAYS * reach) + exact
@@ -514,38 +524,47 @@ def hull_contact(a: Solid, b: Solid, friction: float, reach: float, within: floa
         lower, upper = (a, b) if patch.a_is_lower else (b, a)
         gaps = gaps_of(patch.heights, reach)
         return Contact(lower.id, upper.id, patch.points_W, (patch.normal_W,), Coulomb(friction), gaps)
-    found = _best_hull_meeting(close, slack)
-    # What a gap as wide as the tolerance has displaced further still touches.
-    found = found or _best_hull_meeting(close, Slack(reach, reach, reach, within))
-    return _of_meeting(a, b, found, friction, gaps_of(found.gaps_beside(close.gap), reach)) if found else None
+    features = _best_feature_contact(close, slack)
+    # Try again with larger tolerances, as a gap of the largest size displaces edges further.
+    features = features or _best_feature_contact(close, Slack(reach, reach, reach, within))
+    return (
+        _directed_contact(a, b, features, friction, gaps_of(features.gaps_beside(close.gap), reach))
+        if features
+        else None
+    )
 
 
 def hulls_flush(a: Solid, b: Solid, reach: float, overlap: float) -> bool:
-    """Whether two bodies that touch would carry nothing if they overlapped by `overlap` less [m]."""
+    """Check that two touching bodies would transfer no force if they overlapped by `overlap` [m] less."""
     close = hull_closeness(as_hull(a), as_hull(b), reach)
     return close is not None and run_flush(close.faces(), overlap)
 
 
-def _of_meeting(a: Solid, b: Solid, found: FeatureContact, friction: float, gaps: tuple[float, ...]) -> Contact:
-    if sum(normal[2] for normal in found.normals_AB_W) >= -LEVEL:
-        return Contact(a.id, b.id, found.points_W, found.normals_AB_W, Coulomb(friction), gaps)
-    downwards = tuple(scale(-1.0, normal) for normal in found.normals_AB_W)
-    return Contact(b.id, a.id, found.points_W, downwards, Coulomb(friction), gaps)
+def _directed_contact(
+    a: Solid, b: Solid, features: FeatureContact, friction: float, gaps: tuple[float, ...]
+) -> Contact:
+    if sum(normal[2] for normal in features.normals_AB_W) >= -LEVEL:
+        return Contact(a.id, b.id, features.points_W, features.normals_AB_W, Coulomb(friction), gaps)
+    downwards = tuple(scale(-1.0, normal) for normal in features.normals_AB_W)
+    return Contact(b.id, a.id, features.points_W, downwards, Coulomb(friction), gaps)
 
 
-def _best_hull_meeting(close: HullCloseness, slack: Slack) -> FeatureContact | None:
-    """The meeting along the direction of the largest gap along which features face each other; faces win near ties."""
+def _best_feature_contact(close: HullCloseness, slack: Slack) -> FeatureContact | None:
+    """Return the contact along the direction of the largest gap with features that face each other.
+
+    Faces win near ties.
+    """
     sideways = slack.sideways
     for rank, kind, number in sorted(_directions(close, sideways), key=itemgetter(0), reverse=True):
         gap = rank if kind == "edges" else rank - sideways
         if gap < close.gap - 2.0 * sideways or gap < -slack.reach:
             continue
         if kind == "edges":
-            found = meeting_of_edges(close, number, slack)
+            features = contact_of_edges(close, number, slack)
         else:
-            found = meeting_on_face(close, kind == "a", number, slack)
-        if found:
-            return found
+            features = contact_on_face(close, kind == "a", number, slack)
+        if features:
+            return features
     return None
 
 
@@ -556,7 +575,7 @@ def _directions(close: HullCloseness, sideways: float) -> Iterator[tuple[float, 
 
 
 def hull_on_plane(body: HullSolid, plane: Plane, reach: float, widest: float) -> PointsOnPlane:
-    """The points of the plane that a hull touches, as `points_on_plane` gives those of a box."""
+    """Return the points of a plane that a hull touches, as `points_on_plane` for a box."""
     own, normal = body.hull, np.array(plane.normal_W)
     height = float((np.array(own.p_WC) - np.array(plane.point_W)) @ normal)
     rises = own.heights(normal)
@@ -571,7 +590,7 @@ def hull_on_plane(body: HullSolid, plane: Plane, reach: float, widest: float) ->
 
 
 def _around(points: Array, normal: Array) -> list[int]:
-    """Of corners that lie in a plane up to the tolerance, those that bound them, in order: an area, a line, a point."""
+    """Return the hull of corners that lie in a plane up to the tolerance, in order: an area, a line or a point."""
     if len(points) <= 2:  # noqa: PLR2004 -- a line has two ends
         return list(range(len(points)))
     up = vector(normal)
@@ -581,5 +600,5 @@ def _around(points: Array, normal: Array) -> list[int]:
     if around:
         return [flat.index(corner) for corner in around]
     apart = np.linalg.norm(points[:, None, :] - points[None, :, :], axis=2)
-    one, other = np.unravel_index(int(apart.argmax()), apart.shape)
-    return [int(one), int(other)]
+    start, end = np.unravel_index(int(apart.argmax()), apart.shape)
+    return [int(start), int(end)]

@@ -1,4 +1,4 @@
-"""Contact points of moving bricks, each with its own gap, and the neighbours that a dropped brick may meet."""
+"""Contact points of moving bricks, each with its own gap, and a spatial index of the bricks around them."""
 
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ import numpy as np
 from stability.contact_law import Friction
 from stability.contacts.bodies import HullSolid, Solid, solid
 from stability.contacts.detection import contact_between, contact_with_plane
-from stability.contacts.filled_gaps import thin_ones, without_filled
+from stability.contacts.filled_gaps import thin_bodies, without_filled
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import InPlace, apart_from_plane, bodies_apart, in_place, meeting
 from stability.geometry.rows import Array, cross_rows
@@ -20,26 +20,26 @@ from stability.model import BodyId, Plane, Pose, Vec3
 from stability.problem import Contact, Placed, Tolerances
 from stability.statics.wrench_matrix import Cones
 
-# The points at which bricks in motion touch, each with its own gap: what lies on a face may lift off at one corner.
+# Contact points of moving bricks, each with its own gap, as a brick may lift off at one corner of a face.
 
 
-EDGEWISE = 1e-6  # cosine: a line along a face does not enter there
+EDGEWISE = 1e-6  # cosine to a face normal below which a line counts as parallel to the face
 
 
 @dataclass(frozen=True, slots=True)
 class ContactScene:
-    """Where bricks are, and what they may touch."""
+    """Bricks at their poses, and the bodies that they may touch."""
 
     bricks: Mapping[BodyId, Placed]  # free to move, by name
     fixed: Mapping[BodyId, Placed]
     planes: Mapping[BodyId, Plane]
     friction: Friction
-    solids: Mapping[BodyId, Solid]  # all of them
+    solids: Mapping[BodyId, Solid]  # of all bricks and fixed bodies
 
     def after(self, duration: float, velocities: Array, movers: Collection[BodyId]) -> "ContactScene | None":
-        """The same a short time [s] later, with (6 n,) velocities and spins, of which those of the movers count.
+        """Return the scene after a short time [s], with velocities and spins (6 n,) of which only the movers' apply.
 
-        None if one is so fast that it might pass through another.
+        None if a brick is so fast that it might pass through another.
         """
         moved = {}
         for (name, placed), (a, b, c, d, e, f) in zip(
@@ -58,43 +58,43 @@ class ContactScene:
         return replace(self, bricks={**self.bricks, **moved}, solids=solids)
 
     def with_fixed(self, others: Iterable[Placed]) -> "ContactScene":
-        """The same with what else there is, as far as it is none of the bricks."""
+        """Return the scene with more fixed bodies, without those that are its bricks."""
         fixed = {placed.brick.id: placed for placed in others if placed.brick.id not in self.bricks}
         solids = {**self.solids, **{name: solid(placed) for name, placed in fixed.items()}}
         return replace(self, fixed={**self.fixed, **fixed}, solids=solids)
 
 
 @dataclass(frozen=True, slots=True)
-class Touching:
-    """All contacts of bricks that may move."""
+class SceneContacts:
+    """All contacts of the bricks of a scene."""
 
-    moving: Sequence[Contact]  # those of what falls
-    resting: Sequence[Contact]  # those of what stands, which stay as they are
+    moving: Sequence[Contact]  # of falling bricks
+    resting: Sequence[Contact]  # between standing bodies, which do not change
     falling: Collection[BodyId]
-    offsets: Mapping[tuple[BodyId, BodyId], float]  # gaps that count as none, of those that touched at first [m]
-    before: Set[Set[BodyId]] = frozenset()  # those that have touched before, and those that rest
+    offsets: Mapping[tuple[BodyId, BodyId], float]  # initial gaps, which count as 0, by pair [m]
+    before: Set[Set[BodyId]] = frozenset()  # pairs with an earlier contact, including those at rest
 
-    def then(self, place: ContactScene) -> "Touching | None":
-        """Those of later; None if one brick has come to be inside of another."""
+    def then(self, place: ContactScene) -> "SceneContacts | None":
+        """Return the contacts of a later scene; None if bricks overlap in it."""
         moving = _contacts_of(self.falling, place)
         met = _pairs_of(self.moving, self.resting)
         return None if moving is None else replace(self, moving=moving, before=self.before | met)
 
-    def touched(self, one: BodyId, other: BodyId) -> bool:
-        """Whether two bodies were in touch before."""
-        return frozenset((one, other)) in self.before
+    def touched(self, first: BodyId, second: BodyId) -> bool:
+        """Check that two bodies were in contact before."""
+        return frozenset((first, second)) in self.before
 
     def gaps(self, moving: Sequence[Contact], place: ContactScene) -> Array:
-        """How far the bodies are from each other at each point and normal of these contacts [m]."""
+        """Return the gap at each point and normal of these contacts [m]."""
         return np.array([gap - self.offsets.get((c.lower, c.upper), 0.0) for c in moving for gap in _gaps(c, place)])
 
     def deepest(self, place: ContactScene) -> float:
-        """How far one body is in another, as a gap [m]; 0 if none is."""
+        """Return the deepest overlap of two bodies as a negative gap [m]; 0 without overlap."""
         return float(self.gaps([alternatives(contact)[0] for contact in self.moving], place).min(initial=0.0))
 
 
-def touching(place: ContactScene, falling: Collection[BodyId]) -> Touching | None:
-    """What touches as things begin to fall; that is taken to touch, whatever rounding or an engine has left between."""
+def touching(place: ContactScene, falling: Collection[BodyId]) -> SceneContacts | None:
+    """Find the contacts at the start of a fall; their gaps, from rounding or an engine, count as 0."""
     moving = _contacts_of(falling, place)
     if moving is None:
         return None
@@ -104,7 +104,7 @@ def touching(place: ContactScene, falling: Collection[BodyId]) -> Touching | Non
     resting += [_with_plane(name, plane, place) for name in standing for plane in place.planes.values()]
     offsets = {(contact.lower, contact.upper): min(_gaps(contact, place)) for contact in moving}
     still = _unfilled([contact for contact in resting if contact is not None], standing, place)
-    return Touching(moving, still, falling, offsets, _pairs_of(moving, still))
+    return SceneContacts(moving, still, falling, offsets, _pairs_of(moving, still))
 
 
 def _pairs_of(*several: Iterable[Contact]) -> frozenset[Set[BodyId]]:
@@ -112,10 +112,10 @@ def _pairs_of(*several: Iterable[Contact]) -> frozenset[Set[BodyId]]:
 
 
 def alternatives(contact: Contact) -> list[Contact]:
-    """A contact with each normal that it may have by itself.
+    """Return a contact with each normal that it may have alone.
 
-    Edges that lie along each other press along any normal between two: first along the middle one, for as long as they
-    do not slip on each other; then one of them slides down the face of the other.
+    Parallel edges press on each other along any normal between two: first the mean one, as long as they do not slip;
+    then one of them slides down the face of the other.
     """
     normals = contact.normals_W
     if len(normals) == 1:
@@ -125,20 +125,20 @@ def alternatives(contact: Contact) -> list[Contact]:
 
 
 def cones_in(contact: Contact) -> int:
-    """How many points and normals a contact has."""
+    """Return the number of pairs of a point and a normal of a contact."""
     return len(contact.points_W) * len(contact.normals_W)
 
 
 def _contacts_of(falling: Collection[BodyId], place: ContactScene) -> list[Contact] | None:
-    """All contacts of what falls; None if some of it is deeper in something than what touches may be.
+    """Return all contacts of falling bricks; None if one overlaps a body by more than a contact may.
 
-    Nor is anything known once a gap closes that a thin body filled: what tips over a sheet comes down beside it.
+    Also None if a gap closes that a thin body filled, as for a brick that tips over a sheet and lands beside it.
     """
-    found, names = [], sorted(falling)
+    candidates, names = [], sorted(falling)
     for number, name in enumerate(names):
         own = place.solids[name]
         for plane in place.planes.values():
-            found.append(_with_plane(name, plane, place))
+            candidates.append(_with_plane(name, plane, place))
             placed = place.bricks[name]
             if apart_from_plane(placed.brick.shape, placed.pose, plane).gap < -reach_between(own.shortest):
                 return None
@@ -146,94 +146,99 @@ def _contacts_of(falling: Collection[BodyId], place: ContactScene) -> list[Conta
             contact = _between(name, other, place)
             if contact is None and _is_inside(own, place.solids[other], place):
                 return None
-            found.append(contact)
-    near = [contact for contact in found if contact is not None]
-    left = _unfilled(near, falling, place)
-    closed = len(left) < len(near) and any(min(_gaps(each, place)) < 0.0 for each in near if each not in left)
-    return None if closed else left
+            candidates.append(contact)
+    near = [contact for contact in candidates if contact is not None]
+    unfilled = _unfilled(near, falling, place)
+    closed = len(unfilled) < len(near) and any(
+        min(_gaps(contact, place)) < 0.0 for contact in near if contact not in unfilled
+    )
+    return None if closed else unfilled
 
 
-def _unfilled(contacts: list[Contact], known: Collection[BodyId], place: ContactScene) -> list[Contact]:
-    """Those whose gaps nothing fills; `known` are the bodies that they are all contacts of."""
-    thin = thin_ones(place.solids)
+def _unfilled(contacts: list[Contact], complete: Collection[BodyId], place: ContactScene) -> list[Contact]:
+    """Remove the contacts whose gaps thin bodies fill; `complete` are the bodies whose contacts are all given."""
+    thin = thin_bodies(place.solids)
     if not thin:
         return contacts
-    beside = [name for name in thin if name not in known]
+    beside = [name for name in thin if name not in complete]
     others = [_between(name, other, place) for name in beside for other in place.solids if other != name]
     others += [_with_plane(name, plane, place) for name in beside for plane in place.planes.values()]
     return without_filled(contacts, [contact for contact in others if contact is not None], place.solids)
 
 
-def _between(one: BodyId, other: BodyId, place: ContactScene) -> Contact | None:
-    return contact_between(place.solids[one], place.solids[other], place.friction.of(one, other), Tolerances())
+def _between(first: BodyId, second: BodyId, place: ContactScene) -> Contact | None:
+    return contact_between(place.solids[first], place.solids[second], place.friction.of(first, second), Tolerances())
 
 
 def _with_plane(name: BodyId, plane: Plane, place: ContactScene) -> Contact | None:
     return contact_with_plane(place.solids[name], plane, Tolerances(), place.friction.on(name, plane))
 
 
-def _is_inside(one: Solid, other: Solid, place: ContactScene) -> bool:
-    if any(a > d or b < c for a, b, c, d in zip(one.low_W, one.high_W, other.low_W, other.high_W, strict=True)):
+def _is_inside(body_a: Solid, body_b: Solid, place: ContactScene) -> bool:
+    if any(a > d or b < c for a, b, c, d in zip(body_a.low_W, body_a.high_W, body_b.low_W, body_b.high_W, strict=True)):
         return False
-    shapes = ({**place.bricks, **place.fixed}[body.id] for body in (one, other))
+    shapes = ({**place.bricks, **place.fixed}[body.id] for body in (body_a, body_b))
     return bodies_apart(*(in_place(placed.brick.shape, placed.pose) for placed in shapes)).gap < 0.0
 
 
 def _gaps(contact: Contact, place: ContactScene) -> Iterator[float]:
-    """How far apart the bodies are at each point along each normal [m]."""
+    """Yield the gap at each point along each normal [m]."""
     for point_W in contact.points_W:
         for normal_W in contact.normals_W:
-            upper = _begins(place.solids[contact.upper], point_W, normal_W)
+            upper = _entry_distance(place.solids[contact.upper], point_W, normal_W)
             if contact.lower in place.planes:
                 plane = place.planes[contact.lower]
                 yield upper - dot(subtract(plane.point_W, point_W), plane.normal_W)
             else:
-                yield upper + _begins(place.solids[contact.lower], point_W, scale(-1.0, normal_W))
+                yield upper + _entry_distance(place.solids[contact.lower], point_W, scale(-1.0, normal_W))
 
 
-def _begins(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
-    """How far along a line from a point a body begins [m]: at the last of the faces that look against the line."""
-    first, away = -inf, subtract(point_W, body.pose.position_W)
+def _entry_distance(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
+    """Return the distance along a line from a point at which it enters a body [m], at the last face that it crosses."""
+    first, offset = -inf, subtract(point_W, body.pose.position_W)
     if isinstance(body, HullSolid):
         for normal, reach in zip(body.hull.normals.tolist(), body.hull.mesh.reaches.tolist(), strict=True):
             cosine = dot(normal, along_W)
             if cosine < -EDGEWISE:
-                first = max(first, (reach - dot(normal, away)) / cosine)
+                first = max(first, (reach - dot(normal, offset)) / cosine)
         return first
     for axis, half in zip(body.axes, body.half, strict=True):
         cosine = dot(axis, along_W)
         if abs(cosine) > EDGEWISE:
-            first = max(first, -half / abs(cosine) - dot(axis, away) / cosine)
+            first = max(first, -half / abs(cosine) - dot(axis, offset) / cosine)
     return first
 
 
 def slip_matrix(cones: Cones, place: ContactScene) -> Array:
-    """From velocities of bricks, (6 n,) with spins, to relative ones of points: normal and two tangents each."""
+    """Return the matrix from velocities and spins of bricks (6 n,) to relative velocities of contact points.
+
+    Each point has three rows: normal and two tangents.
+    """
     count, bricks = len(cones.lower), len(place.bricks)
     centres = np.array([*(placed.pose.position_W for placed in place.bricks.values()), (0.0, 0.0, 0.0)])
-    rows, each = np.zeros((count, bricks + 1, 3, 6)), np.arange(count)
+    rows, points = np.zeros((count, bricks + 1, 3, 6)), np.arange(count)
     for bodies, sign in ((cones.upper, 1.0), (cones.lower, -1.0)):
         arms = cones.points_W - centres[bodies]
-        rows[each, bodies, :, :3] += sign * cones.axes_W
+        rows[points, bodies, :, :3] += sign * cones.axes_W
         turning = cross_rows(np.repeat(arms, 3, axis=0), cones.axes_W.reshape(-1, 3))
-        rows[each, bodies, :, 3:] += sign * turning.reshape(-1, 3, 3)
+        rows[points, bodies, :, 3:] += sign * turning.reshape(-1, 3, 3)
     matrix: Array = rows[:, :bricks].transpose(0, 2, 1, 3).reshape(3 * count, 6 * bricks)
     return matrix
 
 
-# Bricks that stand about: which of them may touch a brick, and which of them it meets on its way straight down.
+# Spatial index of bricks, with queries for contacts and for bricks below and above.
 
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
-LEVEL = 1e-9  # height of a unit normal: a face that leans by less is a wall, which bears nothing
-PASSES = 1e-6  # share of the smallest side: what would touch by less sideways slides past
+LEVEL = 1e-9  # vertical component of a unit normal below which a face is a wall, which carries no load
+PASSES = 1e-6  # share of the smallest side: a smaller horizontal overlap is no collision
 
 
-class Crowd:
-    """Bricks, found by where they are."""
+class BrickIndex:
+    """Spatial index of bricks."""
 
     def __init__(self, bricks: Iterable[Placed] = ()) -> None:
-        """Nobody is there but these."""
+        """Create an index of these bricks."""
         self.bricks: dict[BodyId, Placed] = {}
         self._blocks: dict[BodyId, InPlace] = {}
         self._in_space = Neighbours[BodyId]()
@@ -242,7 +247,7 @@ class Crowd:
             self.add(placed)
 
     def add(self, placed: Placed) -> None:
-        """Take in a brick; its name must be new."""
+        """Add a brick with a new name."""
         name = placed.brick.id
         self.bricks[name] = placed
         block = self._blocks[name] = in_place(placed.brick.shape, placed.pose)
@@ -250,24 +255,24 @@ class Crowd:
         self._in_plan.add(name, *_in_plan(block))
 
     def around(self, placed: Placed) -> list[BodyId]:
-        """Those that may touch a brick, by name."""
+        """Return the bricks that may touch a brick, sorted by name."""
         block = in_place(placed.brick.shape, placed.pose)
         return self._in_space.around(block.low_W, block.high_W, reach_between(block.thickness))
 
     def connected(self, bricks: Iterable[Placed]) -> list[Placed]:
-        """Those that may touch one of these bricks, directly or through each other, by name."""
+        """Return the bricks that may touch one of these bricks, directly or through others, sorted by name."""
         first = {name for placed in bricks for name in self.around(placed)}
         return [self.bricks[name] for name in sorted(reached(first, lambda name: self.around(self.bricks[name])))]
 
     def below(self, placed: Placed) -> Iterator[tuple[BodyId, float]]:
-        """Those that a brick meets on its way straight down, and how far down that is [m]."""
+        """Yield the bricks that a brick hits when it moves straight down, with the distances [m]."""
         own = in_place(placed.brick.shape, placed.pose)
         for name in self._in_plan.around(*_in_plan(own), 0.0):
             if (depth := _drop(own, self._blocks[name])) is not None:
                 yield name, depth
 
     def above(self, placed: Placed, of: Container[BodyId]) -> Iterator[tuple[BodyId, float]]:
-        """Those of some that meet a brick on their way straight down, and how far down that is [m]."""
+        """Yield the bricks in `of` that hit a brick when they move straight down, with the distances [m]."""
         own = in_place(placed.brick.shape, placed.pose)
         for name in self._in_plan.around(*_in_plan(own), 0.0):
             if name in of and (depth := _drop(self._blocks[name], own)) is not None:
@@ -275,16 +280,16 @@ class Crowd:
 
 
 def _drop(upper: InPlace, lower: InPlace) -> float | None:
-    """How far a body is above another one, straight down [m]; None if it is not, or has passed it."""
+    """Return the distance down from a body to another one [m]; None if it is not above it."""
     met = meeting(upper, lower, DOWN, PASSES * upper.thickness)
     if met is None or met[1] <= 0.0:
         return None
     if met[0] <= 0.0 and abs(bodies_apart(upper, lower).normal_BA_W[2]) < LEVEL:
-        return None  # a wall beside it, into which it may be written by as much as counts as contact
+        return None  # a wall beside it, which it may overlap within the tolerance of contacts
     return max(0.0, met[0])
 
 
 def _in_plan(block: InPlace) -> tuple[Vec3, Vec3]:
-    """What a block covers, seen from above, as an upright box of one height for all."""
+    """Return the bounding box of a block in plan, with a common height."""
     (ax, ay, _), (bx, by, _) = block.low_W, block.high_W
     return (ax, ay, 0.0), (bx, by, 1.0)

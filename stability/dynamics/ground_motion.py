@@ -1,4 +1,4 @@
-"""Prescribed motion: the level ground that shakes, and the path of a hand."""
+"""Prescribed motion: horizontally shaking ground, and the path of a hand."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -11,35 +11,35 @@ from stability.model import Vec3
 
 # Motion of the ground: horizontal, along one line.
 #
-# Bodies are told as seen from the ground. There each feels, besides its weight, its mass times the acceleration of the
-# ground, the other way (d'Alembert). What an engine takes in a step is the mean over that step, so that what the ground
-# gives in all is right whatever the step, and a jump need not fall on its end.
+# States are relative to the ground. There each body feels, besides its weight, its mass times the opposite acceleration
+# of the ground (d'Alembert). An engine step uses the mean acceleration over the step, so that the total change of
+# velocity does not depend on the step, and a jump need not be at the end of a step.
 
 
-HALVINGS = 60  # of a stretch in which an acceleration is passed: down to the last digit of a time
+HALVINGS = 60  # bisection steps for the time at which an acceleration is reached, to the last digit
 
 
 class Course(Protocol):
-    """An acceleration along a line, from when it begins."""
+    """Acceleration along a line over time, from its beginning."""
 
     @property
     def duration(self) -> float:
-        """How long it goes on [s]."""
+        """The duration [s]."""
 
     @property
     def turns(self) -> Iterable[float]:
-        """Times from 0 to its end between any two of which it never turns round [s]; twice the same for a jump."""
+        """Times from 0 to the end between which the acceleration is monotonic [s]; a jump is listed twice."""
 
     def acceleration(self, time: float, before: bool = False) -> float:
-        """The acceleration at a time from 0 to its end [m/s2]; at a jump that after it, or that `before` it."""
+        """Return the acceleration at a time from 0 to the end [m/s2]; at a jump the value after or `before` it."""
 
     def gained(self, time: float) -> float:
-        """The speed that it gives until a time from 0 to its end [m/s]."""
+        """Return the change of speed until a time from 0 to the end [m/s]."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sine:
-    """As a sine, which begins at none."""
+class SineCourse:
+    """Sine that begins at 0."""
 
     most: float  # [m/s2]
     frequency: float  # [Hz]
@@ -60,11 +60,11 @@ class Sine:
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
-    """Straight between the points of a table, whose times begin with 0 and never fall; twice the same is a jump."""
+class TabulatedCourse:
+    """Linear interpolation of a table, whose times begin at 0 and do not decrease; two equal times are a jump."""
 
     points: tuple[tuple[float, float], ...]  # time [s] and acceleration [m/s2]
-    _gained: tuple[float, ...] = field(init=False)  # by each point [m/s]
+    _gained: tuple[float, ...] = field(init=False)  # change of speed until each point [m/s]
 
     def __post_init__(self) -> None:
         areas = (0.5 * (a + b) * (end - start) for (start, a), (end, b) in pairwise(self.points))
@@ -88,34 +88,34 @@ class Recorded:
         return self._gained[number] + 0.5 * (a + self.acceleration(time, before=True)) * (time - start)
 
     def _stretch(self, time: float, before: bool) -> int:
-        """The number of the stretch of the table that a time is in; at a point, of the one before it or after it."""
+        """Return the index of the interval of a time; at a point, of the interval before or after it."""
         ends = (end < time or (end == time and not before) for end, _ in self.points[1:-1])
         return sum(ends)
 
 
 @dataclass(frozen=True, slots=True)
 class GroundMotion:
-    """A course along a level line, in time."""
+    """Acceleration along a horizontal line, from a start time."""
 
     course: Course
-    direction_W: Vec3  # unit, level: which way the acceleration is counted
+    direction_W: Vec3  # unit, horizontal: positive direction of the acceleration
     begins: float  # [s]
 
     @property
     def ends(self) -> float:
-        """From when on the ground is at rest, or moves evenly [s]."""
+        """Time after which the ground is at rest or moves uniformly [s]."""
         return self.begins + self.course.duration
 
     def mean(self, start: float, duration: float) -> float:
-        """The mean acceleration over a time that is more than zero [m/s2]."""
+        """Return the mean acceleration over a positive duration [m/s2]."""
         return (self._gained(start + duration) - self._gained(start)) / duration
 
     def mean_W(self, start: float, duration: float) -> Vec3:
-        """The same as a vector."""
+        """Return the mean acceleration over a positive duration as a vector [m/s2]."""
         return scale(self.mean(start, duration), self.direction_W)
 
     def extremes(self, since: float) -> tuple[float, float]:
-        """The least and the most that the acceleration will be from a time on, none at its end included [m/s2]."""
+        """Return the least and the largest acceleration from a time on, including 0 after the end [m/s2]."""
         least = most = 0.0
         for start, end in self._stretches(since):
             ends = self.course.acceleration(start), self.course.acceleration(end, before=True)
@@ -123,7 +123,7 @@ class GroundMotion:
         return least, most
 
     def leaves(self, least: float, most: float, since: float) -> float:
-        """When the acceleration is first beyond two bounds, one on each side of 0, from a time on [s]; inf if never."""
+        """Return the first time from `since` at which the acceleration leaves a range around 0 [s]; inf if never."""
         for start, end in self._stretches(since):
             if not least <= self.course.acceleration(start) <= most:
                 return self.begins + start
@@ -132,8 +132,8 @@ class GroundMotion:
         return inf
 
     def _stretches(self, since: float) -> Iterator[tuple[float, float]]:
-        """From a time on, from turn to turn, in the time of the course: only so a jump is where it is [s]."""
-        turns = (max(since - self.begins, turn) for turn in self.course.turns)  # of a long course there are millions
+        """Return the monotonic intervals from a time on, in the time of the course, so that jumps are exact [s]."""
+        turns = (max(since - self.begins, turn) for turn in self.course.turns)  # lazily, as a long course has millions
         return ((start, end) for start, end in pairwise(turns) if end > start)
 
     def _passed(self, start: float, end: float, least: float, most: float) -> float:
@@ -147,44 +147,44 @@ class GroundMotion:
         return self.course.gained(min(max(time - self.begins, 0.0), self.course.duration))
 
 
-# Path of a hand: minimum jerk from point to point, at rest in each.
+# Path of a hand: minimum jerk from point to point, at rest at each.
 #
-# Source: T. Flash, N. Hogan, "The coordination of arm movements", Journal of Neuroscience 5 (1985): on the way from one
-# place at rest to another the jerk is least. Over a way d in a time T that is d (10 s^3 - 15 s^4 + 6 s^5), s = t / T,
-# at most 15/8 d / T fast, with accelerations of at most 10 / sqrt(3) d / T^2. Being smooth it throws nothing: what lies
-# on a hand goes with it, and what is pushed stays at it, as long as the acceleration is less than friction bears.
+# Source: T. Flash, N. Hogan, "The coordination of arm movements", Journal of Neuroscience 5 (1985): the motion between
+# two points of rest has the least jerk. Over a distance d in a time T it is d (10 s^3 - 15 s^4 + 6 s^5), s = t / T,
+# with a largest speed of 15/8 d / T and a largest acceleration of 10 / sqrt(3) d / T^2. As it is smooth, bricks on a
+# hand stay on it, and a pushed brick stays in contact, as long as friction withstands the acceleration.
 
 
 START: Vec3 = (0.0, 0.0, 0.0)
-PEAK = 15.0 / 8.0  # of the mean speed
-SHARPEST = 10.0 / sqrt(3.0)  # the most acceleration, in times of d / T^2
+PEAK = 15.0 / 8.0  # ratio of the largest to the mean speed
+SHARPEST = 10.0 / sqrt(3.0)  # largest acceleration in units of d / T^2
 
 
 @dataclass(frozen=True, slots=True)
 class HandCourse:
-    """A way from place to place, each told from where it begins [m, axes of W]; one without places is at rest."""
+    """Path through points, relative to its start [m, axes of W]; a path without points is at rest."""
 
     places_W: tuple[Vec3, ...]
-    speed: float  # the most, on each straight part [m/s]
+    speed: float  # largest speed on each straight part [m/s]
 
     @property
     def duration(self) -> float:
-        """How long it takes [s]."""
+        """The duration [s]."""
         return sum(PEAK * length / self.speed for length in self._lengths)
 
     @property
     def length(self) -> float:
-        """How far it goes [m]."""
+        """The length of the path [m]."""
         return sum(self._lengths)
 
     @property
     def end_W(self) -> Vec3:
-        """Where it ends, from where it begins [m]."""
+        """The end, relative to the start [m]."""
         return self.places_W[-1] if self.places_W else START
 
     @property
     def most_acceleration(self) -> float:
-        """The most at any time [m/s2]."""
+        """The largest acceleration [m/s2]."""
         return max((SHARPEST * self.speed**2 / (PEAK**2 * length) for length in self._lengths if length), default=0.0)
 
     @property
@@ -192,13 +192,13 @@ class HandCourse:
         return [dist(before, after) for before, after in pairwise((START, *self.places_W))]
 
     def at(self, time: float) -> Vec3:
-        """How far from its beginning it is after a time [s, m]."""
-        left = time
+        """Return the position after a time [s], relative to the start [m]."""
+        remaining = time
         for before, after in pairwise((START, *self.places_W)):
-            takes = PEAK * dist(before, after) / self.speed
-            if left < takes:
-                share = max(0.0, left / takes)
-                gone = share**3 * (10.0 - 15.0 * share + 6.0 * share * share)
-                return add(before, scale(gone, subtract(after, before)))
-            left -= takes
+            part_duration = PEAK * dist(before, after) / self.speed
+            if remaining < part_duration:
+                share = max(0.0, remaining / part_duration)
+                fraction = share**3 * (10.0 - 15.0 * share + 6.0 * share * share)
+                return add(before, scale(fraction, subtract(after, before)))
+            remaining -= part_duration
         return self.end_W

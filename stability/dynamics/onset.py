@@ -1,4 +1,4 @@
-"""Finds the motion with which an unstable structure starts, by Gauss's principle of least constraint."""
+"""Initial motion of an unstable structure, by Gauss's principle of least constraint."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,20 +17,17 @@ from stability.statics.equilibrium import proven_motion
 from stability.statics.fall_description import described
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
-# Finds the motion with which a structure that cannot stand begins to move.
+# From rest, bricks start with the motion nearest to free fall among all motions that no contact resists, with distances
+# weighted by mass and moments of inertia (Gauss: least constraint). Up to its scale that is the motion of least energy
+# among those of equal power of the loads, one conic program. Sliding contacts also open in it, by the coefficient of
+# friction times the slip, as in every motion that proves a fall; without sliding the motion is exact.
 #
-# At rest, of all motions that no contact resists, bricks begin to move with the one nearest to free fall, distances
-# weighed by mass and moments of inertia (Gauss: least constraint). Up to its size that is the motion of least energy
-# among those by which the loads gain the same, one conic program. Here contacts that slide also open, by the
-# coefficient of friction times the slip, as in every motion that proves a fall; of what tips or falls nothing slides,
-# and the motion is exact.
-#
-# A smallest set of bricks that falls is another question: what tips over a brick that its weight then takes along falls
-# by itself, were that brick held, but the brick begins to move as well.
+# The smallest falling set of bricks is a different question: bricks that tip over another and drag it along would fall
+# even if that brick were held, but it starts to move too.
 
 
-QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
-ACCURACIES = (1e-9, 1e-12)  # asked for in turn until what is found is proven
+QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed, tried in turn, below which a brick counts as at rest
+ACCURACIES = (1e-9, 1e-12)  # of the solver, tried in turn until the motion is proven
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -40,7 +37,7 @@ def onset(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
 ) -> Motion | None:
-    """The motion that all of a problem begins with, proven; None if not found. `motion` is any that proves its fall."""
+    """Return the proven initial motion of a problem; None if not found. `motion` is any that proves its fall."""
     system = wrench_matrix(problem, whole=True)
     root = _root_of_inertia([problem.bricks[name] for name in system.names], system)
     columns = system.columns_of(motion)
@@ -50,14 +47,14 @@ def onset(
         point = solve(program, accuracy, solver)
         if isinstance(point, str):
             continue
-        found = proven_motion(problem, system, point.x[: len(columns)], tolerances, QUIET)
-        if found is not None:
-            return found
+        proven = proven_motion(problem, system, point.x[: len(columns)], tolerances, QUIET)
+        if proven is not None:
+            return proven
     return None
 
 
 def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
-    """The matrix that takes columns to vectors whose squared length is twice the kinetic energy, up to a factor."""
+    """Return a root of the inertia: it maps velocities to vectors of squared length proportional to kinetic energy."""
     from scipy.sparse import block_diag, diags  # noqa: PLC0415 -- slow to import, seldom needed
 
     blocks = []
@@ -72,7 +69,7 @@ def _root_of_inertia(bricks: Sequence[Placed], system: WrenchMatrix) -> Sparse:
 
 
 def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgram:
-    """The program for the motion of least kinetic energy by which the loads gain `gain`."""
+    """Return the program for the motion of least kinetic energy with a power `gain` of the loads."""
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     size, columns = root.shape
@@ -88,17 +85,17 @@ def _least_energy(system: WrenchMatrix, root: Sparse, gain: float) -> ConicProgr
     return system.rows.program(cost, matrix.tocsc(), offset, equal=1, norms=[size + 1])
 
 
-# Completes a verdict of UNSTABLE by the motion with which everything that is connected with what falls begins.
+# Completion of a verdict of UNSTABLE by the initial motion of all bricks connected with the falling ones.
 #
-# The cascade proves a fall by the smallest part that it finds. An engine, however, must be given back every brick that
-# begins to move, and a reader wants to know how they move.
+# The cascade proves a fall by the smallest part that it finds. But the engine must move every brick that starts to
+# move, and a report describes their motion.
 
 
-MOST = 300  # bricks in one program: a tenth of a second; of larger structures those nearest to what falls
+MOST = 300  # most bricks in one program, which takes a tenth of a second; of larger structures the nearest ones
 
 
 def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
-    """The verdict with all bricks that begin to move, and how; unchanged if nothing falls or no motion is proven."""
+    """Return the verdict with all moving bricks and their initial motion; unchanged if none is proven to fall."""
     if verdict.stability is not Stability.UNSTABLE or verdict.motion is None:
         return verdict
 
@@ -112,7 +109,7 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
 
 
 def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:
-    """These bricks and all that are connected with them, or only the nearest where there are too many."""
+    """Return these bricks and all that are connected with them, or the nearest if there are too many."""
     group = set(bricks)
     while len(group) < MOST:
         larger = group | {other for brick in group for other in _neighbours(assembly, brick)}

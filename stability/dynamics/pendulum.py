@@ -1,16 +1,14 @@
-"""The motion of a rigid body about a fixed axis under its weight."""
+"""Motion of a rigid body about a fixed axis under its weight."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin, sqrt
 
-# Motion in time, where no closed form says it: one step of the classical Runge-Kutta method.
-
 
 def runge_kutta(
     acceleration: Callable[[float, float], float], position: float, speed: float, duration: float
 ) -> tuple[float, float]:
-    """Position and speed a short time [s] later, of what is accelerated by `acceleration(position, speed)`."""
+    """Advance position and speed by a short time [s] under `acceleration(position, speed)`, by the classical method."""
     half = 0.5 * duration
     pull = acceleration(position, speed)
     speed_2 = speed + half * pull
@@ -26,26 +24,23 @@ def runge_kutta(
     )
 
 
-# A rigid body that turns about a fixed axis under its weight: how fast at an angle, and at which angle in time.
-
-
 @dataclass(frozen=True, slots=True)
 class Pendulum:
-    """Let go at rest at the angle 0. Its weight turns it by a cos(angle) + b sin(angle), whatever its shape."""
+    """Rigid body released at rest at the angle 0. Its weight exerts the torque a cos(angle) + b sin(angle)."""
 
     inertia: float  # about the axis [kg m2]
-    torque: float  # a, of the weight about the axis where it was let go [N m]
-    torque_across: float  # b, what it would be a quarter of a turn further [N m]
+    torque: float  # a, of the weight about the axis at the angle 0 [N m]
+    torque_across: float  # b, the same after a quarter turn [N m]
 
     def acceleration_at(self, angle: float) -> float:
-        """Of the angle [rad/s2]."""
+        """Return the angular acceleration [rad/s2]."""
         return (self.torque * cos(angle) + self.torque_across * sin(angle)) / self.inertia
 
     def speed_at(self, angle: float) -> float:
-        """Of the angle, from the height lost [rad/s]."""
+        """Return the angular speed, from the height lost [rad/s]."""
         work = self.torque * sin(angle) + self.torque_across * (1.0 - cos(angle))
         return sqrt(max(0.0, 2.0 * work / self.inertia))
 
     def after(self, angle: float, speed: float, duration: float) -> tuple[float, float]:
-        """Angle [rad] and its speed [rad/s] a short time [s] later."""
+        """Return angle [rad] and angular speed [rad/s] after a short time [s]."""
         return runge_kutta(lambda at, _: self.acceleration_at(at), angle, speed, duration)

@@ -1,4 +1,4 @@
-"""Bricks that move as one rigid body: its mass, centre and inertia, and where each of them is as it moves.
+"""Rigid groups of bricks: mass, centre, inertia, and the states of the bricks.
 
 Frame G of a group: its origin is the centre of mass, its axes are the principal axes of inertia.
 """
@@ -20,17 +20,17 @@ EQUALLY_NEAR = 1e-7  # [m] far above rounding, far below the gaps of contacts
 
 @dataclass(frozen=True, slots=True)
 class RigidGroup:
-    """Some bricks as one body."""
+    """Bricks as one rigid body."""
 
     bricks: Mapping[BodyId, Brick]
-    places_G: Mapping[BodyId, Pose]  # of the bricks in the group
-    pose: Pose  # of the group, when it was made
+    places_G: Mapping[BodyId, Pose]  # poses of the bricks in frame G
+    pose: Pose  # initial pose of the group
     mass: float  # [kg]
     moments: Vec3  # principal moments of inertia [kg m2]
 
 
 def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
-    """Bricks at their poses, taken together."""
+    """Combine bricks at their poses."""
     placed = list(bricks)
     mass = sum(brick.mass for brick, _ in placed)
     centre = (0.0, 0.0, 0.0)
@@ -49,7 +49,7 @@ def grouped(bricks: Iterable[tuple[Brick, Pose]]) -> RigidGroup:
 
 
 def common_motion(group: RigidGroup, states: Mapping[BodyId, BodyState]) -> tuple[Vec3, Vec3]:
-    """Velocity [m/s] and turning [rad/s], in W, of a group with the momentum and angular momentum of its bricks."""
+    """Return velocity [m/s] and spin [rad/s], in W, of a group with the momentum and angular momentum of its bricks."""
     velocity = twist = (0.0, 0.0, 0.0)
     for name, brick in group.bricks.items():
         state = states[name]
@@ -62,7 +62,7 @@ def common_motion(group: RigidGroup, states: Mapping[BodyId, BodyState]) -> tupl
 
 
 def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
-    """The inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
+    """Return the inertia of a brick about a point of W (3, 3) [kg m2], by the parallel axis theorem."""
     axes = np.array(body_axes(principal_turn(brick.shape, pose.orientation))).T
     arm = np.array(subtract(pose.position_W, centre))
     own: Matrix = axes @ np.diag(brick.shape.moments(brick.mass)) @ axes.T
@@ -71,13 +71,13 @@ def _inertia(brick: Brick, pose: Pose, centre: Vec3) -> Matrix:
 
 
 def seen_from(frame: Pose, pose: Pose) -> Pose:
-    """A pose of W as it is in the axes of another."""
+    """Convert a pose from W to a frame."""
     back = inverse(frame.orientation)
     return Pose(rotate(back, subtract(pose.position_W, frame.position_W)), multiply(back, pose.orientation))
 
 
 def within(frame: Pose, pose: Pose) -> Pose:
-    """The pose in W of what is at `pose` in the axes of a frame."""
+    """Convert a pose from a frame to W."""
     return Pose(
         add(frame.position_W, rotate(frame.orientation, pose.position_W)),
         multiply(frame.orientation, pose.orientation),
@@ -85,7 +85,7 @@ def within(frame: Pose, pose: Pose) -> Pose:
 
 
 def member_state(group: BodyState, place_G: Pose) -> BodyState:
-    """Pose and motion of a brick of a group that moves: v + w x r."""
+    """Return pose and motion of a brick of a moving group: v + w x r."""
     pose = within(group.pose, place_G)
     arm = subtract(pose.position_W, group.pose.position_W)
     return BodyState(pose, add(group.velocity_W, cross(group.angular_velocity_W, arm)), group.angular_velocity_W)
@@ -93,27 +93,27 @@ def member_state(group: BodyState, place_G: Pose) -> BodyState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroupSurfaces:
-    """Where the bricks of a group end, in arrays: an engine names only the group that it touches, and that often."""
+    """Faces of the bricks of a group, in arrays, to find the touching brick: an engine reports only the group."""
 
     names: tuple[BodyId, ...]
     centres_G: Matrix  # (n, 3) [m]
-    axes_G: Matrix  # (n, 3, 3), rows are the axes of a brick
-    normals: Matrix  # (faces, 3) of all bricks, one after the other, each in the axes of its brick
+    axes_G: Matrix  # (n, 3, 3), rows are the body axes
+    normals: Matrix  # (faces, 3) of all bricks in order, in body axes
     reaches: Matrix  # (faces,) of each face from the centre of mass of its brick [m]
-    first: Rows  # (n,) where the faces of each brick begin
+    first: Rows  # (n,) index of the first face of each brick
 
     def brick_at(self, point_G: Vec3) -> BodyId:
-        """The brick whose surface is nearest to a point that is not deep inside."""
+        """Return the brick whose surface is nearest to a point that is not deep inside."""
         local = np.einsum("nij,nj->ni", self.axes_G, np.array(point_G) - self.centres_G)
         faces = np.diff(self.first, append=len(self.reaches))
         beyond = np.einsum("fi,fi->f", self.normals, np.repeat(local, faces, axis=0)) - self.reaches
         outside = np.maximum.reduceat(beyond, self.first)
-        # Of bricks that are equally near, rounding must not choose.
+        # The first of equally near bricks, independent of rounding.
         return self.names[int(np.argmax(outside <= outside.min() + EQUALLY_NEAR))]
 
 
 def surfaces(group: RigidGroup) -> GroupSurfaces:
-    """The surfaces of the bricks of a group."""
+    """Return the faces of the bricks of a group."""
     places, shapes = group.places_G.values(), [group.bricks[name].shape for name in group.places_G]
     ends = np.cumsum([len(shape.faces) for shape in shapes])
     return GroupSurfaces(

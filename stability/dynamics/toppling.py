@@ -1,4 +1,4 @@
-"""Toppling: a part of a structure turns about an edge as one rigid body until it breaks up or hits something."""
+"""Toppling: a part of a structure turns about an edge as one rigid body until it breaks up or hits a body."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -28,27 +28,27 @@ from stability.geometry.vectors import (
 from stability.model import BodyId, BodyState, Plane, Pose, Vec3
 from stability.problem import Contact, Motion, Placed, Problem, Tolerances, Wrench
 
-# Finds the angle up to which a falling part turns as one body: until its bricks slide, lift off or hit something.
+# Proof that a falling part turns as one body up to an angle: its bricks do not slide, lift off or hit a body.
 #
-# A part that begins to turn about an axis goes on as a pendulum: at each angle its speed and its acceleration are
-# known. With the forces of inertia among the loads (d'Alembert) it falls as one, and what it turns on stands, if
-# contact forces within the friction cones balance every brick: the same proof as for what stands. Contacts between what
-# turns and what stands act where the axis goes through them, all others of these have opened.
+# A part that turns about an axis is a pendulum, whose speed and acceleration at each angle are known. With the inertial
+# forces among the loads (d'Alembert), it stays one body and its supports stand if contact forces within the friction
+# cones balance every brick: the same proof as for a standing structure. Of the contacts between turning and standing
+# bricks only points on the axis act; all others have opened.
 
 
 GapAt: TypeAlias = Callable[[Pose], float]
 
 DOWN: Vec3 = (0.0, 0.0, -1.0)
-PITCH = 1e-6  # of the speed: more of it along the axis, and it is a screw
-MET = 1e-4  # share of the depth of bodies in contact: less is rounding
-ON_AXIS = TOUCHING  # share of the smallest side: nearer points stay where they are
-ALONG = 1.0 - 1e-9  # cosine: edges run along the axis
-FLAT = 1e-9  # volume that the normals of three faces span: less, and they meet in no corner
+PITCH = 1e-6  # largest share of the speed along the axis; a larger share makes it a screw
+MET = 1e-4  # share of the largest overlap of a contact: less is rounding
+ON_AXIS = TOUCHING  # share of the smallest side: closer points lie on the axis
+ALONG = 1.0 - 1e-9  # least cosine of edges along the axis
+FLAT = 1e-9  # least volume that the normals of three faces span at a corner
 
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A turn about a fixed axis."""
+    """Rotation about a fixed axis."""
 
     point_W: Vec3  # on the axis [m]
     axis_W: Vec3  # unit, right-handed
@@ -56,17 +56,17 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class FallingPart:
-    """Bricks that turn as one, among others that stand, and the contacts of all of them."""
+    """Bricks that turn as one body, with standing bricks around them, and all contacts."""
 
-    problem: Problem  # before the turn; bricks that feel nothing of it may be left out
-    moving: Set[BodyId]  # those of the problem that turn
+    problem: Problem  # before the rotation; unaffected bricks may be omitted
+    moving: Set[BodyId]  # turning bricks
     turn: Turn
     pendulum: Pendulum
     gravity: float  # [m/s2]
 
 
 def falling_part(problem: Problem, motion: Motion, gravity: float) -> FallingPart | None:
-    """The part of a problem that begins to move; None if it is not one turn about one axis."""
+    """Return the moving part of a problem; None unless the motion is one rotation about one axis."""
     turn = turn_of(problem, motion)
     if turn is None:
         return None
@@ -75,13 +75,13 @@ def falling_part(problem: Problem, motion: Motion, gravity: float) -> FallingPar
 
 
 def turn_of(problem: Problem, motion: Motion) -> Turn | None:
-    """The turn about one axis with which all that moves begins; None if it does not."""
+    """Return the common rotation of all moving bricks; None if they have none."""
     if not motion.velocity or not problem.bricks.keys() >= motion.velocity.keys():
         return None
     first = min(motion.velocity)
     velocity, spin = motion.velocity[first]
     speed = norm(spin)
-    fastest = max(norm(v) for v, _ in motion.velocity.values())  # what a solver leaves is a share of that
+    fastest = max(norm(v) for v, _ in motion.velocity.values())  # errors of a solver are relative to it
     if speed == 0.0 or abs(dot(velocity, spin)) > PITCH * speed * fastest:
         return None
     point = add(problem.bricks[first].pose.position_W, scale(1.0 / (speed * speed), cross(spin, velocity)))
@@ -93,12 +93,12 @@ def turn_of(problem: Problem, motion: Motion) -> Turn | None:
 
 
 def turned_part(part: FallingPart, angle: float) -> dict[BodyId, Placed]:
-    """The bricks of a part in their places at an angle [rad]."""
+    """Return the bricks of a part at an angle [rad]."""
     return {name: _turned(part.problem.bricks[name], part.turn, angle) for name in sorted(part.moving)}
 
 
 def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId, BodyState]:
-    """The states of the bricks of a part at an angle [rad] and its speed [rad/s]."""
+    """Return the states of the bricks of a part at an angle [rad] and an angular speed [rad/s]."""
     spin = scale(speed, part.turn.axis_W)
     return {
         name: BodyState(placed.pose, cross(spin, subtract(placed.pose.position_W, part.turn.point_W)), spin)
@@ -107,18 +107,17 @@ def part_in_motion(part: FallingPart, angle: float, speed: float) -> dict[BodyId
 
 
 def holds_together(part: FallingPart, angle: float) -> bool:
-    """Whether it is proven to be one body at an angle [rad], and what it turns on to stand."""
-    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
+    """Check for a proof that a part is one body at an angle [rad] and that its supports stand."""
+    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- imports numpy, which proofs of standing rarely need
 
     return balance(_at_angle(part, angle)).forces is not None
 
 
 def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes: Collection[Plane]) -> bool:
-    """Whether at an angle [rad] no brick of a part has come to lie in another body.
+    """Check that no brick of a part overlaps another body at an angle [rad].
 
-    What it touched before the turn it may lie in as deep as bodies in contact do; what it meets on the way, not at all:
-    an engine that is given bricks inside each other drives them apart, which adds energy. What is near and does not
-    touch, as a thin body fills the gap, it meets as that closes.
+    A body that it touched initially may overlap as in a contact. Any other body must not overlap, as an engine would
+    push overlapping bricks apart and add energy. A body behind a filled gap counts as hit when the gap closes.
     """
     touched = {frozenset((contact.lower, contact.upper)) for contact in part.problem.contacts}
     for name, placed in turned_part(part, angle).items():
@@ -134,7 +133,7 @@ def is_clear(part: FallingPart, angle: float, others: Collection[Placed], planes
 
 
 def _gaps(placed: Placed, others: Collection[Placed], planes: Collection[Plane]) -> Iterator[tuple[BodyId, GapAt]]:
-    """The bodies that are near, and how far a brick is from each, for any pose."""
+    """Yield the near bodies, each with the gap of the brick as a function of its pose."""
     shape, pose, around = placed.brick.shape, placed.pose, placed.brick.shape.bounding_radius
     for plane in planes:
         if _height(pose.position_W, plane) < around:
@@ -145,7 +144,7 @@ def _gaps(placed: Placed, others: Collection[Placed], planes: Collection[Plane])
 
 
 def reach(part: FallingPart) -> float:
-    """The distance of the farthest corner of a part from its axis [m]."""
+    """Return the distance of the farthest corner of a part from its axis [m]."""
     corners = (c for name in part.moving for c in _corners(part.problem.bricks[name]))
     return max(norm(subtract(corner, _foot(part.turn, corner))) for corner in corners)
 
@@ -174,7 +173,7 @@ def _direction(vector_W: Vec3, turn: Turn, angle: float) -> Vec3:
 
 
 def _foot(turn: Turn, point_W: Vec3) -> Vec3:
-    """The point of the axis that is nearest to a point."""
+    """Return the point of the axis that is nearest to a point."""
     return add_scaled(turn.point_W, dot(turn.axis_W, subtract(point_W, turn.point_W)), turn.axis_W)
 
 
@@ -189,7 +188,7 @@ def _pendulum(bricks: Collection[Placed], turn: Turn, gravity: float) -> Pendulu
 
 
 def _about(turn: Turn, placed: Placed) -> float:
-    """The moment of inertia of a brick about the axis [kg m2]."""
+    """Return the moment of inertia of a brick about the axis [kg m2]."""
     arm = cross(turn.axis_W, subtract(placed.pose.position_W, turn.point_W))
     return dot(_inertia_times(placed, turn.axis_W), turn.axis_W) + placed.brick.mass * dot(arm, arm)
 
@@ -199,19 +198,19 @@ def _inertia_times(placed: Placed, vector_W: Vec3) -> Vec3:
 
 
 def _at_angle(part: FallingPart, angle: float) -> Problem:
-    """The equilibrium of a part in mid-fall, with the forces of inertia among its loads."""
+    """Return the equilibrium problem of a part during its fall, with inertial forces among the loads."""
     moving = turned_part(part, angle)
     omega, alpha = part.pendulum.speed_at(angle), part.pendulum.acceleration_at(angle)
     loads: Mapping[BodyId, Wrench] = {
         name: _load(moving[name], part.turn, part.gravity, omega, alpha) if name in moving else load
         for name, load in part.problem.loads.items()
     }
-    contacts = [found for contact in part.problem.contacts if (found := _contact(part, contact, angle)) is not None]
+    contacts = [moved for contact in part.problem.contacts if (moved := _contact(part, contact, angle)) is not None]
     return Problem({**part.problem.bricks, **moving}, contacts, loads)
 
 
 def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float) -> Wrench:
-    """The weight of a brick less its mass times acceleration, and less the rate of change of its angular momentum."""
+    """Return weight minus mass times acceleration, and minus the rate of change of angular momentum, of a brick."""
     arm, spin = subtract(placed.pose.position_W, turn.point_W), scale(omega, turn.axis_W)
     acceleration = add(cross(scale(alpha, turn.axis_W), arm), cross(spin, cross(spin, arm)))
     change = add(_inertia_times(placed, scale(alpha, turn.axis_W)), cross(spin, _inertia_times(placed, spin)))
@@ -222,7 +221,7 @@ def _load(placed: Placed, turn: Turn, gravity: float, omega: float, alpha: float
 
 
 def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | None:
-    """A contact in mid-fall. Within the part it turns along; with what stands, only its points on the axis remain."""
+    """Return a contact during the fall: rotated inside the part; with a standing body only its points on the axis."""
     turn, pair = part.turn, {contact.lower, contact.upper}
     turning = pair & part.moving
     if not turning:
@@ -232,83 +231,80 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
         points = tuple(_point(point, turn, angle) for point in contact.points_W)
         return replace(contact, points_W=points, normals_W=normals, gaps=())
     moving = part.problem.bricks[min(turning)]
-    found = contact if angle == 0.0 else _edge_contact(part, contact, moving, angle)
-    points = _on_axis(part.turn, moving, found.points_W) if found is not None else ()
-    return replace(found, points_W=points, gaps=()) if found and points else None
+    touching = contact if angle == 0.0 else _edge_contact(part, contact, moving, angle)
+    points = _on_axis(part.turn, moving, touching.points_W) if touching is not None else ()
+    return replace(touching, points_W=points, gaps=()) if touching and points else None
 
 
 def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
-    """Those of the points that lie on the axis: exactly, for beside it by what a solver leaves no forces balance."""
+    """Return the points on the axis, moved exactly onto it, as no forces balance at the errors of a solver."""
     near = ON_AXIS * moving.brick.shape.least_thickness
     return tuple(foot for point in points_W if norm(subtract(foot := _foot(turn, point), point)) <= near)
 
 
 def _edge_contact(part: FallingPart, contact: Contact, moving: Placed, angle: float) -> Contact | None:
-    """How a brick that turns touches what stands: the normal is that of the face on which an edge of the other lies."""
+    """Return the contact of a turning brick with a standing body: an edge on a face, with the normal of the face."""
     other = part.problem.bricks.get(contact.lower if moving.brick.id == contact.upper else contact.upper)
     if other is not None:
         now = _turned(moving, part.turn, angle)
         return contact_between(solid(now), solid(other), contact.law.friction, Tolerances())
     if all(_on_own_edge(part.turn, moving, point) for point in _on_axis(part.turn, moving, contact.points_W)):
-        return contact  # as on the ground
+        return contact  # the normal of the other body
     normals = tuple(_direction(normal, part.turn, angle) for normal in contact.normals_W)
     return replace(contact, normals_W=normals, gaps=())
 
 
 def _on_own_edge(turn: Turn, moving: Placed, point_W: Vec3) -> bool:
-    """Whether at a point of the axis an edge of the brick lies along it, or a corner on it."""
+    """Check that at a point of the axis the brick has an edge along the axis, or a corner."""
     shape, near = moving.brick.shape, ON_AXIS * moving.brick.shape.least_thickness
     back = inverse(moving.pose.orientation)
     point, axis = rotate(back, subtract(point_W, moving.pose.position_W)), rotate(back, turn.axis_W)
     meeting = [face.normal for face in shape.faces if dot(face.normal, point) > shape.reach(face.normal) - near]
-    edges = [cross(one, other) for one, other in combinations(meeting, 2)]
+    edges = [cross(first, second) for first, second in combinations(meeting, 2)]
     if any(abs(dot(edge, axis)) > ALONG * norm(edge) > 0.0 for edge in edges):
         return True
-    return any(abs(dot(cross(one, two), three)) > FLAT for one, two, three in combinations(meeting, 3))
+    return any(abs(dot(cross(first, second), third)) > FLAT for first, second, third in combinations(meeting, 3))
 
 
-# Toppling: a part turns about an axis as one body, for as long as it is proven to hold together and to hit nothing.
-
-
-# It is proven that a part holds together at every fifth degree; it is parted at the last at which it does. Later the
-# weight turns against the layers, and what reaches farther than 30 deg has hit something in most cases.
+# The cohesion of a part is proven at every fifth degree, and the motion ends at the last angle with a proof. Later the
+# weight acts against the layers, and most parts have hit a body before 30 deg.
 STAGE, FURTHEST = radians(5.0), radians(30.0)
 ROUNDING = 1e-9  # share of an angle: stages are sums of angles
-# A part is looked at so often that no corner of it passes more than this share of the smallest side unseen.
+# Largest travel of a corner between two collision checks, as a share of the smallest side.
 UNSEEN = 0.5
 
 
 @dataclass
 class Toppling:
-    """A part that turns about one axis."""
+    """Motion of a part that turns about one axis."""
 
     part: FallingPart
-    others: Collection[Placed]  # what it may hit
+    others: Collection[Placed]  # bricks that it may hit
     planes: Collection[Plane]
-    pitch: float  # between the angles at which it is looked at [rad]
+    pitch: float  # angle between two collision checks [rad]
     angle: float = 0.0  # [rad]
-    speed: float = 0.0  # of the angle [rad/s]
-    _clear: float = 0.0  # the angle up to which nothing is hit [rad]
-    _stage: float = 0.0  # up to which it is proven to hold together
+    speed: float = 0.0  # angular speed [rad/s]
+    _clear: float = 0.0  # angle up to which no collision occurs [rad]
+    _stage: float = 0.0  # angle up to which cohesion is proven [rad]
 
-    def goes_on(self, duration: float) -> bool:
-        """Turn for a short time [s]; False, and not at all, if it is not proven that it does as one body."""
+    def advance(self, duration: float) -> bool:
+        """Advance by a short time [s]; return False, without advancing, unless the part provably turns as one body."""
         angle, speed = self.part.pendulum.after(self.angle, self.speed, duration)
         while angle > self._clear:
-            if not self._looked_further():
+            if not self._check_further():
                 return False
         self.angle, self.speed = angle, speed
         return True
 
     def states(self) -> dict[BodyId, BodyState]:
-        """Where its bricks are, and how they move."""
+        """Return the current states of the bricks."""
         return part_in_motion(self.part, self.angle, self.speed)
 
     def take_landed(self) -> Sequence[BodyId]:
-        """None: an engine takes over before anything rests again."""
+        """Return no bricks: an engine takes over before any comes to rest."""
         return ()
 
-    def _looked_further(self) -> bool:
+    def _check_further(self) -> bool:
         if self._clear >= self._stage:
             stage = self._stage + STAGE
             if stage > FURTHEST * (1.0 + ROUNDING) or not holds_together(self.part, stage):
@@ -324,9 +320,9 @@ class Toppling:
 def toppling_of(
     problem: Problem, motion: Motion, gravity: float, others: Collection[Placed], planes: Collection[Plane]
 ) -> Toppling | None:
-    """How what begins to move topples; None if it is not one turn about one axis, or not proven to be one body.
+    """Return the toppling of the moving bricks; None unless it is one rotation about one axis of a proven single body.
 
-    `others` and `planes` are what it may hit, what it turns on included.
+    `others` and `planes` are the bodies that they may hit, including their supports.
     """
     part = falling_part(problem, motion, gravity)
     if part is None or not holds_together(part, 0.0):

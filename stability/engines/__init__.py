@@ -1,1 +1,1 @@
-"""What the extension asks of a physics engine, and the engines that answer."""
+"""Physics engines behind one protocol, `World`."""

@@ -1,8 +1,8 @@
-"""Where bricks touch edge on edge: which normal such a contact has, and where an engine gives it another.
+"""Contact normals of two bricks that touch edge on edge, and a check of an engine's normals against them.
 
-Model: every edge is a little rounded, and the normal is that between the nearest points of the two boxes without their
-rounding. Faces keep their own normal; at two edges it lies between those of the faces beside them. Engines that work
-with sharp boxes take one of these faces instead where the edges are parallel (docs/design/engines.md).
+Model: every edge is slightly rounded, and the normal joins the nearest points of the two boxes without their rounding.
+A face contact keeps the normal of the face; the normal of two edges lies between the normals of the adjacent faces.
+Engines with sharp boxes use the normal of one of these faces where the edges are parallel (docs/design/engines.md).
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -16,25 +16,25 @@ from stability.geometry.box_distance import Block, block, blocks_apart, nearest_
 from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, norm, scale, subtract
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Vec3
 
-EDGE_RADIUS = 1e-4  # [m] how much edges are taken to be rounded
-MOST_ROUNDED = 0.02  # share of a brick's smallest side; less than EDGE_RADIUS on bricks thinner than 5 mm
-LEANS = cos(radians(1.0))  # of the angle of the most upright axis of a brick to the vertical: below it, the brick leans
-WRONG = cos(radians(10.0))  # of the angle between a normal and the true one: below it, the normal is wrong
-FACE_ON = cos(radians(5.0))  # of the angle between a normal and that of a face: below it, no face is touched
-LOADED = 0.01  # share of the weight of the lighter brick that a contact must carry to matter
-ROUNDS = 2  # of going to and fro between two boxes
-TOUCHING = 1.05  # times the rounding of both: what is so near without that touches
-MOST_BEFORE = 64  # places of the last time step at which contacts may have been found
-TURNS = 0.15  # share of the rounding by which two edges may slide across each other: normals turn by 4 deg
-NEAR = 0.005  # share of the rounding of both: what is nearer without that has no normal
+EDGE_RADIUS = 1e-4  # [m] assumed edge radius
+MOST_ROUNDED = 0.02  # upper bound of the radius, as a share of a brick's smallest side; applies below 5 mm
+LEANS = cos(radians(1.0))  # a brick leans if the cosine between its most upright axis and the vertical is smaller
+WRONG = cos(radians(10.0))  # a normal is wrong if the cosine of its angle to the true normal is smaller
+FACE_ON = cos(radians(5.0))  # a normal belongs to a face if the cosine of its angle to the face normal is larger
+LOADED = 0.01  # the least normal force of a loaded contact, as a share of the lighter brick's weight
+ROUNDS = 2  # alternating projections between two boxes
+TOUCHING = 1.05  # times the sum of both radii: the cores of touching boxes are no further apart
+MOST_BEFORE = 64  # earlier positions in the last time step at which the engine may have found a contact
+TURNS = 0.15  # allowed slip of crossing edges, as a share of the radius: normals turn by 4 deg
+NEAR = 0.005  # times the sum of both radii: cores that are closer have no normal
 
-# How much the edges of two bodies are rounded [m].
+# Edge radii of two bodies [m].
 Radii: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class WrongNormal:
-    """A contact of two bricks under load that the engine gives a normal which their geometry does not."""
+    """Loaded contact of two bricks whose normal from the engine contradicts the geometry."""
 
     upper: BodyId
     lower: BodyId
@@ -42,28 +42,28 @@ class WrongNormal:
 
 
 def edge_radius(size: Vec3, radius: float = EDGE_RADIUS) -> float:
-    """How much the edges of a brick are rounded [m]."""
+    """Return the assumed edge radius of a brick [m]."""
     return min(radius, MOST_ROUNDED * min(size))
 
 
 def leans(pose: Pose) -> bool:
-    """Whether no axis of a brick is upright."""
+    """Check that no axis of a brick is vertical."""
     return all(abs(axis_W[2]) < LEANS for axis_W in body_axes(pose.orientation))
 
 
 def true_normals(a: Block, b: Block, touching_W: Vec3, radii: Radii) -> Iterator[Vec3]:
-    """The unit normals from b to a that a contact of two boxes with rounded edges may have; none if they lie too deep.
+    """Yield the unit normals from b to a that a contact of two boxes with rounded edges may have.
 
-    Where the boxes touch at the contact, as edges that are a little twisted do along all of their length, that between
-    the points that are nearest there. Then that between the points that are nearest of all; and, where the boxes are
-    deeper in each other than their edges are rounded, with edges that are rounded by more.
+    First the normal between the points nearest to the contact, if the boxes touch there: slightly twisted edges touch
+    along their whole length. Then the normal between the nearest points of the boxes. If the boxes overlap by more
+    than their radii, also the normal for larger radii. Yields nothing if the overlap is too deep.
     """
     yield from BoxPair(a, b).true_normals(touching_W, radii)
 
 
 @dataclass(slots=True)
 class BoxPair:
-    """Two boxes that touch, with what is worked out once for all points at which they do."""
+    """Two touching boxes, with cached values that all their contact points share."""
 
     a: Block
     b: Block
@@ -72,14 +72,14 @@ class BoxPair:
     _gap: float | None = field(default=None, init=False)
 
     def true_normals(self, touching_W: Vec3, radii: Radii) -> Iterator[Vec3]:
-        """As `true_normals` says."""
+        """Yield the possible unit normals from b to a at a contact, as the function `true_normals` does."""
         (core_a, core_b), on_a = self._without(radii), touching_W
         for _ in range(ROUNDS):
             on_b = core_b.nearest(on_a)
             on_a = core_a.nearest(on_b)
         if norm(subtract(on_a, on_b)) < TOUCHING * sum(radii):
             yield from _normal(on_a, on_b, radii)
-        # To go on until these are the nearest of all would take edges that cross by a few degrees thousands of rounds.
+        # Iterating on to the nearest points of the boxes takes thousands of rounds if edges cross at a few degrees.
         yield from self._normal_of_all(radii)
         if self._gap is None:
             self._gap = blocks_apart(self.a, self.b).gap
@@ -88,7 +88,7 @@ class BoxPair:
             yield from self._normal_of_all((more * radii[0], more * radii[1]))
 
     def _without(self, radii: Radii) -> "tuple[_Core, _Core]":
-        """Both without their rounding."""
+        """Return the cores of both boxes."""
         if radii not in self._cores:
             self._cores[radii] = _Core(self.a, radii[0]), _Core(self.b, radii[1])
         return self._cores[radii]
@@ -103,7 +103,7 @@ class BoxPair:
 
 
 def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
-    """The unit normal between two points, unless they are too near to each other to have one."""
+    """Yield the unit normal between two points, unless they are too close to define one."""
     between = subtract(on_a, on_b)
     distance = norm(between)
     if distance > NEAR * sum(radii):
@@ -111,27 +111,27 @@ def _normal(on_a: Vec3, on_b: Vec3, radii: Radii) -> Iterator[Vec3]:
 
 
 def nearest_of(a: Block, b: Block, radius: float) -> tuple[Vec3, Vec3] | None:
-    """The points of two boxes without their rounding that are nearest to each other [m]; None if these overlap."""
+    """Return the nearest points of the cores of two boxes [m]; None if the cores overlap."""
     core_a, core_b = _Core(a, radius), _Core(b, radius)
     return nearest_points(core_a.farthest, core_b.farthest, subtract(a.p_WC, b.p_WC))
 
 
 class _Core:
-    """A box without its rounding: its middle, and along each of its axes half of what it measures.
+    """Core of a box: the box shrunk by its edge radius, as its centre and half sizes.
 
-    Both methods are the inner loop: in plain numbers, and without loops of their own.
+    Both methods are the inner loop, so they use plain floats and no loops.
     """
 
     __slots__ = ("axes_W", "half", "middle_W")
 
     def __init__(self, box: Block, radius: float) -> None:
-        """A box without so much rounding [m]."""
+        """Shrink a box by a radius [m] on all sides."""
         self.middle_W, self.axes_W = box.p_WC, box.axes_W
         x, y, z = box.half
         self.half = (max(x - radius, 0.0), max(y - radius, 0.0), max(z - radius, 0.0))
 
     def nearest(self, point_W: Vec3) -> Vec3:
-        """Its point that is nearest to another."""
+        """Return the point of the core that is nearest to a point."""
         x, y, z = self.middle_W
         (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.axes_W
         most_u, most_v, most_w = self.half
@@ -145,7 +145,7 @@ class _Core:
         return x + u * ux + v * vx + w * wx, y + u * uy + v * vy + w * wy, z + u * uz + v * vz + w * wz
 
     def farthest(self, along_W: Vec3) -> Vec3:
-        """Its corner that lies farthest along a direction."""
+        """Return the corner of the core that lies farthest along a direction."""
         a, b, c = along_W
         x, y, z = self.middle_W
         (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = self.axes_W
@@ -157,14 +157,14 @@ class _Core:
 
 
 def wrong_normals(engine: World, states: Mapping[BodyId, BodyState], gravity: float) -> Iterator[WrongNormal]:
-    """Contacts under load of these bricks, as far as they lean, whose normal is wrong; every pair of bricks once."""
-    seen = set()
+    """Yield the wrong normals at loaded contacts of the leaning bricks among these, at most one per pair of bricks."""
+    checked_pairs = set()
     for name, state in states.items():
         if not leans(state.pose):
             continue
         for pair, points in _by_pair(engine.contacts(name)).items():
-            if pair not in seen and engine.masses().keys() >= set(pair):
-                seen.add(pair)
+            if pair not in checked_pairs and engine.masses().keys() >= set(pair):
+                checked_pairs.add(pair)
                 yield from _of_pair(engine, points, gravity)
 
 
@@ -176,7 +176,7 @@ def _by_pair(points: Collection[ContactPoint]) -> dict[tuple[BodyId, BodyId], li
 
 
 def _of_pair(engine: World, points: Collection[ContactPoint], gravity: float) -> Iterator[WrongNormal]:
-    """At most one: at the point that carries most."""
+    """Yield at most one wrong normal: at the contact point with the largest force."""
     point = max(points, key=lambda point: point.normal_force)
     masses = engine.masses()
     if point.normal_force < LOADED * gravity * min(masses[point.a], masses[point.b]):
@@ -185,23 +185,23 @@ def _of_pair(engine: World, points: Collection[ContactPoint], gravity: float) ->
     states = engine.states([point.a, point.b])
     if not (isinstance(a, Box) and isinstance(b, Box)):
         return
-    off = None
+    best_cosine = None
     for cosine in _agreements(point, (a, states[point.a]), (b, states[point.b]), engine.settings.time_step):
-        off = cosine if off is None else max(off, cosine)
-        if off >= WRONG:
+        best_cosine = cosine if best_cosine is None else max(best_cosine, cosine)
+        if best_cosine >= WRONG:
             return
-    if off is not None:
-        over = states[point.a].pose.position_W[2] >= states[point.b].pose.position_W[2]
-        upper, lower = (point.a, point.b) if over else (point.b, point.a)
-        yield WrongNormal(upper, lower, acos(max(off, -1.0)))
+    if best_cosine is not None:
+        a_above = states[point.a].pose.position_W[2] >= states[point.b].pose.position_W[2]
+        upper, lower = (point.a, point.b) if a_above else (point.b, point.a)
+        yield WrongNormal(upper, lower, acos(max(best_cosine, -1.0)))
 
 
 def _agreements(
     point: ContactPoint, a: tuple[Box, BodyState], b: tuple[Box, BodyState], time_step: float
 ) -> Iterator[float]:
-    """Cosines of the angle from the engine's normal to the true one, as the bodies are and as they were before.
+    """Yield cosines of the angle between the engine's normal and the true one, at the current and earlier positions.
 
-    An engine finds contacts first and moves bodies then, in steps of its own.
+    An engine detects contacts before it moves the bodies, in steps of its own.
     """
     (box_a, state_a), (box_b, state_b) = a, b
     radii = _radii(point, min(edge_radius(box_a.size), edge_radius(box_b.size)))
@@ -217,9 +217,9 @@ def _agreements(
 
 
 def _radii(point: ContactPoint, sharp: float) -> Radii:
-    """How much the edges of both bodies of a contact are rounded [m], sharp ones by so much.
+    """Return the edge radii of both bodies of a contact [m]; `sharp` stands for sharp edges.
 
-    More where they are deeper in each other, so that they are apart without it.
+    A deeper overlap enlarges both, so that the cores stay apart.
     """
     a, b = point.rounded
     radii = a or sharp, b or sharp
@@ -229,14 +229,14 @@ def _radii(point: ContactPoint, sharp: float) -> Radii:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """How well the normal of a contact fits two boxes as they are."""
+    """Agreement of a contact's normal with the current poses of its two boxes."""
 
-    cosine: float  # of the angle to the true one; 1 if there is none, as the boxes lie too deep in each other
-    holds_for: float  # so far the boxes may slide along each other before the true one may be another [m]
+    cosine: float  # of the angle to the true normal; 1 if the overlap is too deep to define one
+    holds_for: float  # slip of the boxes within which the true normal does not change [m]
 
 
 def agreement(point: ContactPoint, pair: BoxPair, rounding: float) -> Agreement:
-    """How well the normal of a contact of two boxes fits; sharp edges are taken to be rounded by so much [m]."""
+    """Compare the normal of a contact with its two boxes; `rounding` is the assumed radius of sharp edges [m]."""
     radii = _radii(point, rounding)
     radius = 0.5 * sum(radii)
     middle_W = add_scaled(point.position_W, 0.5 * point.gap, point.normal_BA_W)
@@ -257,9 +257,9 @@ def agreement(point: ContactPoint, pair: BoxPair, rounding: float) -> Agreement:
 
 
 def _on_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> tuple[float, float]:
-    """How far from the rim a contact across a face is [m], and how far outside of the face that it is farthest from.
+    """Return a face contact's distance from the rim of the face, and the contact's distance outside the box [m].
 
-    The first is less than 0 beyond the rim, and askew to all faces; the second is so inside the box.
+    The first is negative beyond the rim and if the normal is no face normal; the second is negative inside the box.
     """
     a, b, c = normal_W
     (ux, uy, uz), (vx, vy, vz), (wx, wy, wz) = box.axes_W
@@ -280,5 +280,5 @@ def _on_face(normal_W: Vec3, touching_W: Vec3, box: Block) -> tuple[float, float
 
 
 def velocity_at(state: BodyState, point_W: Vec3) -> Vec3:
-    """The velocity of a point of a body [m/s]."""
+    """Return the velocity of a point of a body [m/s]."""
     return add(state.velocity_W, cross(state.angular_velocity_W, subtract(point_W, state.pose.position_W)))

@@ -1,14 +1,14 @@
-"""A world whose engine meets larger bricks than it is told of: the same shapes and density, so many times as large.
+"""World that scales all lengths by a factor before they reach its engine, at constant shape and density.
 
-Model: lengths, and with them speeds, are `factor` times as large in the engine, and seconds are seconds. So masses are
-factor^3, forces and impulses factor^4 times as large, and gravity is weaker by the factor to who looks from outside.
+Model: lengths and speeds are `factor` times as large in the engine, times are equal. So masses are factor^3, forces and
+impulses factor^4 times as large, and the engine's gravity is `factor` times that of the scene.
 """
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 from stability.dynamics.rigid_body import AppliedForce
-from stability.engines.protocol import EngineSettings, FrictionRecord, PrescribedMotion, TellsFriction, World
+from stability.engines.protocol import EngineSettings, FrictionRecord, PrescribedMotion, ReportsFriction, World
 from stability.geometry.convex_solid import scaled
 from stability.geometry.vectors import scale
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
@@ -16,10 +16,10 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Hal
 
 @dataclass
 class ResizedWorld:
-    """Another world, seen in lengths that are smaller by a factor."""
+    """Adapter that converts lengths, masses and forces between the caller and an engine's world."""
 
     engine: World
-    factor: float  # lengths of the engine in lengths of whoever asks
+    factor: float  # engine length per caller length
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
@@ -35,12 +35,12 @@ class ResizedWorld:
         return self.engine.time()
 
     def step(self) -> None:
-        if isinstance(self.engine, TellsFriction):
+        if isinstance(self.engine, ReportsFriction):
             self.engine.frictions = self.frictions
         self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
         self.engine.prescribed.guided = {
-            name: replace(each, velocity_W=scale(self.factor, each.velocity_W))
-            for name, each in self.prescribed.guided.items()
+            name: replace(motion, velocity_W=scale(self.factor, motion.velocity_W))
+            for name, motion in self.prescribed.guided.items()
         }
         self.engine.step()
 
@@ -53,7 +53,7 @@ class ResizedWorld:
     def skip(self, duration: float) -> None:
         self.engine.skip(duration)
 
-    # --- what is there ------------------------------------------------------------------------------------------------
+    # --- queries ------------------------------------------------------------------------------------------------------
 
     def masses(self) -> Mapping[BodyId, float]:
         return self._masses
@@ -74,20 +74,20 @@ class ResizedWorld:
         return {name: _moved(state, 1.0 / self.factor) for name, state in self.engine.states(bodies).items()}
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        weaker = self.factor**-4
+        force_factor = self.factor**-4
         return [
             replace(
                 point,
                 position_W=scale(1.0 / self.factor, point.position_W),
                 gap=1.0 / self.factor * point.gap,
-                normal_force=weaker * point.normal_force,
-                friction_W=scale(weaker, point.friction_W),
+                normal_force=force_factor * point.normal_force,
+                friction_W=scale(force_factor, point.friction_W),
                 rounded=(point.rounded[0] / self.factor, point.rounded[1] / self.factor),
             )
             for point in self.engine.contacts(brick)
         ]
 
-    # --- what comes, goes and changes ---------------------------------------------------------------------------------
+    # --- changes ------------------------------------------------------------------------------------------------------
 
     def add_plane(self, plane: Plane) -> None:
         self.engine.add_plane(replace(plane, point_W=scale(self.factor, plane.point_W)))
@@ -124,12 +124,12 @@ class ResizedWorld:
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.engine.push(brick, scale(self.factor**4, impulse_W), scale(self.factor, at_W))
 
-    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
+    def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
         self.engine.apply_forces(
             brick,
             [
-                replace(each, force_W=scale(self.factor**4, each.force_W), at_W=scale(self.factor, each.at_W))
-                for each in pressed
+                replace(force, force_W=scale(self.factor**4, force.force_W), at_W=scale(self.factor, force.at_W))
+                for force in forces
             ],
         )
 
@@ -148,5 +148,5 @@ def _put(pose: Pose, factor: float) -> Pose:
 
 
 def _moved(state: BodyState, factor: float) -> BodyState:
-    """Angular velocities are those of seconds, and stay."""
+    """Scale pose and velocity; angular velocities do not depend on lengths."""
     return replace(state, pose=_put(state.pose, factor), velocity_W=scale(factor, state.velocity_W))

@@ -1,1 +1,1 @@
-"""Vectors, rotations, convex polygons and the distances between boxes: geometry without physics."""
+"""Geometry without physics: vectors, rotations, convex polygons and solids, and distances between them."""

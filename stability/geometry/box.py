@@ -1,4 +1,4 @@
-"""Boxes: of uniform density, or with a centre of mass off their middle."""
+"""Boxes of uniform density, and boxes with an off-centre mass."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -9,10 +9,7 @@ from typing import Final, final
 from stability.geometry.vectors import norm, subtract
 from stability.model import IDENTITY, ConvexShape, Face, Quaternion, Vec3
 
-# The box: the shape of a plank, and of many a table.
-
-
-# The corners run through -x to x, in each through -y to y, in each of those through -z to z.
+# The order of the corners: from -x to x, for each from -y to y, for each of these from -z to z.
 FACES: Final = (
     Face((-1.0, 0.0, 0.0), (0, 1, 3, 2)),
     Face((1.0, 0.0, 0.0), (4, 6, 7, 5)),
@@ -26,46 +23,46 @@ EDGES: Final = (
     *((0, 2), (1, 3), (4, 6), (5, 7)),
     *((0, 1), (2, 3), (4, 5), (6, 7)),
 )
-SIZES = 256  # whose corners are kept; few scenes know more
+SIZES = 256  # cache size; few scenes have more different boxes
 
 
 class UnknownShapeError(TypeError):
-    """A shape came to where it is not known."""
+    """A shape is not supported."""
 
     def __init__(self, where: str, shape: object) -> None:
-        super().__init__(f"{where} does not know the shape {type(shape).__name__}")
+        super().__init__(f"{where} does not support the shape {type(shape).__name__}")
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box about its centre of mass, its sides along the body axes."""
+    """Box of uniform density, centred on its centre of mass, with sides along the body axes."""
 
     size: Vec3  # full lengths along the body axes [m]
 
     @property
     def corners(self) -> tuple[Vec3, ...]:
-        """Its eight corners [m]."""
+        """The eight corners [m]."""
         return _corners(self.size)
 
     @property
     def edges(self) -> tuple[tuple[int, int], ...]:
-        """Its twelve edges: four along each axis."""
+        """The twelve edges: four along each axis."""
         return EDGES
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """Its six faces."""
+        """The six faces."""
         return FACES
 
     @property
     def least_thickness(self) -> float:
-        """Its smallest side [m]."""
+        """The smallest side [m]."""
         return min(self.size)
 
     @property
     def length(self) -> float:
-        """Its longest side [m]."""
+        """The longest side [m]."""
         return max(self.size)
 
     @property
@@ -75,34 +72,34 @@ class Box:
 
     @property
     def volume(self) -> float:
-        """Length times width times thickness [m3]."""
+        """The volume [m3]."""
         return self.size[0] * self.size[1] * self.size[2]
 
     @property
     def principal_axes(self) -> Quaternion:
-        """No turn: its body axes are principal axes."""
+        """The identity: the body axes are principal axes."""
         return IDENTITY
 
     def moments(self, mass: float) -> Vec3:
-        """The moments of inertia about its axes, at a mass [kg m2]."""
+        """Return the moments of inertia about the body axes at a mass [kg m2]."""
         a, b, c = (side * side for side in self.size)
         return (mass * (b + c) / 12.0, mass * (a + c) / 12.0, mass * (a + b) / 12.0)
 
     def reach(self, direction: Vec3) -> float:
-        """How far it extends from its centre along a direction of any length, times that length [m]."""
+        """Return the extent from the centre along a direction, times the length of the direction [m]."""
         (a, b, c), (x, y, z) = self.size, direction
         return 0.5 * (a * abs(x) + b * abs(y) + c * abs(z))
 
     def support(self, direction: Vec3) -> Vec3:
-        """The corner that is farthest along a direction [m]; on the side of the positive axes if several are."""
+        """Return the farthest corner along a direction [m]; of several the one on the side of the positive axes."""
         (a, b, c), (x, y, z) = self.size, direction
         return (-0.5 * a if x < 0.0 else 0.5 * a, -0.5 * b if y < 0.0 else 0.5 * b, -0.5 * c if z < 0.0 else 0.5 * c)
 
 
 def as_box(shape: ConvexShape, where: str) -> Box:
-    """A shape where only boxes are known: the box that it is. Raises UnknownShapeError for any other.
+    """Return a shape as a box where only boxes are supported. Raises UnknownShapeError for any other shape.
 
-    `where` says what does not know more. Whoever adds a shape finds each such place by this function.
+    `where` names the caller in the error. Calls of this function mark all code that must change for a new shape.
     """
     if isinstance(shape, Box):
         return shape
@@ -115,10 +112,10 @@ def _corners(size: Vec3) -> tuple[Vec3, ...]:
     return tuple((x * a, y * b, z * c) for x, y, z in product((-0.5, 0.5), repeat=3))
 
 
-# A box whose mass is not in its middle: a carton that is packed on one side.
+# Boxes with an off-centre mass, such as a carton that is packed on one side.
 
 
-KEPT: Final = 256  # shapes whose corners are kept
+KEPT: Final = 256  # cache size
 
 MIDDLE: Vec3 = (0.0, 0.0, 0.0)
 
@@ -126,9 +123,10 @@ MIDDLE: Vec3 = (0.0, 0.0, 0.0)
 @final
 @dataclass(frozen=True, slots=True)
 class OffCentreBox:
-    """A box about its centre of mass, its sides along the body axes.
+    """Box with an off-centre mass, relative to its centre of mass, with sides along the body axes.
 
-    Its moments are those of the box filled evenly, about its middle: how the mass is spread is not known.
+    Its moments of inertia are those of a box of uniform density about its geometric centre, as the distribution of its
+    mass is unknown.
     """
 
     size: Vec3  # full lengths along the body axes [m]
@@ -136,67 +134,67 @@ class OffCentreBox:
 
     @property
     def box(self) -> Box:
-        """The same box filled evenly."""
+        """The box with uniform density."""
         return Box(self.size)
 
     @property
     def corners(self) -> tuple[Vec3, ...]:
-        """Its eight corners from the centre of mass [m]."""
+        """The eight corners, from the centre of mass [m]."""
         return _off_centre_corners(self)
 
     @property
     def edges(self) -> tuple[tuple[int, int], ...]:
-        """Its twelve edges: four along each axis."""
+        """The twelve edges: four along each axis."""
         return self.box.edges
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """Its six faces."""
+        """The six faces."""
         return self.box.faces
 
     @property
     def least_thickness(self) -> float:
-        """Its smallest side [m]."""
+        """The smallest side [m]."""
         return self.box.least_thickness
 
     @property
     def length(self) -> float:
-        """Its longest side [m]."""
+        """The longest side [m]."""
         return self.box.length
 
     @property
     def bounding_radius(self) -> float:
-        """How far its farthest corner is from the centre of mass [m]."""
+        """The distance of the farthest corner from the centre of mass [m]."""
         return max(map(norm, self.corners))
 
     @property
     def volume(self) -> float:
-        """Length times width times thickness [m3]."""
+        """The volume [m3]."""
         return self.box.volume
 
     @property
     def principal_axes(self) -> Quaternion:
-        """No turn: its body axes are principal axes."""
+        """The identity: the body axes are principal axes."""
         return self.box.principal_axes
 
     def moments(self, mass: float) -> Vec3:
-        """Those of the box filled evenly, at a mass [kg m2]."""
+        """Return the moments of the box with uniform density at a mass [kg m2]."""
         return self.box.moments(mass)
 
     def reach(self, direction: Vec3) -> float:
-        """How far it extends from its centre of mass along a direction of any length, times that length [m]."""
+        """Return the extent from the centre of mass along a direction, times the length of the direction [m]."""
         (a, b, c), (x, y, z) = self.centre_of_mass, direction
         return self.box.reach(direction) - (a * x + b * y + c * z)
 
     def support(self, direction: Vec3) -> Vec3:
-        """The corner that is farthest along a direction [m]; on the side of the positive axes if several are."""
+        """Return the farthest corner along a direction [m]; of several the one on the side of the positive axes."""
         return subtract(self.box.support(direction), self.centre_of_mass)
 
 
 def box_of(shape: ConvexShape) -> tuple[Box, Vec3] | None:
-    """The box that a shape is, with the way from its centre of mass to its middle [m]; None of any other shape.
+    """Return the box of a shape and the vector from its centre of mass to its centre [m]; None for other shapes.
 
-    What knows a shorter way for boxes asks this.
+    Callers use it for faster code for boxes.
     """
     if isinstance(shape, Box):
         return shape, MIDDLE

@@ -7,18 +7,14 @@ from stability.geometry.box import Box, OffCentreBox, UnknownShapeError
 from stability.geometry.vectors import dot, scale
 from stability.model import ConvexShape, Face, Quaternion, Vec3
 
-# Any convex solid with flat faces: a wedge, a voussoir, a stone.
-#
-# Where its centre of mass is need not be where that of an even filling is; see `moments` on what that means for
-# turning.
-
 
 @final
 @dataclass(frozen=True, slots=True)
 class ConvexSolid:
-    """A convex solid about its centre of mass, made by `stability.geometry.solid_making`, which works out its measures.
+    """Convex solid with flat faces, relative to its centre of mass; `stability.geometry.solid_making` creates it.
 
-    Two solids with the same corners, faces and moments are one shape.
+    The centre of mass need not be that of uniform density. Two solids are equal if their corners, faces and moments
+    are.
     """
 
     corners: tuple[Vec3, ...]  # from the centre of mass, in body axes [m]
@@ -32,42 +28,36 @@ class ConvexSolid:
     bounding_radius: float = field(compare=False)  # [m]
 
     def moments(self, mass: float) -> Vec3:
-        """The moments of inertia about its principal axes through the centre of mass [kg m2].
+        """Return the moments of inertia about the principal axes at a mass [kg m2].
 
-        They are those of the same solid filled evenly, about the middle of that: if its centre of mass is elsewhere,
-        how its mass is spread about that is not known.
+        They are those of uniform density about its centroid, even if the centre of mass differs: the distribution of
+        the mass is then unknown.
         """
         return scale(mass, self.unit_moments)
 
     def reach(self, direction: Vec3) -> float:
-        """How far it extends from its centre of mass along a direction of any length, times that length [m]."""
+        """Return the extent from the centre of mass along a direction, times the length of the direction [m]."""
         return max([dot(corner, direction) for corner in self.corners])
 
     def support(self, direction: Vec3) -> Vec3:
-        """A corner that is farthest along a direction [m]; the first of several."""
+        """Return the farthest corner along a direction [m]; the first of several."""
         return max(self.corners, key=lambda corner: dot(corner, direction))
 
 
-# The error for input that is no convex solid.
-
-
 class NotASolidError(ValueError):
-    """Points, an outline or a mesh that make no convex solid."""
+    """Points, an outline or a mesh do not define a convex solid."""
 
     def __init__(self, message: str, hint: str, number: int | None = None) -> None:
         super().__init__(message)
         self.message, self.hint = message, hint
-        self.number = number  # of the corner or the face that is wrong, from 0; None if it is the whole
-
-
-# The same shape so many times as large, and how far a shape reaches along its axes.
+        self.number = number  # of the wrong corner or face, from 0; None if the whole is wrong
 
 
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def scaled(shape: ConvexShape, factor: float) -> ConvexShape:
-    """A shape with all its lengths so many times as long. Raises UnknownShapeError for one of somebody else's."""
+    """Return a shape with all lengths multiplied by a factor. Raises UnknownShapeError for a foreign shape class."""
     match shape:
         case Box(size):
             return Box(scale(factor, size))
@@ -86,10 +76,10 @@ def scaled(shape: ConvexShape, factor: float) -> ConvexShape:
                 factor * shape.bounding_radius,
             )
         case _:
-            raise UnknownShapeError("a world of another size", shape)
+            raise UnknownShapeError("a scaled world", shape)
 
 
 def half_lengths(shape: ConvexShape) -> Vec3:
-    """Half the sides of the least box along the body axes, about the centre of mass, that holds a shape [m]."""
+    """Return the half sizes of the smallest box about the centre of mass, along the body axes, around a shape [m]."""
     a, b, c = (max(shape.reach(axis), shape.reach(scale(-1.0, axis))) for axis in AXES)
     return (a, b, c)

@@ -1,4 +1,4 @@
-"""A shape in its pose: corners, bounds, distances and inertia in W."""
+"""A shape at a pose: corners, bounds, distances and inertia in W."""
 
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -12,51 +12,48 @@ if TYPE_CHECKING:
     from stability.geometry.polyhedra import Hull
 
 
-# Corners, bounding box, highest point and principal axes of a shape in its pose, in W.
-#
-# It asks shapes only what every shape promises, so that it holds of all of them.
+# Corners, bounding box, highest point and principal axes of a shape at a pose, for all shapes, by the methods of
+# `ConvexShape` alone.
 
 
 UP: Vec3 = (0.0, 0.0, 1.0)
 
 
 def corners_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, ...]:
-    """Its corners [m, in W], in the order of the shape."""
+    """Return the corners of a shape [m, W], in its order."""
     return tuple(add(pose.position_W, rotate(pose.orientation, corner)) for corner in shape.corners)
 
 
 def top_W(shape: ConvexShape, pose: Pose) -> float:
-    """The height of its highest point [m, in W]."""
+    """Return the height of the highest point of a shape [m, W]."""
     return pose.position_W[2] + reach_W(shape, pose, UP)
 
 
 def bounds_W(shape: ConvexShape, pose: Pose) -> tuple[Vec3, Vec3]:
-    """The lowest and the highest corner of the upright box around it [m, in W]."""
+    """Return the lowest and the highest corner of the bounding box of a shape [m, W]."""
     x, y, z = zip(*corners_W(shape, pose), strict=True)
     return (min(x), min(y), min(z)), (max(x), max(y), max(z))
 
 
 def reach_W(shape: ConvexShape, pose: Pose, direction_W: Vec3) -> float:
-    """How far it extends from its centre of mass along a unit direction [m]."""
+    """Return the extent of a shape from its centre of mass along a unit direction [m]."""
     return shape.reach(rotate(inverse(pose.orientation), direction_W))
 
 
 def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
-    """The turn from its principal axes of inertia to W, when this is the turn from its body axes."""
+    """Return the rotation from the principal axes of a shape to W, from that of its body axes."""
     axes = shape.principal_axes
     return orientation if axes == IDENTITY else multiply(orientation, axes)
 
 
-# Distance between two bodies, or a body and a plane. Only here shapes are told apart for speed.
-#
-# Two boxes are compared along the axes of boxes; whatever else there is, by its faces and edges.
+# Distances between two bodies, or a body and a plane. Two boxes use faster code than other shapes.
 
 
-InPlace: TypeAlias = "Block | Hull"  # a body in its place, worked out for comparison with many others
+InPlace: TypeAlias = "Block | Hull"  # shape at a pose, with values for fast comparisons
 
 
 def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
-    """A shape in its place."""
+    """Prepare a shape at a pose for comparisons."""
     if isinstance(shape, Box):
         return block(shape.size, pose)
     boxed = box_of(shape)
@@ -69,14 +66,14 @@ def in_place(shape: ConvexShape, pose: Pose) -> InPlace:
 
 
 def middle_pose(middle: Vec3, pose: Pose) -> Pose:
-    """The pose of a point of a body, from the centre of mass in body axes [m]."""
+    """Return the pose of a body with its origin moved to a point, given from the centre of mass in body axes [m]."""
     x, y, z = body_axes(pose.orientation)
     along = add(add(scale(middle[0], x), scale(middle[1], y)), scale(middle[2], z))
     return Pose(add(pose.position_W, along), pose.orientation)
 
 
 def bodies_apart(a: InPlace, b: InPlace) -> Separation:
-    """The separation of body a from body b."""
+    """Return the separation of body a from body b."""
     if isinstance(a, Block) and isinstance(b, Block):
         return blocks_apart(a, b)
     from stability.geometry import polyhedra  # noqa: PLC0415 -- boxes do without numpy
@@ -85,9 +82,9 @@ def bodies_apart(a: InPlace, b: InPlace) -> Separation:
 
 
 def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
-    """How far along a unit direction a body goes until it touches another, and until it leaves it; None if it passes.
+    """Return the travel along a unit direction at which a body enters and leaves another [m]; None if it misses it.
 
-    What would touch the other by less than `graze` [m] sideways passes by it.
+    An overlap across the direction of less than `graze` [m] counts as a miss.
     """
     if isinstance(moving, Block) and isinstance(fixed, Block):
         return box_distance.meeting(moving, fixed, direction_W, graze)
@@ -97,7 +94,7 @@ def meeting(moving: InPlace, fixed: InPlace, direction_W: Vec3, graze: float) ->
 
 
 def above_plane(body: InPlace, plane: Plane) -> Separation:
-    """The separation of a body from a half-space."""
+    """Return the separation of a body from a half-space."""
     if isinstance(body, Block):
         return box_distance.block_above_plane(body, plane)
     height = dot(subtract(body.p_WC, plane.point_W), plane.normal_W)
@@ -106,15 +103,15 @@ def above_plane(body: InPlace, plane: Plane) -> Separation:
     return Separation(height + lowest, plane.normal_W)
 
 
-def how_far_outside(body: InPlace, point_W: Vec3) -> float:
-    """How far a point is outside of the face that it is farthest from [m]; negative inside."""
+def distance_outside(body: InPlace, point_W: Vec3) -> float:
+    """Return the largest distance of a point outside the planes of a body's faces [m]; negative inside."""
     if isinstance(body, Block):
-        away = subtract(point_W, body.p_WC)
+        offset = subtract(point_W, body.p_WC)
         sides = zip(body.axes_W, body.half, strict=True)
-        return max(abs(dot(away, axis)) - half for axis, half in sides)
-    away = subtract(point_W, body.p_WC)
+        return max(abs(dot(offset, axis)) - half for axis, half in sides)
+    offset = subtract(point_W, body.p_WC)
     sides = zip(body.normals.tolist(), body.mesh.reaches.tolist(), strict=True)
-    return max(dot(away, normal) - reach for normal, reach in sides)
+    return max(dot(offset, normal) - reach for normal, reach in sides)
 
 
 def _as_hull(body: InPlace) -> "Hull":
@@ -124,34 +121,31 @@ def _as_hull(body: InPlace) -> "Hull":
 
 
 def apart(a: ConvexShape, pose_a: Pose, b: ConvexShape, pose_b: Pose) -> Separation:
-    """The separation of shape a from shape b."""
+    """Return the separation of shape a from shape b."""
     return bodies_apart(in_place(a, pose_a), in_place(b, pose_b))
 
 
 def apart_from_plane(shape: ConvexShape, pose: Pose, plane: Plane) -> Separation:
-    """The separation of a shape from a half-space: exact, of every shape."""
+    """Return the exact separation of a shape from a half-space."""
     corners = corners_W(shape, pose)
     return Separation(min(dot(subtract(c, plane.point_W), plane.normal_W) for c in corners), plane.normal_W)
 
 
-# The inertia of a brick, whatever its shape, as it acts on vectors of W.
-
-
 def inertia_times(brick: Brick, orientation: Quaternion, vector_W: Vec3) -> Vec3:
-    """The inertia of a brick about its centre of mass [kg m2], times a vector."""
+    """Return the product of a brick's inertia about its centre of mass [kg m2] and a vector, in W."""
     turn = principal_turn(brick.shape, orientation)
     return diagonal_times(brick.shape.moments(brick.mass), turn, vector_W)
 
 
 def inertia_about_axes(brick: Brick, orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    """The inertia of a brick about its centre of mass [kg m2], by rows, along the axes of W."""
+    """Return the inertia tensor of a brick about its centre of mass along the axes of W [kg m2], by rows."""
     x, y, z = (inertia_times(brick, orientation, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    # Rounding alone makes it other than symmetric.
+    # Restore the symmetry that rounding breaks.
     xy, xz, yz = 0.5 * (x[1] + y[0]), 0.5 * (x[2] + z[0]), 0.5 * (y[2] + z[1])
     return (x[0], xy, xz), (xy, y[1], yz), (xz, yz, z[2])
 
 
 def diagonal_times(diagonal: Vec3, orientation: Quaternion, vector_W: Vec3) -> Vec3:
-    """A tensor that is diagonal in axes which `orientation` turns to W, times a vector, in W."""
+    """Return the product in W of a vector and a tensor that is diagonal in axes which `orientation` rotates to W."""
     a, b, c = rotate(inverse(orientation), vector_W)
     return rotate(orientation, (diagonal[0] * a, diagonal[1] * b, diagonal[2] * c))

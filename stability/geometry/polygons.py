@@ -1,4 +1,4 @@
-"""Convex polygons in plan: areas, clipping, hulls."""
+"""Convex polygons in plan: areas, clipping, convex hulls."""
 
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
@@ -6,15 +6,15 @@ from itertools import pairwise
 from math import dist, hypot, inf
 from typing import TypeAlias, TypeVar, cast
 
-# Cutting convex polygons, lines and cones by half-planes: the one clipper (Sutherland and Hodgman, 1974).
+# Clipping of convex polygons, lines and cones by half-planes (Sutherland and Hodgman, 1974).
 
 
 P = TypeVar("P", bound=tuple[float, ...])  # a point or a direction, of any dimension
 
 
-def between(one: P, other: P, part: float) -> P:
-    """The point on the line from one to the other, at this part of it."""
-    return cast(P, tuple([a + part * (b - a) for a, b in zip(one, other, strict=True)]))
+def between(start: P, end: P, part: float) -> P:
+    """Interpolate between two points; `part` is 0 at the first and 1 at the second."""
+    return cast(P, tuple([first + part * (second - first) for first, second in zip(start, end, strict=True)]))
 
 
 def cut(
@@ -23,40 +23,40 @@ def cut(
     slack: float = 0.0,
     crossing: Callable[[P, P, float], P] = between,
 ) -> list[P]:
-    """The part of a convex polygon on the inner side of a line; two corners, or one, count as a polygon.
+    """Clip a convex polygon, a line or a point to the inner side of a line.
 
-    `depths` says how far inside each corner is. What is no further outside than `slack` lies on the line, and stays.
-    Where the border crosses the line, `crossing` makes the corner, always from the inner one to the outer one, so that
-    two polygons that share a side get the same.
+    `depths` are the distances of the corners inside the line. A corner within `slack` outside counts as on the line.
+    `crossing` computes the corners on the line, always from the inner to the outer corner, so that two polygons with
+    a common side get the same result.
     """
-    kept: list[P] = []
+    clipped: list[P] = []
     least = -slack
     before, depth_before = corners[-1], depths[-1]
     for corner, depth in zip(corners, depths, strict=True):
         if depth >= least:
             if depth > slack and depth_before < least:
-                kept.append(crossing(corner, before, depth / (depth - depth_before)))
-            kept.append(corner)
+                clipped.append(crossing(corner, before, depth / (depth - depth_before)))
+            clipped.append(corner)
         elif depth_before > slack:
-            kept.append(crossing(before, corner, depth_before / (depth_before - depth)))
+            clipped.append(crossing(before, corner, depth_before / (depth_before - depth)))
         before, depth_before = corner, depth
-    return kept
+    return clipped
 
 
 def within_rectangle(corners: Sequence[P], half_x: float, half_y: float) -> Sequence[P]:
-    """The part whose first two coordinates are within these limits: of a polygon, of a line, or of a point."""
+    """Clip a polygon, a line or a point by its first two coordinates to a centred rectangle."""
     for axis, limit in ((0, half_x), (1, half_y)):
         along = [corner[axis] for corner in corners]
         if along and min(along) < -limit:
-            corners = cut(corners, [limit + each for each in along], crossing=_on_border(axis, -limit))
+            corners = cut(corners, [limit + value for value in along], crossing=_on_border(axis, -limit))
             along = [corner[axis] for corner in corners]
         if along and max(along) > limit:
-            corners = cut(corners, [limit - each for each in along], crossing=_on_border(axis, limit))
+            corners = cut(corners, [limit - value for value in along], crossing=_on_border(axis, limit))
     return corners
 
 
 def _on_border(axis: int, value: float) -> Callable[[P, P, float], P]:
-    """The crossing with a side of the rectangle: exactly on it, whatever rounding says."""
+    """Return a function for the crossing with a side of the rectangle, exactly on it in spite of rounding."""
     across = 1 - axis
 
     def crossing(inner: P, outer: P, part: float) -> P:
@@ -67,20 +67,20 @@ def _on_border(axis: int, value: float) -> Callable[[P, P, float], P]:
     return crossing
 
 
-# Convex polygons in plan (the x-y plane of W), as the published models use them: corners within noise are dropped.
+# Convex polygons in plan (the x-y plane of W) for the published models, without corners that are noise.
 
 
 Point2: TypeAlias = tuple[float, float]
-Polygon: TypeAlias = tuple[Point2, ...]  # convex, counter-clockwise seen from above, no corner twice
+Polygon: TypeAlias = tuple[Point2, ...]  # convex, counter-clockwise seen from above, with distinct corners
 
-# [m] A corner that sticks out less than this from the line of its neighbours is rounding or noise, not shape.
+# [m] A corner closer than this to the line through its neighbours is noise.
 STRAIGHT = 2e-5
-# Share of the extent below which two corners are one, or a corner lies on a line: what rounding does to coordinates.
+# Share of the extent below which two corners coincide, or a corner lies on a line: the rounding of coordinates.
 ROUNDING = 1e-12
 
 
 def extent(points: Sequence[Point2]) -> float:
-    """The larger side of the upright rectangle around points [m]."""
+    """Return the larger side of the bounding rectangle of points [m]."""
     xs, ys = zip(*points, strict=True)
     width, height = max(xs) - min(xs), max(ys) - min(ys)
     return float(width if width > height else height)
@@ -91,7 +91,7 @@ def _doubled_area(a: Point2, b: Point2, c: Point2) -> float:
 
 
 def straightened(polygon: Polygon) -> Polygon:
-    """A convex polygon without the corners that are only rounding; empty if it is nowhere wider than that."""
+    """Remove the corners of a convex polygon that are noise; return an empty polygon if all are."""
     corners = list(polygon)
     index = 0
     while index < len(corners) > 2:  # noqa: PLR2004 -- a polygon has three
@@ -105,14 +105,14 @@ def straightened(polygon: Polygon) -> Polygon:
 
 
 def _sticks_out(corner: Point2, a: Point2, b: Point2) -> float:
-    """How far a corner is from the line through its neighbours, or from one of them if that is closer [m]."""
+    """Return the distance of a corner from the line through its neighbours, or from the nearest of these [m]."""
     nearest = min(dist(corner, a), dist(corner, b))
     length = dist(a, b)
     return min(nearest, abs(_doubled_area(a, b, corner)) / length) if length > STRAIGHT else nearest
 
 
 def signed_distance(point: Point2, polygon: Polygon) -> float:
-    """Distance from `point` to the border of `polygon` [m]: positive inside, negative outside."""
+    """Return the distance of a point from the border of a polygon [m]: positive inside, negative outside."""
     if len(polygon) == 1:
         return -dist(point, polygon[0])
     edges = [*pairwise(polygon), (polygon[-1], polygon[0])]
@@ -129,7 +129,7 @@ def _distance_to_segment(point: Point2, a: Point2, b: Point2) -> float:
 
 
 def centroid(polygon: Polygon) -> Point2:
-    """The centre of the area of a polygon; of its corners if it has no area."""
+    """Return the centroid of a polygon; the mean of its corners if it has no area."""
     ax, ay = polygon[0]
     total = x = y = 0.0
     for b, c in pairwise(polygon[1:]):
@@ -142,27 +142,31 @@ def centroid(polygon: Polygon) -> Point2:
     return (x / total, y / total)
 
 
-# Convex polygons in plan, fast and unrounded: no corner is dropped because it sticks out little.
+# Convex polygons in plan, fast and without removal of flat corners.
 #
-# Corners run counter-clockwise seen from above. What has no area is no polygon and comes back empty.
+# Corners run counter-clockwise seen from above. A result without area is empty.
 
 
 def with_area(polygon: Polygon) -> Polygon:
-    """The polygon without corners that rounding has doubled; empty if it has no area."""
+    """Remove corners that coincide up to rounding; return an empty polygon if it has no area."""
     if len(polygon) < 3:  # noqa: PLR2004 -- a polygon has three
         return ()
     slack = ROUNDING * extent(polygon)
-    kept: list[Point2] = []
+    distinct: list[Point2] = []
     for corner in polygon:
-        if not kept or abs(corner[0] - kept[-1][0]) > slack or abs(corner[1] - kept[-1][1]) > slack:
-            kept.append(corner)
-    while len(kept) > 1 and abs(kept[0][0] - kept[-1][0]) <= slack and abs(kept[0][1] - kept[-1][1]) <= slack:
-        kept.pop()
-    return tuple(kept) if len(kept) > 2 and _width(kept) > slack else ()  # noqa: PLR2004
+        if not distinct or abs(corner[0] - distinct[-1][0]) > slack or abs(corner[1] - distinct[-1][1]) > slack:
+            distinct.append(corner)
+    while (
+        len(distinct) > 1
+        and abs(distinct[0][0] - distinct[-1][0]) <= slack
+        and abs(distinct[0][1] - distinct[-1][1]) <= slack
+    ):
+        distinct.pop()
+    return tuple(distinct) if len(distinct) > 2 and _width(distinct) > slack else ()  # noqa: PLR2004
 
 
 def _width(corners: Sequence[Point2]) -> float:
-    """How far the corners reach from the line through the first and the one furthest from it [m]."""
+    """Return the largest distance of a corner from the line through the first corner and the farthest from it [m]."""
     ax, ay = corners[0]
     bx, by = max(corners, key=lambda corner: (corner[0] - ax) ** 2 + (corner[1] - ay) ** 2)
     dx, dy = bx - ax, by - ay
@@ -171,21 +175,21 @@ def _width(corners: Sequence[Point2]) -> float:
 
 
 def depth(point: Point2, polygon: Polygon) -> float:
-    """How deep a point lies inside: the distance to the nearest border line [m]; negative outside, -inf of nothing."""
+    """Return the distance of a point inside the nearest border line [m]; negative outside, -inf without a polygon."""
     px, py = point
     least = inf
     ax, ay = polygon[-1] if polygon else point
     for bx, by in polygon:
         dx, dy = bx - ax, by - ay
         length = hypot(dx, dy)
-        if length > 0.0:  # a corner may be there twice, where rounding has made one of two
+        if length > 0.0:  # rounding may have made two corners equal
             least = min(least, (dx * (py - ay) - dy * (px - ax)) / length)
         ax, ay = bx, by
     return least if least < inf else -inf
 
 
 def holds(window: Polygon, points: Sequence[Point2], slack: float) -> bool:
-    """Whether no point lies outside a convex polygon by more than `slack` [m]: quicker to say than to clip."""
+    """Check that all points lie within `slack` [m] of a convex polygon, which is faster than clipping."""
     if not window:
         return False
     ax, ay = window[-1]
@@ -200,7 +204,7 @@ def holds(window: Polygon, points: Sequence[Point2], slack: float) -> bool:
 
 
 def clip(subject: Polygon, window: Polygon) -> Polygon:
-    """Part of one convex polygon inside another; empty if it has no area."""
+    """Return the intersection of two convex polygons; empty if it has no area."""
     if not subject or not window:
         return ()
     slack = ROUNDING * extent(window)
@@ -217,12 +221,12 @@ def clip(subject: Polygon, window: Polygon) -> Polygon:
     return subject if corners is subject else with_area(tuple(corners))
 
 
-def _between(one: Point2, other: Point2, part: float) -> Point2:
-    return (one[0] + part * (other[0] - one[0]), one[1] + part * (other[1] - one[1]))
+def _between(start: Point2, end: Point2, part: float) -> Point2:
+    return (start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1]))
 
 
 def inset(polygon: Polygon, distance: float) -> Polygon:
-    """The points that lie at least so deep inside; empty if they have no area."""
+    """Return the part of a polygon at least a distance [m] inside its border; empty if it has no area."""
     if not polygon:
         return ()
     inner: Sequence[Point2] = polygon
@@ -236,18 +240,18 @@ def inset(polygon: Polygon, distance: float) -> Polygon:
 
 
 def clip_line(line: Sequence[Point2], window: Polygon, slack: float) -> tuple[Point2, ...]:
-    """Part of a line between two points that lies over a convex polygon, or beside it by at most `slack` [m]."""
+    """Clip a line between two points to a convex polygon, extended by `slack` [m]."""
     points = line if window else ()
     for (ax, ay), (bx, by) in pairwise((*window, *window[:1])):
         dx, dy = bx - ax, by - ay
         depths = [dx * (y - ay) - dy * (x - ax) for x, y in points]
         points = cut(points, depths, slack * max(abs(dx), abs(dy)), _between) if points else ()
-    return tuple(dict.fromkeys(points))  # a line goes there and back
+    return tuple(dict.fromkeys(points))  # clipping treats a line as a polygon with two equal sides
 
 
 def doubled_area(points: Sequence[Point2]) -> tuple[float, float]:
-    """Twice the area, positive if counter-clockwise [m2], and how far the points reach from the first one [m]."""
-    ox, oy = points[0]  # far from the origin of W the products would lose the area
+    """Return twice the area, positive if counter-clockwise [m2], and the extent of the points from the first [m]."""
+    ox, oy = points[0]  # relative to a corner, as far from the origin of W the products lose digits
     area = reach = ax = ay = 0.0
     for x, y in points[1:]:
         bx, by = x - ox, y - oy
@@ -258,14 +262,14 @@ def doubled_area(points: Sequence[Point2]) -> tuple[float, float]:
 
 
 def barycentric(point: Point2, polygon: Polygon) -> list[float]:
-    """Non-negative weights of the corners whose weighted mean is the point; a point outside counts as on the border.
+    """Return non-negative weights of the corners whose weighted mean is the point, or a border point if it is outside.
 
-    Three corners at most carry it: those of the triangle of the fan about the first corner that it lies in.
+    At most three are not 0: those of the triangle of the fan about the first corner that contains the point.
     """
     weights = [0.0] * len(polygon)
     (ax, ay), (px, py) = polygon[0], point
     best = -inf
-    chosen: tuple[int, tuple[float, float, float]] = (1, (1.0, 0.0, 0.0))
+    best_triangle: tuple[int, tuple[float, float, float]] = (1, (1.0, 0.0, 0.0))
     for index in range(1, len(polygon) - 1):
         (bx, by), (cx, cy) = polygon[index], polygon[index + 1]
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -275,30 +279,30 @@ def barycentric(point: Point2, polygon: Polygon) -> list[float]:
         of_c = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / area
         least = min(of_b, of_c, 1.0 - of_b - of_c)
         if least > best:
-            best, chosen = least, (index, (1.0 - of_b - of_c, of_b, of_c))
-    index, parts = chosen
+            best, best_triangle = least, (index, (1.0 - of_b - of_c, of_b, of_c))
+    index, parts = best_triangle
     parts = (max(parts[0], 0.0), max(parts[1], 0.0), max(parts[2], 0.0))
     total = sum(parts)
     weights[0], weights[index], weights[index + 1] = (part / total for part in parts)
     return weights
 
 
-# The convex hull of points in plan: the one algorithm, exact or to rounding. Monotone chain (Andrew, 1979).
+# Convex hull of points in plan, exact or up to rounding: monotone chain (Andrew, 1979).
 
 
 def convex_hull(points: Iterable[Point2]) -> Polygon:
-    """The corners of the convex hull, exactly; two points if all lie on a line, one if all coincide."""
+    """Return the exact corners of the convex hull; two points if all lie on a line, one if all coincide."""
     return _corners(points, exact=True)
 
 
 def hull(points: Iterable[Point2]) -> Polygon:
-    """The convex hull without corners that stick out by rounding only; empty if all lie on a line to rounding."""
+    """Return the convex hull without corners that are rounding; empty if all points lie on a line up to rounding."""
     corners = _corners(points, exact=False)
     return corners if len(corners) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
 
 
 def _corners(points: Iterable[Point2], exact: bool) -> Polygon:
-    """Counter-clockwise. Exact, none is missing, however little it sticks out: a tolerance would drop extreme ones."""
+    """Return the corners counter-clockwise; an exact hull has all extreme points, which a tolerance would drop."""
     ordered = sorted(set(points))
     if len(ordered) <= 2:  # noqa: PLR2004 -- a point or a line has no inside
         return tuple(ordered)
@@ -317,7 +321,7 @@ def _chain(ordered: Sequence[Point2], slack: float, exact: bool) -> list[Point2]
             (ox, oy), (ax, ay) = chain[-2], chain[-1]
             dx, dy = x - ox, y - oy
             turn, unclear = (ax - ox) * dy - (ay - oy) * dx, slack * (abs(dx) + abs(dy))
-            # So close to the line, rounding may decide on which side of it a corner lies.
+            # Within this distance of the line, rounding may decide the side.
             if turn > unclear or (exact and turn >= -unclear and _turns_left(chain[-2], chain[-1], point)):
                 break
             chain.pop()
@@ -326,6 +330,6 @@ def _chain(ordered: Sequence[Point2], slack: float, exact: bool) -> list[Point2]
 
 
 def _turns_left(a: Point2, b: Point2, c: Point2) -> bool:
-    """Whether a, b, c run counter-clockwise, in exact arithmetic."""
+    """Check in exact arithmetic that a, b, c run counter-clockwise."""
     (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
     return (bx - ax) * (cy - ay) > (by - ay) * (cx - ax)

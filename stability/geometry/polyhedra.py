@@ -1,7 +1,8 @@
-"""Convex polyhedra in their places, and along which directions two of them are apart.
+"""Convex polyhedra at poses, and their separating directions.
 
-Two convex polyhedra are apart along the normal of a face of one, or along the product of an edge of each: of such edges
-only whose that meet as faces of the difference of both bodies, which their neighbouring faces say (Gregorius, 2013).
+Two convex polyhedra are separated along the normal of a face of one, or along the product of an edge of each. Only
+pairs of edges count that form a face of the Minkowski difference, which follows from their adjacent faces
+(Gregorius, 2013).
 """
 
 from collections.abc import Sequence
@@ -17,32 +18,33 @@ from stability.geometry.rows import Array
 from stability.model import ConvexShape, Vec3
 
 Rows = NDArray[np.int_]
-KEPT: Final = 512  # shapes whose meshes are kept
-PARALLEL: Final = 1e-9  # sine below which two edges give no direction of their own
-# Sine by which a direction may lie outside of what an edge admits, and still count: rounding. What lies on the border
-# is the normal of a face as well.
+KEPT: Final = 512  # cache size
+PARALLEL: Final = 1e-9  # sine of the angle below which edges count as parallel
+# Rounding tolerance of the directions that an edge admits, as a sine. A direction on the border is also a face normal.
 ADMITTED: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """A shape in arrays, in body axes."""
+    """Arrays of a shape, in body axes."""
 
     corners: Array  # (n, 3) from the centre of mass [m]
     normals: Array  # (f, 3) of the faces, outwards
     reaches: Array  # (f,) of the faces from the centre of mass [m]
-    loops: tuple[tuple[int, ...], ...]  # the corners of each face
+    loops: tuple[tuple[int, ...], ...]  # corners of each face
     edges: Rows  # (e, 2) corners
-    beside: Rows  # (e, 2) the faces on both sides of each edge
-    ways: Array  # (e, 3) unit, along the edges
-    bounds: Array  # (e, 2, 3) unit, along the edge's faces, away from it: a normal of the edge leads into neither
-    faces_at: tuple[tuple[int, ...], ...]  # the faces around each corner
-    around: tuple[tuple[int, ...], ...]  # the corners at the far ends of the edges of each corner
+    beside: Rows  # (e, 2) faces on both sides of each edge
+    directions: Array  # (e, 3) unit directions of the edges
+    bounds: (
+        Array  # (e, 2, 3) unit, in the edge's faces, away from it: a normal of the edge has no positive part along them
+    )
+    faces_at: tuple[tuple[int, ...], ...]  # faces at each corner
+    around: tuple[tuple[int, ...], ...]  # corners connected to each corner by an edge
 
 
 @lru_cache(maxsize=KEPT)
 def mesh_of(shape: ConvexShape) -> Mesh:
-    """The arrays of a shape, worked out once."""
+    """Return the arrays of a shape, from a cache."""
     corners = np.array(shape.corners)
     normals = np.array([face.normal for face in shape.faces])
     loops = tuple(face.corners for face in shape.faces)
@@ -50,13 +52,13 @@ def mesh_of(shape: ConvexShape) -> Mesh:
     edges = np.array(shape.edges)
     side: dict[tuple[int, int], int] = {}
     for number, loop in enumerate(loops):
-        for one, other in zip(loop, (*loop[1:], loop[0]), strict=True):
-            side[one, other] = number
-    # The face of which an edge runs counter-clockwise lies to its left, seen from outside.
+        for start, end in zip(loop, (*loop[1:], loop[0]), strict=True):
+            side[start, end] = number
+    # Seen from outside, the face whose loop contains the edge in this direction is on its left.
     beside = np.array([(side[a, b], side[b, a]) for a, b in edges.tolist()])
-    ways = corners[edges[:, 1]] - corners[edges[:, 0]]
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
-    left, right = np.cross(normals[beside[:, 0]], ways), np.cross(ways, normals[beside[:, 1]])
+    directions = corners[edges[:, 1]] - corners[edges[:, 0]]
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    left, right = np.cross(normals[beside[:, 0]], directions), np.cross(directions, normals[beside[:, 1]])
     ends: list[list[int]] = [[] for _ in corners]
     for a, b in edges.tolist():
         ends[a].append(b)
@@ -69,7 +71,7 @@ def mesh_of(shape: ConvexShape) -> Mesh:
         loops,
         edges,
         beside,
-        ways,
+        directions,
         np.stack([left, right], axis=1),
         faces_at,
         tuple(map(tuple, ends)),
@@ -78,46 +80,46 @@ def mesh_of(shape: ConvexShape) -> Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hull:
-    """A convex polyhedron in its place. Vectors are in W; places are seen from the body's own centre."""
+    """Convex polyhedron at a pose. Vectors are in W, positions relative to the centre of mass."""
 
     mesh: Mesh
-    p_WC: Vec3  # its centre of mass [m]
-    axes_W: Axes  # of the body
-    corners: Array  # (n, 3) from there [m]
+    p_WC: Vec3  # centre of mass [m]
+    axes_W: Axes  # body axes
+    corners: Array  # (n, 3) [m]
     normals: Array  # (f, 3)
-    ways: Array  # (e, 3)
+    directions: Array  # (e, 3)
     bounds: Array  # (e, 2, 3)
-    low_W: Vec3  # of the upright box around it [m]
+    low_W: Vec3  # of the bounding box [m]
     high_W: Vec3
-    thickness: float  # the least [m]
-    length: float  # the longest side of the box around it along its body axes [m]
+    thickness: float  # least thickness [m]
+    length: float  # longest side of the box around the shape along its body axes [m]
 
     @property
     def middle_W(self) -> Vec3:
-        """The middle of the upright box around it [m]."""
+        """The centre of the bounding box [m]."""
         (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
         return (0.5 * (ax + bx), 0.5 * (ay + by), 0.5 * (az + bz))
 
     @property
     def reach(self) -> Vec3:
-        """Half of the upright box around it [m]."""
+        """The half size of the bounding box [m]."""
         (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
         return (0.5 * (bx - ax), 0.5 * (by - ay), 0.5 * (bz - az))
 
     @property
     def edge_middles(self) -> Array:
-        """(e, 3) from its centre of mass [m]."""
-        found: Array = self.corners[self.mesh.edges].mean(axis=1)
-        return found
+        """The midpoints of the edges, from the centre of mass (e, 3) [m]."""
+        midpoints: Array = self.corners[self.mesh.edges].mean(axis=1)
+        return midpoints
 
     def heights(self, direction_W: Array) -> Array:
-        """(n,) of its corners along a direction, from its centre of mass [m]."""
-        found: Array = self.corners @ direction_W
-        return found
+        """Return the components of the corners along a direction, from the centre of mass (n,) [m]."""
+        components: Array = self.corners @ direction_W
+        return components
 
 
 def hull(shape: ConvexShape, p_WC: Vec3, axes_W: Axes) -> Hull:
-    """A shape with its centre of mass in a place [m], and its body axes along these."""
+    """Create the hull of a shape with this centre of mass [m] and these body axes."""
     mesh, turn = mesh_of(shape), np.array(axes_W)  # type: ignore[arg-type]  # shapes are values, and hashable
     corners = mesh.corners @ turn
     (x, y, z), low, high = p_WC, corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
@@ -127,7 +129,7 @@ def hull(shape: ConvexShape, p_WC: Vec3, axes_W: Axes) -> Hull:
         axes_W,
         corners,
         mesh.normals @ turn,
-        mesh.ways @ turn,
+        mesh.directions @ turn,
         mesh.bounds @ turn,
         (x + low[0], y + low[1], z + low[2]),
         (x + high[0], y + high[1], z + high[2]),
@@ -138,7 +140,7 @@ def hull(shape: ConvexShape, p_WC: Vec3, axes_W: Axes) -> Hull:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EdgePairs:
-    """The pairs of edges of two hulls, a and b, along whose products these may be apart."""
+    """Pairs of edges of two hulls, a and b, whose products may separate them."""
 
     of_a: Rows  # (k,)
     of_b: Rows
@@ -147,70 +149,70 @@ class EdgePairs:
 
 
 def between(a: Hull, b: Hull) -> Array:
-    """The way from the centre of a to that of b [m]."""
+    """Return the vector from the centre of a to that of b [m]."""
     (ax, ay, az), (bx, by, bz) = a.p_WC, b.p_WC
     return np.array((bx - ax, by - ay, bz - az))
 
 
 def face_gaps(a: Hull, b: Hull, p_AB: Array) -> Array:
-    """(f,) how far b is beyond each face of a [m]; negative where a corner of b is behind it."""
-    found: Array = (b.corners @ a.normals.T).min(axis=0) + a.normals @ p_AB - a.mesh.reaches
-    return found
+    """Return the gap of b outside each face of a (f,) [m]; negative if a corner of b is behind it."""
+    gaps: Array = (b.corners @ a.normals.T).min(axis=0) + a.normals @ p_AB - a.mesh.reaches
+    return gaps
 
 
 def edge_pairs(a: Hull, b: Hull, p_AB: Array) -> EdgePairs:
-    """All pairs of edges that meet along a normal which both admit."""
-    products = _products(a.ways, b.ways)
+    """Find all pairs of edges with a common normal that both admit."""
+    products = _products(a.directions, b.directions)
     lengths = np.linalg.norm(products, axis=2)
     crossing = lengths > PARALLEL
     normals = products / np.where(crossing, lengths, 1.0)[:, :, None]
-    found = []
+    pairs = []
     for sign in (1.0, -1.0):
         on_a = sign * np.einsum("ijk,imk->ijm", normals, a.bounds)
         on_b = sign * np.einsum("ijk,jmk->ijm", normals, b.bounds)
         fits = crossing & (on_a <= ADMITTED).all(axis=2) & (on_b >= -ADMITTED).all(axis=2)
-        found += [(i, j, sign) for i, j in np.argwhere(fits).tolist()]
-    if not found:
-        none = np.zeros(0, dtype=int)
-        return EdgePairs(none, none, np.zeros((0, 3)), np.zeros(0))
-    of_a, of_b = (np.array([pair[n] for pair in found], dtype=int) for n in (0, 1))
-    towards = normals[of_a, of_b] * np.array([sign for _, _, sign in found])[:, None]
+        pairs += [(i, j, sign) for i, j in np.argwhere(fits).tolist()]
+    if not pairs:
+        empty = np.zeros(0, dtype=int)
+        return EdgePairs(empty, empty, np.zeros((0, 3)), np.zeros(0))
+    of_a, of_b = (np.array([pair[n] for pair in pairs], dtype=int) for n in (0, 1))
+    towards = normals[of_a, of_b] * np.array([sign for _, _, sign in pairs])[:, None]
     apart = p_AB + b.edge_middles[of_b] - a.edge_middles[of_a]
     return EdgePairs(of_a, of_b, towards, np.einsum("ij,ij->i", towards, apart))
 
 
-def _products(one: Array, other: Array) -> Array:
-    """(e, g, 3) the vector product of each with each; numpy's own takes several times as long on a few."""
-    (ax, ay, az), (bx, by, bz) = one.T[:, :, None], other.T[:, None, :]
+def _products(first: Array, second: Array) -> Array:
+    """Return all pairwise vector products (e, g, 3), several times faster than numpy's for few vectors."""
+    (ax, ay, az), (bx, by, bz) = first.T[:, :, None], second.T[:, None, :]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=2)
 
 
 def separation(a: Hull, b: Hull) -> tuple[float, Vec3]:
-    """The largest gap of two hulls [m], negative where they overlap, and the unit normal of it from b towards a."""
+    """Return the largest gap of two hulls [m], negative if they overlap, and its unit normal from b towards a."""
     p_AB = between(a, b)
     gaps_a, gaps_b = face_gaps(a, b, p_AB), face_gaps(b, a, -p_AB)
-    # Faces come first and win ties: an edge product is never a better normal where a face does.
+    # Faces come first and win ties: an edge product is never a better normal than that of a face.
     best, normal = float(gaps_a.max()), -a.normals[int(gaps_a.argmax())]
     if float(gaps_b.max()) > best + PARALLEL:
         best, normal = float(gaps_b.max()), b.normals[int(gaps_b.argmax())]
     pairs = edge_pairs(a, b, p_AB)
     if len(pairs.gaps) and float(pairs.gaps.max()) > best + PARALLEL:
-        turn = int(pairs.gaps.argmax())
-        best, normal = float(pairs.gaps[turn]), -pairs.normals_AB[turn]
+        best_pair = int(pairs.gaps.argmax())
+        best, normal = float(pairs.gaps[best_pair]), -pairs.normals_AB[best_pair]
     return best, vector(normal)
 
 
 def passage(moving: Hull, fixed: Hull, direction_W: Vec3, graze: float) -> tuple[float, float] | None:
-    """How far along a unit direction a hull goes until it touches another, and until it leaves it; None if it passes.
+    """Return the travel along a unit direction at which a hull enters and leaves another [m]; None if it misses it.
 
-    By translation: the centre of the moving one goes along a line through the difference of both bodies, whose faces
-    have the normals of both and of the products of their edges. What would touch by less than `graze` [m] sideways
-    passes by.
+    The centre of the moving hull follows a line through the Minkowski difference of both bodies, whose face normals
+    are those of both bodies and the products of their edges. An overlap across the direction of less than `graze` [m]
+    counts as a miss.
     """
-    way, p_FM = np.array(direction_W), between(fixed, moving)
+    direction, p_FM = np.array(direction_W), between(fixed, moving)
     normals = np.concatenate([fixed.normals, -moving.normals, _all_products(fixed, moving)])
     reach = (fixed.corners @ normals.T).max(axis=0) - (moving.corners @ normals.T).min(axis=0)
-    heights, speeds = normals @ p_FM - reach, normals @ way
+    heights, speeds = normals @ p_FM - reach, normals @ direction
     if np.any((np.abs(speeds) <= PARALLEL) & (heights > -graze)):
         return None
     into, out = speeds < -PARALLEL, speeds > PARALLEL
@@ -220,13 +222,13 @@ def passage(moving: Hull, fixed: Hull, direction_W: Vec3, graze: float) -> tuple
 
 
 def _all_products(a: Hull, b: Hull) -> Array:
-    products = _products(a.ways, b.ways).reshape(-1, 3)
+    products = _products(a.directions, b.directions).reshape(-1, 3)
     lengths = np.linalg.norm(products, axis=1)
     units = products[lengths > PARALLEL] / lengths[lengths > PARALLEL, None]
     return np.concatenate([units, -units])
 
 
 def vector(parts: Array | Sequence[float]) -> Vec3:
-    """Three numbers of an array."""
+    """Convert an array of three numbers to a vector."""
     x, y, z = (float(part) for part in parts)
     return (x, y, z)

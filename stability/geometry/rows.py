@@ -1,4 +1,4 @@
-"""Arithmetic of vectors in space, row by row in arrays."""
+"""Vector arithmetic on the rows of arrays."""
 
 from typing import TypeAlias
 
@@ -10,6 +10,6 @@ Indices: TypeAlias = NDArray[np.int64]
 
 
 def cross_rows(a: Array, b: Array) -> Array:
-    """Vector products by row; numpy's own takes ten times as long on a few rows."""
+    """Return the vector products by row, ten times faster than numpy's for few rows."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)

@@ -1,4 +1,4 @@
-"""Makes convex solids from corners, prisms or meshes, with volume, centre and inertia."""
+"""Construction of convex solids from corners, prisms or meshes, with volume, centroid and inertia."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -31,32 +31,34 @@ from stability.geometry.vectors import (
 )
 from stability.model import IDENTITY, ConvexShape, Face, Quaternion, Vec3
 
-# The faces of a convex hull, each with all its corners: Qhull finds triangles, and those in one plane are one face.
+# Faces of a convex hull, each with all its corners: the triangles of Qhull in one plane are merged to one face.
 
 
-FLUSH: Final = 1e-9  # share of the extent: what is thinner has no thickness
-# Share of the least thickness: nearer to a plane or a line is in it. Files write six decimals of a metre, or single
-# precision, and what touches may be two hundred times as far apart.
+FLUSH: Final = 1e-9  # share of the extent: least thickness of a solid
+# Share of the least thickness: a point within this distance of a plane or line lies on it. Files have six decimals of a
+# metre or single precision, and the largest gap of a contact is two hundred times as large.
 WRITTEN: Final = 1e-4
 LEAST_POINTS: Final = 4
 LEAST_FACES_AT_A_CORNER: Final = 3
 MOST_POINTS: Final = 100_000
-MOST_CORNERS: Final = 1000  # that Qhull sees, some of them amid faces; what is too much for the rest is told there
+MOST_CORNERS: Final = 1000  # of Qhull's hull, including corners within faces; `MOST_FACES` limits the solid further
 
 
 def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]], list[int]]:
-    """The corners of the hull of points, its faces counter-clockwise seen from outside, and which points are inside.
+    """Return the corners of the hull of points, its faces counter-clockwise seen from outside, and the inner points.
 
-    Corners stand in the order of the points; what lies on a face or an edge is neither a corner nor inside. Raises
-    NotASolidError if the points lie in a plane, or so close to one that no digits are left.
+    Corners keep the order of the points; a point on a face or an edge is neither a corner nor inside. Raises
+    NotASolidError if all points lie in a plane, or so close to one that precision is lost.
     """
     if not LEAST_POINTS <= len(points) <= MOST_POINTS:
         raise NotASolidError(
-            f"{len(points)} points enclose nothing" if len(points) < LEAST_POINTS else f"{len(points)} points are many",
+            f"{len(points)} points enclose nothing"
+            if len(points) < LEAST_POINTS
+            else f"{len(points)} points are too many",
             f"write {LEAST_POINTS} to {MOST_POINTS} corners",
         )
-    given = np.array(points, dtype=float)
-    centred = given - given.mean(axis=0)
+    array = np.array(points, dtype=float)
+    centred = array - array.mean(axis=0)
     extent = float(np.ptp(centred, axis=0).max())
     flat = NotASolidError("all points lie in one plane", "a solid has a thickness")
     if extent == 0.0:
@@ -78,32 +80,32 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     return _in_order(points, loops, scaled, planes, written)
 
 
-def written_share(points: Sequence[Vec3], faces: Sequence[Sequence[int]]) -> float:
-    """How far a corner of these faces may be off as files write, as a share of the extent."""
-    given = np.array(points, dtype=float)
-    normals = np.array([np.cross(given[b] - given[a], given[c] - given[a]) for a, b, c, *_ in faces])
+def file_tolerance(points: Sequence[Vec3], faces: Sequence[Sequence[int]]) -> float:
+    """Return the tolerance of the corners of these faces as written in files, as a share of the extent."""
+    array = np.array(points, dtype=float)
+    normals = np.array([np.cross(array[b] - array[a], array[c] - array[a]) for a, b, c, *_ in faces])
     lengths = np.linalg.norm(normals, axis=1)
-    heights = np.ptp(given @ (normals[lengths > 0.0] / lengths[lengths > 0.0, None]).T, axis=0)
-    return WRITTEN * float(heights.min()) / float(np.ptp(given, axis=0).max())
+    heights = np.ptp(array @ (normals[lengths > 0.0] / lengths[lengths > 0.0, None]).T, axis=0)
+    return WRITTEN * float(heights.min()) / float(np.ptp(array, axis=0).max())
 
 
 def _groups(points: Array, hull: ConvexHull, written: float) -> Iterator[list[int]]:
-    """The triangles of each face: neighbours that lie in one plane, as far as files write."""
+    """Yield the triangles of each face: adjacent triangles in one plane, up to the precision of files."""
     normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
     areas = np.linalg.norm(_across(points, hull.simplices), axis=1)
-    left = set(range(len(hull.simplices)))
-    for first in sorted(left, key=lambda number: -areas[number]):  # the largest says best where the plane is
-        if first not in left:
+    remaining = set(range(len(hull.simplices)))
+    for first in sorted(remaining, key=lambda number: -areas[number]):  # the largest triangle defines the plane best
+        if first not in remaining:
             continue
         heights = np.abs(points[hull.simplices] @ normals[first] + offsets[first]).max(axis=1)
         facing = hull.equations[:, :3] @ normals[first] > 0.0
-        # A sliver has no normal of its own to tell by: that its corners lie in the plane is enough.
-        with_it = {n for n in left if heights[n] <= written and (facing[n] or areas[n] <= written)}
+        # The normal of a sliver is undefined, so it only needs its corners in the plane.
+        coplanar = {n for n in remaining if heights[n] <= written and (facing[n] or areas[n] <= written)}
         group, front = {first}, [first]
         while front:
-            front = [n for number in front for n in hull.neighbors[number].tolist() if n in with_it and n not in group]
+            front = [n for number in front for n in hull.neighbors[number].tolist() if n in coplanar and n not in group]
             group.update(front)
-        left -= group
+        remaining -= group
         yield sorted(group)
 
 
@@ -113,7 +115,7 @@ def _across(points: Array, triangles: NDArray[np.int_]) -> Array:
 
 
 def _plane(points: Array, group: Sequence[int], hull: ConvexHull) -> tuple[Array, list[int]]:
-    """The outward normal of a face, and the points on it."""
+    """Return the outward normal of a face, and the points on it."""
     largest = max(group, key=lambda n: float(np.linalg.norm(_across(points, hull.simplices[[n]]))))
     normal = hull.equations[largest, :3]
     on = sorted({int(corner) for number in group for corner in hull.simplices[number]})
@@ -121,7 +123,7 @@ def _plane(points: Array, group: Sequence[int], hull: ConvexHull) -> tuple[Array
 
 
 def _loop(points: Array, on: Sequence[int], normal: Array, written: float) -> list[int]:
-    """The corners of a face in order, without those amid it or amid an edge."""
+    """Return the corners of a face in order, without points within it or within an edge."""
     middle = points[on].mean(axis=0)
     first = points[on[0]] - middle
     first = first - (first @ normal) * normal
@@ -160,8 +162,8 @@ def _in_order(
     corners = sorted(faces_at)
     if min(faces_at.values()) < LEAST_FACES_AT_A_CORNER or not _is_a_sphere(len(corners), loops):
         raise NotASolidError(
-            "its corners are so close together, or its faces so nearly flush, that they cannot be told apart",
-            "leave out what differs by rounding only",
+            "its corners are too close together, or its faces too nearly flush, to be distinguished",
+            "omit corners that differ only by rounding",
         )
     new = {corner: number for number, corner in enumerate(corners)}
     depths = np.array([normal @ scaled[on[0]] for normal, on in planes]) - scaled @ np.array([n for n, _ in planes]).T
@@ -170,9 +172,9 @@ def _in_order(
 
 
 def _is_a_sphere(corners: int, loops: Sequence[Sequence[int]]) -> bool:
-    """Whether faces close up to one surface without holes (Euler's formula)."""
+    """Check that faces form one closed surface without holes (Euler's formula)."""
     sides = {pair for loop in loops for pair in pairwise((*loop, loop[0]))}
-    closed = all((other, one) in sides for one, other in sides)
+    closed = all((end, start) in sides for start, end in sides)
     return closed and corners + len(loops) - len(sides) // 2 == 2  # noqa: PLR2004 -- of a sphere
 
 
@@ -181,32 +183,32 @@ def _vector(point: Sequence[float]) -> Vec3:
     return (x, y, z)
 
 
-# Volume, centre and second moments of a solid by its surface: closed forms of the tetrahedra under its triangles.
+# Volume, centroid and second moments of a solid from its surface: closed forms of tetrahedra on its triangles.
 #
-# The divergence theorem makes an integral over a solid one over its surface. With flat faces it is a sum over
-# triangles, each with the apex in a point of one's choice; signs take care of apexes outside.
+# The divergence theorem turns an integral over a solid into one over its surface. With flat faces it is a sum over the
+# tetrahedra of triangles and an arbitrary apex, with signs for an apex outside.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshIntegrals:
-    """Integrals over a homogeneous solid."""
+    """Integrals over a solid of uniform density."""
 
     volume: float  # [m3]; negative if its faces look inwards
-    centre: Vec3  # of its volume [m]
+    centre: Vec3  # centroid [m]
     second: Array  # of x x^T about the centre, (3, 3) [m5]
 
     @property
     def inertia(self) -> Array:
-        """About the centre, at a density of 1, (3, 3) [m5]."""
+        """The inertia tensor about the centroid at a density of 1, (3, 3) [m5]."""
         tensor: Array = np.trace(self.second) * np.eye(3) - self.second
         return tensor
 
 
 def integrals(corners: Sequence[Vec3], loops: Iterable[Sequence[int]]) -> MeshIntegrals:
-    """Of the solid that these flat faces bound, each its corners counter-clockwise seen from outside."""
+    """Integrate over the solid bounded by flat faces, whose corners run counter-clockwise seen from outside."""
     points = np.array(corners)
-    apex = points.mean(axis=0)  # far from the origin, the products would lose the volume
-    fans = [(loop[0], one, other) for loop in loops for one, other in pairwise(loop[1:])]
+    apex = points.mean(axis=0)  # near the solid, as the products lose digits far from it
+    fans = [(loop[0], start, end) for loop in loops for start, end in pairwise(loop[1:])]
     a, b, c = (points[[fan[n] for fan in fans]] - apex for n in range(3))
     parts = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
     total = a + b + c
@@ -218,41 +220,41 @@ def integrals(corners: Sequence[Vec3], loops: Iterable[Sequence[int]]) -> MeshIn
     return MeshIntegrals(volume, (x, y, z), second - volume * np.outer(centre, centre))
 
 
-# Makes convex solids: from their corners, from an outline and a depth, or from the faces of a mesh.
+# Convex solids from their corners, from an outline and a depth, or from the faces of a mesh.
 
 
-MOST_FACES: Final = 200  # edges of two solids are compared each with each; and engines take hulls of some 250 corners
-ALIGNED: Final = 1e-12  # share of the moments: products of inertia that rounding leaves of body axes that are principal
+MOST_FACES: Final = 200  # contact detection compares all pairs of edges; engines accept hulls of some 250 corners
+ALIGNED: Final = 1e-12  # share of the moments: smaller products of inertia are rounding
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """A solid, with where the frame is in which it was written."""
+class FramedSolid:
+    """Solid with the position of its centre of mass in the frame of its input."""
 
     shape: ConvexSolid
-    centre_of_mass: Vec3  # in that frame, whose axes are the body axes [m]
+    centre_of_mass: Vec3  # in the frame of the input, whose axes are the body axes [m]
 
 
-def solid_of_corners(points: Sequence[Vec3], centre_of_mass: Vec3 | None = None) -> Made:
-    """The convex hull of points, which are to be corners of it or lie on its surface.
+def solid_of_corners(points: Sequence[Vec3], centre_of_mass: Vec3 | None = None) -> FramedSolid:
+    """Create the convex hull of points, all of which must be corners or lie on its surface.
 
-    `centre_of_mass` is in the frame of the points; by default, that of an even filling. Raises NotASolidError: for
-    fewer than four points, for points in a plane, inside of the others, or too many, and for a centre of mass outside.
+    `centre_of_mass` is in the frame of the points; the default is that of uniform density. Raises NotASolidError for
+    fewer than four points, too many points, points in a plane or inside the hull, and a centre of mass outside.
     """
     points = _admitted(points, 3, "corners", "x, y and z in metres")
     _admit_centre(centre_of_mass)
     corners, loops, inside = hull_faces(points)
     if inside:
         raise NotASolidError(
-            f"point {inside[0] + 1} is no corner: it lies inside of the others", "leave it out", inside[0]
+            f"point {inside[0] + 1} is no corner: it lies inside the hull of the others", "omit it", inside[0]
         )
     return _made(corners, loops, centre_of_mass)
 
 
-def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: Vec3 | None = None) -> Made:
-    """A solid with an outline in its x-z plane, as seen from -y, that reaches half of `depth` to both sides of it.
+def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: Vec3 | None = None) -> FramedSolid:
+    """Create a prism with an outline in the x-z plane, seen from -y, and half of `depth` [m] on both sides of it.
 
-    The outline runs either way round. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
+    The outline may run in either direction. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
     """
     outline = _admitted(outline, 2, "corners of an outline", "x and z in metres")
     remedy = f"write metres, more than 0: a number from {SHORTEST:g} to {LONGEST:g}"
@@ -264,22 +266,22 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
     return _made(corners, loops, centre_of_mass)
 
 
-def _admitted(points: Sequence[tuple[float, ...]], count: int, what: str, parts: str) -> list[tuple[Any, ...]]:
-    """Points with this number of coordinates. Raises TypeError for what is not a point, ValueError if out of range."""
-    points = listed(points, f"{what}, each {parts}")
+def _admitted(points: Sequence[tuple[float, ...]], count: int, noun: str, coordinates: str) -> list[tuple[Any, ...]]:
+    """Check points of this number of coordinates. Raises TypeError for other values, ValueError if out of range."""
+    points = listed(points, f"{noun}, each {coordinates}")
     for number, point in enumerate(points, start=1):
-        _admit_place(f"point {number} is", point, count, f"write {parts}")
-    made = [tuple(map(float, point)) for point in points]
-    if made and max(max(along) - min(along) for along in zip(*made, strict=True)) < SHORTEST:
+        _admit_place(f"point {number} is", point, count, f"write {coordinates}")
+    converted = [tuple(map(float, point)) for point in points]
+    if converted and max(max(along) - min(along) for along in zip(*converted, strict=True)) < SHORTEST:
         message = f"all points lie within {SHORTEST:g} m"
-        raise NotASolidError(message, "write metres: a solid is larger than that")
-    return made
+        raise NotASolidError(message, "write metres: a solid must be larger")
+    return converted
 
 
-def _admit_place(what: str, point: Sequence[float], count: int, remedy: str) -> None:
-    admit_numbers(what, point, count, remedy)
+def _admit_place(subject: str, point: Sequence[float], count: int, remedy: str) -> None:
+    admit_numbers(subject, point, count, remedy)
     if not all(-LONGEST <= part <= LONGEST for part in point):
-        raise ValueError(f"{what} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
+        raise ValueError(f"{subject} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
 
 
 def _admit_centre(centre_of_mass: Vec3 | None) -> None:
@@ -287,9 +289,9 @@ def _admit_centre(centre_of_mass: Vec3 | None) -> None:
         _admit_place("the centre of mass is", centre_of_mass, 3, "write x, y and z in metres")
 
 
-def _admitted_loops(given: Sequence[Sequence[int]], count: int) -> list[list[int]]:
-    """Faces that list corners by number. Raises TypeError or ValueError for others."""
-    loops = listed(given, "faces, each the numbers of its corners")
+def _admitted_loops(faces: Sequence[Sequence[int]], count: int) -> list[list[int]]:
+    """Check faces that list corners by number. Raises TypeError or ValueError for other values."""
+    loops = listed(faces, "faces, each the numbers of its corners")
     for number, loop in enumerate(loops, start=1):
         sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
         if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):
@@ -302,9 +304,9 @@ def _admitted_loops(given: Sequence[Sequence[int]], count: int) -> list[list[int
 
 def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
     points = np.array(outline, dtype=float).reshape(-1, 2)
-    ways = np.roll(points, -1, axis=0) - points
-    before = np.roll(ways, 1, axis=0)
-    turns = before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0]
+    sides = np.roll(points, -1, axis=0) - points
+    before = np.roll(sides, 1, axis=0)
+    turns = before[:, 0] * sides[:, 1] - before[:, 1] * sides[:, 0]
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if extent == 0.0 or np.abs(turns.sum()) <= FLUSH * extent**2:
         raise NotASolidError(
@@ -317,21 +319,24 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
         corner = int(dents[0])
         raise NotASolidError(
             f"the outline is not convex: it turns inwards at corner {corner + 1}",
-            "write its corners in order around it, or cut it into convex parts that touch",
+            "write its corners in order around it, or divide it into convex parts that touch",
             corner,
         )
-    lengths = np.hypot(*ways.T)
-    known = lengths > 0.0
-    angles = np.arctan2(turns, np.einsum("ij,ij->i", before, ways))
-    if not known.all() or abs(abs(float(angles.sum())) - 2.0 * np.pi) > 1.0:
-        message = "the outline crosses itself" if known.all() else "two corners of the outline are one"
+    lengths = np.hypot(*sides.T)
+    nonzero = lengths > 0.0
+    angles = np.arctan2(turns, np.einsum("ij,ij->i", before, sides))
+    if not nonzero.all() or abs(abs(float(angles.sum())) - 2.0 * np.pi) > 1.0:
+        message = "the outline crosses itself" if nonzero.all() else "two corners of the outline are one"
         raise NotASolidError(message, "write each of its corners once, in order around it")
 
 
-def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None = None) -> Made:
-    """The solid that these faces bound, each its corners counter-clockwise seen from outside.
+def solid_of_mesh(
+    points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None = None
+) -> FramedSolid:
+    """Create the solid bounded by faces whose corners run counter-clockwise seen from outside.
 
-    Raises NotASolidError for faces that leave a hole, look inwards, or bound nothing convex, and as `solid_of_corners`.
+    Raises NotASolidError for faces that leave a hole, look inwards, or bound no convex solid, and as
+    `solid_of_corners`.
     """
     points = _admitted(points, 3, "corners", "x, y and z in metres")
     loops = _admitted_loops(loops, len(points))
@@ -344,16 +349,16 @@ def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre
         raise NotASolidError("the faces enclose no volume", "a solid has a thickness")
     if volume < 0.0:
         raise NotASolidError(
-            "the faces look inwards", "list the corners of each face counter-clockwise, as seen from outside"
+            "the faces are oriented inwards", "list the corners of each face counter-clockwise, as seen from outside"
         )
     corners, hull_loops, inside = hull_faces([points[n] for n in used])
     hull_volume = integrals(corners, hull_loops).volume
-    if inside or hull_volume - volume > written_share(corners, hull_loops) * extent**3:
+    if inside or hull_volume - volume > file_tolerance(corners, hull_loops) * extent**3:
         share = 100.0 * (1.0 - volume / hull_volume)
         where = f": corner {used[inside[0]] + 1} is inside of its hull" if inside else ""
         raise NotASolidError(
             f"the solid is not convex{where}; it fills {share:.3g} % less than its hull",
-            "cut it into convex parts that touch, or write `points` for its hull",
+            "divide it into convex parts that touch, or write `points` for its hull",
             used[inside[0]] if inside else None,
         )
     return _made(corners, hull_loops, centre_of_mass)
@@ -362,28 +367,28 @@ def solid_of_mesh(points: Sequence[Vec3], loops: Sequence[Sequence[int]], centre
 def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
     if len(loops) < 4:  # noqa: PLR2004 -- a tetrahedron has four
         raise NotASolidError(f"{len(loops)} faces enclose nothing", "a solid has four faces or more")
-    seen: dict[tuple[int, int], int] = {}
+    face_of_edge: dict[tuple[int, int], int] = {}
     for number, loop in enumerate(loops):
         for edge in pairwise((*loop, loop[0])):
-            if edge in seen:
-                both = f"faces {seen[edge] + 1} and {number + 1}"
+            if edge in face_of_edge:
+                both = f"faces {face_of_edge[edge] + 1} and {number + 1}"
                 raise NotASolidError(
-                    f"{both} pass their common edge the same way, so one looks inwards",
+                    f"{both} have their common edge in the same direction, so one faces inwards",
                     "list the corners of each face counter-clockwise, as seen from outside",
                     number,
                 )
-            seen[edge] = number
-    for (one, other), number in seen.items():
-        if (other, one) not in seen:
-            edge_told = f"the edge of face {number + 1} from corner {one + 1} to {other + 1}"
+            face_of_edge[edge] = number
+    for (start, end), number in face_of_edge.items():
+        if (end, start) not in face_of_edge:
+            edge_description = f"the edge of face {number + 1} from corner {start + 1} to {end + 1}"
             raise NotASolidError(
-                f"the mesh has a hole: nothing is beyond {edge_told}",
+                f"the mesh has a hole: no other face has {edge_description}",
                 "close it",
                 number,
             )
 
 
-def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None) -> Made:
+def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None) -> FramedSolid:
     if len(loops) > MOST_FACES:
         raise NotASolidError(
             f"the solid has {len(loops)} faces, and {MOST_FACES} is the most", "write a simpler solid, close to it"
@@ -394,7 +399,7 @@ def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mas
     faces = tuple(_face(about, loop) for loop in loops)
     for face in faces:
         if sum(a * b for a, b in zip(face.normal, about[face.corners[0]], strict=True)) <= 0.0:
-            raise NotASolidError("the centre of mass lies outside of the solid", "write one inside of it")
+            raise NotASolidError("the centre of mass lies outside the solid", "write a point inside it")
     moments, axes = _principal(filled)
     edges = sorted({(min(pair), max(pair)) for loop in loops for pair in pairwise((*loop, loop[0]))})
     points = np.array(about)
@@ -409,7 +414,7 @@ def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mas
         float(np.ptp(points, axis=0).max()),
         max(map(norm, about)),
     )
-    return Made(shape, centre)
+    return FramedSolid(shape, centre)
 
 
 def _three(parts: Iterable[float]) -> Vec3:
@@ -418,7 +423,7 @@ def _three(parts: Iterable[float]) -> Vec3:
 
 
 def _face(corners: Sequence[Vec3], loop: Sequence[int]) -> Face:
-    """With the normal of the whole loop (Newell), which no short edge makes unclear."""
+    """Create a face with the normal of its whole loop (Newell), which is accurate in spite of short edges."""
     points = np.array([corners[n] for n in loop])
     points = points - points[0]
     normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
@@ -426,7 +431,7 @@ def _face(corners: Sequence[Vec3], loop: Sequence[int]) -> Face:
 
 
 def _principal(filled: MeshIntegrals) -> tuple[Vec3, Quaternion]:
-    """Principal moments at a mass of 1, and the turn from their axes to the body axes."""
+    """Return the principal moments at a mass of 1, and the rotation from their axes to the body axes."""
     tensor = filled.inertia / filled.volume
     across = np.abs(tensor - np.diag(np.diag(tensor))).max()
     if across <= ALIGNED * np.trace(tensor):
@@ -436,28 +441,32 @@ def _principal(filled: MeshIntegrals) -> tuple[Vec3, Quaternion]:
 
 
 def _least_thickness(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> float:
-    """The least width is across a face, or across two edges that do not run alike."""
-    return min(float(np.ptp(points @ ways.T, axis=0).min()) for ways in _width_ways(points, faces, edges) if len(ways))
+    """Return the least width, which is perpendicular to a face or to two edges that are not parallel."""
+    return min(
+        float(np.ptp(points @ directions.T, axis=0).min())
+        for directions in _width_directions(points, faces, edges)
+        if len(directions)
+    )
 
 
-def _width_ways(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> Iterator[Array]:
+def _width_directions(points: Array, faces: Sequence[Face], edges: Iterable[tuple[int, int]]) -> Iterator[Array]:
     yield np.array([face.normal for face in faces])
     ends = np.array(list(edges))
-    ways = points[ends[:, 1]] - points[ends[:, 0]]
-    ways /= np.linalg.norm(ways, axis=1)[:, None]
-    for number, way in enumerate(ways):  # row by row, or a stone of 200 faces takes much memory
-        products = np.cross(way, ways[number + 1 :])
+    directions = points[ends[:, 1]] - points[ends[:, 0]]
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    for number, direction in enumerate(directions):  # row by row, to save memory for stones of 200 faces
+        products = np.cross(direction, directions[number + 1 :])
         lengths = np.linalg.norm(products, axis=1)
         yield products[lengths > FLUSH] / lengths[lengths > FLUSH, None]
 
 
-# The corners of a shape whose faces have all moved inwards: what an engine rounds outwards again by the same.
+# Shapes whose faces are moved inwards, for engines that round them outwards by the same distance.
 
 
 def inset_corners(shape: ConvexShape, distance: float) -> Sequence[Vec3]:
-    """The corners of the part of a shape that is so deep inside [m], from its centre of mass in body axes.
+    """Return the corners of a shape with its faces moved inwards by a distance [m], relative to its centre of mass.
 
-    `distance` is less than a quarter of the least thickness: so deep at least is the middle of any convex solid.
+    `distance` is less than a quarter of the least thickness, which is the least depth of a convex solid's centroid.
     """
     boxed = box_of(shape)
     if boxed is not None:
@@ -467,7 +476,7 @@ def inset_corners(shape: ConvexShape, distance: float) -> Sequence[Vec3]:
     import numpy as np  # noqa: PLC0415 -- boxes do without
     from scipy.spatial import ConvexHull, HalfspaceIntersection  # noqa: PLC0415
 
-    unit = 1.0 / shape.length  # Qhull's limits are those of numbers near one
+    unit = 1.0 / shape.length  # Qhull's tolerances are for numbers near 1
     faces = [(*face.normal, unit * (distance - shape.reach(face.normal))) for face in shape.faces]
     middle = integrals(shape.corners, [face.corners for face in shape.faces]).centre
     points = HalfspaceIntersection(np.array(faces), np.array(scale(unit, middle))).intersections

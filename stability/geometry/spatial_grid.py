@@ -1,6 +1,6 @@
-"""Which bodies are near a body? A grid of cells in space, so that asking costs the same however many there are.
+"""Broad phase: a spatial grid that finds the bodies near a body in a time that does not depend on their number.
 
-Bodies are known by the upright boxes around them: what cannot touch is sorted out before anybody asks how far it is.
+It compares axis-aligned bounding boxes, before any exact distance.
 """
 
 from collections.abc import Iterator
@@ -11,65 +11,65 @@ from typing import Generic, TypeAlias, TypeVar
 
 from stability.model import BodyId, Vec3
 
-Key = TypeVar("Key", BodyId, int)  # what a body is called; neighbours are told in this order
-Bounds: TypeAlias = tuple[Vec3, Vec3]  # the lowest and the highest corner of the upright box around a body, in W [m]
+Key = TypeVar("Key", BodyId, int)  # name of a body; results are sorted by it
+Bounds: TypeAlias = tuple[Vec3, Vec3]  # lowest and highest corner of a bounding box, in W [m]
 Cell: TypeAlias = tuple[int, int, int]
 Scale: TypeAlias = tuple[int, int]  # powers of COARSER for the sides in plan and for the height of a cell
 
-COARSER = 4.0  # bodies that are this many times larger than the first live in a grid of larger cells
-# Cells are a bit larger than the body that they are made for, so that one in a tidy scene, whose borders lie on round
-# numbers, does not reach into one more cell by rounding.
+COARSER = 4.0  # ratio of cell sizes between grids; a body is stored in the grid of its size
+# Cells are slightly larger than the body that they are made for, so that bodies at round coordinates do not reach into
+# another cell by rounding.
 ROOM = 1.07
-LEVELS = 2.0  # height of a cell in bodies: planks are flat
+LEVELS = 2.0  # height of a cell in heights of a body: planks are flat
 
 
 @dataclass(slots=True)
 class Neighbours(Generic[Key]):
-    """The bodies that stand about, by where they are."""
+    """Spatial index of bounding boxes by name."""
 
     _bounds: dict[Key, Bounds] = field(default_factory=dict)
     _grids: dict[Scale, "_Grid[Key]"] = field(default_factory=dict)
     _unit: Vec3 | None = None  # size of a cell for bodies like the first [m]
 
     def __contains__(self, name: Key) -> bool:
-        """Whether a body is among them."""
+        """Check that a body is in the index."""
         return name in self._bounds
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Return the number of bodies."""
         return len(self._bounds)
 
     def add(self, name: Key, low_W: Vec3, high_W: Vec3) -> None:
-        """Take in a body; its name must be new."""
+        """Add a body with a new name."""
         bounds = self._bounds[name] = (low_W, high_W)
         self._grid_of(bounds).add(name, bounds)
 
     def remove(self, name: Key) -> None:
-        """Forget a body."""
+        """Remove a body."""
         self.discard(name, *self._bounds[name])
 
     def discard(self, name: Key, low_W: Vec3, high_W: Vec3) -> None:
-        """Forget a body with these bounds, even if it was never taken in, or not altogether."""
+        """Remove a body with these bounds, even if it is not in the index or only partly."""
         bounds = (low_W, high_W)
         self._grid_of(bounds).discard(name, bounds)
         self._bounds.pop(name, None)
 
     def neighbours(self, name: Key, reach: float) -> list[Key]:
-        """The others whose upright boxes come as close as this to that of one of them [m], in order."""
-        found = self.around(*self._bounds[name], reach)
-        found.remove(name)
-        return found
+        """Return the other bodies whose boxes are within a distance [m] of that of a body, sorted."""
+        names = self.around(*self._bounds[name], reach)
+        names.remove(name)
+        return names
 
     def around(self, low_W: Vec3, high_W: Vec3, reach: float) -> list[Key]:
-        """Those whose upright boxes come as close as this to another upright box [m], in order."""
+        """Return the bodies whose boxes are within a distance [m] of a box, sorted."""
         (ax, ay, az), (bx, by, bz) = low_W, high_W
         low, high = (ax - reach, ay - reach, az - reach), (bx + reach, by + reach, bz + reach)
-        found = [name for grid in self._grids.values() for name in grid.within(low, high)]
-        found.sort()
-        return found
+        names = [name for grid in self._grids.values() for name in grid.within(low, high)]
+        names.sort()
+        return names
 
     def _grid_of(self, bounds: Bounds) -> "_Grid[Key]":
-        """The grid for bodies of these extents, or a new one."""
+        """Return the grid for bodies of this size."""
         (ax, ay, az), (bx, by, bz) = bounds
         across, height = max(bx - ax, by - ay), bz - az
         if self._unit is None:
@@ -103,7 +103,7 @@ class _Grid(Generic[Key]):
                 self._cells.pop(cell, None)
 
     def within(self, low: Vec3, high: Vec3) -> Iterator[Key]:
-        """The bodies whose upright boxes overlap this one, in no order."""
+        """Yield the bodies whose boxes overlap a box, in no order."""
         (ax, ay, az), (bx, by, bz) = low, high
         for name, ((cx, cy, cz), (dx, dy, dz)) in self._candidates(low, high).items():
             if cz <= bz and az <= dz and cx <= bx and ax <= dx and cy <= by and ay <= dy:
@@ -111,14 +111,14 @@ class _Grid(Generic[Key]):
 
     def _candidates(self, low: Vec3, high: Vec3) -> dict[Key, Bounds]:
         wide, tall = self.wide, self.high
-        # A box that is much larger than the bodies here covers more cells than there are bodies to look at.
+        # A box that covers more cells than there are bodies is compared with all of them.
         cells = (high[0] - low[0] + wide) * (high[1] - low[1] + wide) * (high[2] - low[2] + tall)
         if cells > len(self._all) * wide * wide * tall:
             return self._all
-        found: dict[Key, Bounds] = {}
+        candidates: dict[Key, Bounds] = {}
         for cell in self._covered(low, high):
-            found |= self._cells.get(cell, {})
-        return found
+            candidates |= self._cells.get(cell, {})
+        return candidates
 
     def _covered(self, low: Vec3, high: Vec3) -> Iterator[Cell]:
         wide, tall = self.wide, self.high

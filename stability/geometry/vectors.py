@@ -1,4 +1,4 @@
-"""Vectors, rotations and principal axes in plain floats, and checks of given numbers."""
+"""Vectors, rotations and principal axes in plain floats, and checks of input numbers."""
 
 from collections.abc import Iterable, Sequence
 from math import atan2, copysign, cos, hypot, isfinite, sin, sqrt
@@ -7,7 +7,7 @@ from typing import Final, TypeGuard, TypeVar
 
 from stability.model import IDENTITY, Pose, Quaternion, Vec3
 
-# Arithmetic of vectors in space, in plain floats: for single vectors many times faster than arrays.
+# Vector arithmetic in plain floats, for single vectors many times faster than arrays.
 
 
 def dot(a: Vec3, b: Vec3) -> float:
@@ -42,11 +42,11 @@ def unit(a: Vec3) -> Vec3:
     return scale(1.0 / norm(a), a)
 
 
-# Turns in space, as unit quaternions (x, y, z, w).
+# Rotations as unit quaternions (x, y, z, w).
 
 
 def rotate(orientation: Quaternion, vector: Vec3) -> Vec3:
-    """`vector` after the turn `orientation`."""
+    """Rotate a vector."""
     x, y, z, w = orientation
     a, b, c = vector
     # v + 2 u x (u x v + w v), with u the vector part
@@ -57,18 +57,18 @@ def rotate(orientation: Quaternion, vector: Vec3) -> Vec3:
 
 
 def inverse(orientation: Quaternion) -> Quaternion:
-    """The turn that undoes another."""
+    """Return the inverse rotation."""
     x, y, z, w = orientation
     return (-x, -y, -z, w)
 
 
 def about(axis: Vec3, angle: float) -> Quaternion:
-    """The turn about a unit axis by an angle [rad]."""
+    """Return the rotation about a unit axis by an angle [rad]."""
     return (*scale(sin(0.5 * angle), axis), cos(0.5 * angle))
 
 
 def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
-    """The turn `first` followed by the turn `second`."""
+    """Return the rotation `first` followed by the rotation `second`."""
     x2, y2, z2, w2 = second
     x1, y1, z1, w1 = first
     return (
@@ -79,23 +79,23 @@ def multiply(second: Quaternion, first: Quaternion) -> Quaternion:
     )
 
 
-def turn_between(one: Pose, other: Pose) -> float:
-    """The angle of the turn from one orientation to another [rad]."""
-    a, b, c, part = multiply(other.orientation, inverse(one.orientation))
-    # Not by the cosine, which cannot tell a turn of 1e-8 from none.
+def turn_between(first: Pose, second: Pose) -> float:
+    """Return the angle of the rotation between two orientations [rad]."""
+    a, b, c, part = multiply(second.orientation, inverse(first.orientation))
+    # Not from the cosine, which does not resolve angles of 1e-8.
     return 2.0 * atan2(hypot(a, b, c), abs(part))
 
 
-def lean_between(one: Pose, other: Pose) -> float:
-    """The angle by which what was upright in one pose leans in another [rad]: a turn about the vertical is none."""
-    a, b, c = rotate(other.orientation, rotate(inverse(one.orientation), (0.0, 0.0, 1.0)))
+def lean_between(first: Pose, second: Pose) -> float:
+    """Return the angle between the vertical and the body axis that was vertical in the first pose [rad]."""
+    a, b, c = rotate(second.orientation, rotate(inverse(first.orientation), (0.0, 0.0, 1.0)))
     return atan2(hypot(a, b), c)
 
 
 def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
-    """The three body axes in W, of unit length whatever that of the quaternion."""
+    """Return the three body axes in W, normalised."""
     x, y, z, w = orientation
-    # A unit quaternion is one to rounding only, or to the digits that an author wrote.
+    # The norm of a quaternion is 1 only up to rounding, or to the digits in a file.
     s = 2.0 / (x * x + y * y + z * z + w * w)
     xx, yy, zz, xy, xz, yz = s * x * x, s * y * y, s * z * z, s * x * y, s * x * z, s * y * z
     xw, yw, zw = s * x * w, s * y * w, s * z * w
@@ -106,71 +106,71 @@ def body_axes(orientation: Quaternion) -> tuple[Vec3, Vec3, Vec3]:
     )
 
 
-# The principal axes of a tensor of inertia, to the same digits on every processor.
+# Principal axes of an inertia tensor, with the same digits on every processor.
 #
-# Cyclic Jacobi: each product of inertia in turn is taken away by the turn of its two axes by at most 45 deg, so that
-# the axes stay near to those that they began as. Libraries of linear algebra choose signs and last digits by processor,
-# and how a solid lands in an engine may hang on these.
+# Cyclic Jacobi method: a rotation of two axes by at most 45 deg eliminates each product of inertia in turn, so that the
+# axes stay near the initial ones. Linear algebra libraries choose signs and last digits by processor, and the landing
+# of a solid in an engine may depend on these.
 
 
-MOST_SWEEPS: Final = 20  # each squares what is left; five are usual
-LEFT: Final = 1e-16  # share of the moments that products of inertia may be left at
-# The two axes that are turned, and the one about which, with the sense from the first to the second.
+MOST_SWEEPS: Final = 20  # each squares the remaining products; five are usual
+LEFT: Final = 1e-16  # share of the moments: products of inertia that may remain
+# The two rotated axes, and the axis of rotation with its sense from the first to the second.
 PAIRS: Final = ((0, 1, 2, -1.0), (0, 2, 1, 1.0), (1, 2, 0, -1.0))
 
 
 def principal_axes(tensor: Sequence[Sequence[float]]) -> tuple[Vec3, Quaternion]:
-    """The moments of a symmetric (3, 3) tensor, and the turn from their axes to those that it is written in."""
-    left, turn = [[float(part) for part in row] for row in tensor], IDENTITY
-    size = sum(abs(left[i][i]) for i in range(3))
+    """Return the principal moments of a symmetric (3, 3) tensor, and the rotation from their axes to the tensor's."""
+    remaining, turn = [[float(part) for part in row] for row in tensor], IDENTITY
+    size = sum(abs(remaining[i][i]) for i in range(3))
     for _ in range(MOST_SWEEPS):
-        if max(abs(left[0][1]), abs(left[0][2]), abs(left[1][2])) <= LEFT * size:
+        if max(abs(remaining[0][1]), abs(remaining[0][2]), abs(remaining[1][2])) <= LEFT * size:
             break
         for first, second, axis, sense in PAIRS:
-            cosine, sine = _taken_away(left, first, second)
+            cosine, sine = _eliminate(remaining, first, second)
             half = sqrt(0.5 * (1.0 + cosine))
             about = [0.0, 0.0, 0.0]
             about[axis] = sense * 0.5 * sine / half
             turn = multiply(turn, (about[0], about[1], about[2], half))
-    return (left[0][0], left[1][1], left[2][2]), turn
+    return (remaining[0][0], remaining[1][1], remaining[2][2]), turn
 
 
-def _taken_away(left: list[list[float]], first: int, second: int) -> tuple[float, float]:
-    """Turn two axes so that their product of inertia is none; the cosine and the sine of the turn."""
-    product = left[first][second]
+def _eliminate(tensor: list[list[float]], first: int, second: int) -> tuple[float, float]:
+    """Rotate two axes so that their product of inertia becomes 0; return cosine and sine of the angle."""
+    product = tensor[first][second]
     if product == 0.0:
         return 1.0, 0.0
-    ratio = (left[second][second] - left[first][first]) / (2.0 * product)
+    ratio = (tensor[second][second] - tensor[first][first]) / (2.0 * product)
     tangent = copysign(1.0, ratio) / (abs(ratio) + hypot(1.0, ratio))
     cosine = 1.0 / hypot(1.0, tangent)
     sine = tangent * cosine
-    for row in left:
+    for row in tensor:
         row[first], row[second] = cosine * row[first] - sine * row[second], sine * row[first] + cosine * row[second]
-    one, other = left[first], left[second]
-    left[first] = [cosine * a - sine * b for a, b in zip(one, other, strict=True)]
-    left[second] = [sine * a + cosine * b for a, b in zip(one, other, strict=True)]
-    left[first][second] = left[second][first] = 0.0
+    first_row, second_row = tensor[first], tensor[second]
+    tensor[first] = [cosine * a - sine * b for a, b in zip(first_row, second_row, strict=True)]
+    tensor[second] = [sine * a + cosine * b for a, b in zip(first_row, second_row, strict=True)]
+    tensor[first][second] = tensor[second][first] = 0.0
     return cosine, sine
 
 
-# Checks numbers and lists that a caller gives: each error says what was expected.
+# Checks of input numbers and lists, with errors that state the expected value.
 
 
 Given = TypeVar("Given")
 
-SHORTEST, LONGEST = 1e-9, 1e9  # [m] of sides and distances: beyond, their squares and products lose their digits
+SHORTEST, LONGEST = 1e-9, 1e9  # [m] range of lengths: beyond it, squares and products lose digits
 TOLD: Final = 80  # [characters] of a value in a message
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """True for a number of Python or numpy; False for booleans and fractions."""
+    """Check for a number of Python or numpy; False for booleans and fractions."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return False
     return isinstance(value, Integral) or not isinstance(value, Rational)
 
 
 def is_finite(value: float) -> bool:
-    """Whether a number is finite, and a double can hold it, which not every integer of Python fits."""
+    """Check that a number is finite and fits a double, which large Python integers do not."""
     try:
         return isfinite(value)
     except OverflowError:
@@ -178,54 +178,54 @@ def is_finite(value: float) -> bool:
 
 
 def told(value: object) -> str:
-    """A value as its author would write it, shortened."""
+    """Format a value as in source code, shortened."""
     try:
         text = repr(value)
     except ValueError:  # an integer of more digits than Python writes
         text = f"a number of {value.bit_length()} bits" if isinstance(value, int) else f"a {type(value).__name__}"
-    if text.startswith("<"):  # what says no more than where it is in memory
+    if text.startswith("<"):  # a default repr, which only contains the memory address
         text = type(value).__name__
     return text if len(text) <= TOLD else f"{text[: TOLD - 1]}…"
 
 
-def admit_number(what: str, value: object, remedy: str) -> None:
-    """Raise TypeError for what is no number; `what` is what has it, such as `brick 'a' has the mass`."""
+def admit_number(subject: str, value: object, remedy: str) -> None:
+    """Raise TypeError for a value that is no number; `subject` begins the message, as in `brick 'a' has the mass`."""
     if not is_number(value):
-        raise TypeError(f"{what} {told(value)}; {remedy}")
+        raise TypeError(f"{subject} {told(value)}; {remedy}")
 
 
-def admit_in_range(what: str, value: object, least: float, most: float, remedy: str) -> None:
-    """Raise TypeError for what is not a number, and ValueError for a number out of range."""
-    admit_number(what, value, remedy)
+def admit_in_range(subject: str, value: object, least: float, most: float, remedy: str) -> None:
+    """Raise TypeError for a value that is no number, and ValueError for a number out of range."""
+    admit_number(subject, value, remedy)
     assert is_number(value)
-    if not least <= value <= most:  # nor is what is no number
-        raise ValueError(f"{what} {told(value)}; {remedy}")
+    if not least <= value <= most:  # also for NaN
+        raise ValueError(f"{subject} {told(value)}; {remedy}")
 
 
-def admit_numbers(what: str, value: object, count: int, remedy: str) -> None:
-    """Raise TypeError for what is no sequence of numbers, and ValueError for other than so many finite ones."""
+def admit_numbers(subject: str, value: object, count: int, remedy: str) -> None:
+    """Raise TypeError for a value that is no sequence of numbers, ValueError unless it has `count` finite ones."""
     parts = _parts(value)
     if parts is None or not all(map(is_number, parts)):
-        raise TypeError(f"{what} {told(value)}; {remedy}, as {count} numbers")
+        raise TypeError(f"{subject} {told(value)}; {remedy}, as {count} numbers")
     if len(parts) != count or not all(map(is_finite, parts)):
-        raise ValueError(f"{what} {told(tuple(parts))}; {remedy}")
+        raise ValueError(f"{subject} {told(tuple(parts))}; {remedy}")
 
 
 def _parts(value: object) -> Sequence[float] | None:
-    """The parts of what can be gone through in order; None of anything else, such as a text."""
+    """Return the items of a sequence; None for other values, such as a text."""
     if isinstance(value, str | bytes | dict | set) or not (hasattr(value, "__len__") and hasattr(value, "__iter__")):
         return None
     try:
         return list(value)
-    except TypeError:  # an array of numpy without an axis
+    except TypeError:  # a numpy array without dimensions
         return None
 
 
-def listed(given: Iterable[Given], what: str) -> tuple[Given, ...]:
-    """All items of an iterable. Raises TypeError, with what was expected, for anything else."""
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise TypeError(f"expected a collection of {what}, not {told(given)}")
+def listed(values: Iterable[Given], items: str) -> tuple[Given, ...]:
+    """Return all items of an iterable. Raises TypeError with the expected `items` for other values."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise TypeError(f"expected a collection of {items}, not {told(values)}")
     try:
-        return tuple(given)
-    except TypeError as error:  # an array of numpy without an axis
-        raise TypeError(f"expected a collection of {what}, not {told(given)}") from error
+        return tuple(values)
+    except TypeError as error:  # a numpy array without dimensions
+        raise TypeError(f"expected a collection of {items}, not {told(values)}") from error

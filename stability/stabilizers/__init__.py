@@ -1,1 +1,1 @@
-"""Freeze what is proven to stand, wake what moves."""
+"""Stabilizers: freeze bricks that are proven to stand, and wake bricks that move."""

@@ -1,8 +1,8 @@
-"""Sees which bricks at rest are about to be hit, before the engine lets it happen.
+"""Prediction of hits on bricks at rest, before the engine simulates them.
 
-A frozen brick has no mass for the engine, and takes all momentum out of what hits it. So what may give way has to be
-woken before the hit, while the surfaces are still apart. Only the gap between solids and the speed of its closing are
-looked at; bricks in contact press on each other, and do not hit.
+A frozen brick has no mass in the engine and absorbs all momentum of a brick that hits it. So bricks that may yield must
+wake before the hit, while the surfaces are still apart. The prediction uses only the gap between solids and its closing
+speed; bricks in contact press on each other and do not hit.
 """
 
 from collections.abc import Callable, Collection, Container, Mapping
@@ -18,26 +18,26 @@ from stability.model import BodyId, BodyState, ConvexShape, Pose, Vec3, convex
 from stability.stabilizers.protocol import BrickObserver
 
 # Shares of the smallest side of the flying brick.
-# Bricks that are closer press on each other: what touches at rest, and a little more.
+# Closer bricks are in contact: the gap of touching bricks at rest, plus a margin.
 IN_TOUCH = 1.5 * TOUCHING
-# A millimetre for a plank. A hit is told when the gap is no more than this beyond what the speed closes in time.
+# A millimetre for a plank. A hit is predicted if the gap exceeds the closing distance by no more than this.
 CLOSE = 0.125
-AHEAD = 1.0  # how far around a brick others are looked for
-GLANCE = 0.05  # of the time ahead, over which the speed of closing is taken
-PART_WAY = 0.5  # of the smallest side: further on, a brick has passed through the other, and goes away from it
-LONGEST_STEP = 1.0 / 240.0  # [s]; assumed until two looks have shown how long a step of the engine is
-STEPS = 2.0  # how many steps ahead hits are told, since speeds may grow
-MOST_GAPS = 8  # gaps through which a flight is followed; two boxes seldom have more than three
+AHEAD = 1.0  # search distance around a brick
+GLANCE = 0.05  # share of the look-ahead time over which the closing speed is measured
+PART_WAY = 0.5  # limit of the distance in that time, as a share of the smallest side: a brick must not pass through
+LONGEST_STEP = 1.0 / 240.0  # [s] assumed engine step before the second check
+STEPS = 2.0  # look-ahead in engine steps, as speeds may grow
+MOST_GAPS = 8  # iterations along a flight; two boxes rarely need more than three
 ROUNDING = 1e-9  # [m]
 
 
 @dataclass(frozen=True, slots=True)
 class Hit:
-    """A brick that is about to hit another one."""
+    """Imminent hit of one brick on another."""
 
     by: BodyId
-    brick: BodyId  # the one that is hit
-    speed: float  # at which the gap closes [m/s]
+    brick: BodyId  # the brick that is hit
+    speed: float  # closing speed of the gap [m/s]
     normal_W: Vec3  # unit, from the hitting brick towards the hit one
 
 
@@ -55,39 +55,39 @@ class _Near:
 
 
 @dataclass(frozen=True, slots=True)
-class Attention:
-    """How closely a brick that moves is looked at."""
+class PredictionLimits:
+    """Limits of the prediction for a moving brick."""
 
-    horizon: float  # [s] in which gravity alone brings nothing close
-    least: float = 0.02  # [m/s] slower, nothing is a hit
-    ahead: float = 0.0  # [s] how long before it happens a hit is told, if that is more than two steps
+    horizon: float  # [s] longest time between checks; gravity alone brings no brick close within it
+    least: float = 0.02  # [m/s] least speed of a hit
+    ahead: float = 0.0  # [s] look-ahead time, if that is more than two steps
 
 
 @dataclass
-class Approaches(BrickObserver):
-    """Follows the moving bricks of one engine. A brick that has nothing near is not looked at until it could have."""
+class HitPredictor(BrickObserver):
+    """Predicts hits of the moving bricks of one engine; skips a brick without neighbours until it may have one."""
 
     engine: Engine
-    attention_of: Callable[[BodyId], Attention]
-    gravity: float = 0.0  # [m/s2]: what a step of free fall gives a brick that the engine keeps bouncing is no hit
-    _now: float | None = field(default=None, init=False)  # [s] of the last look
-    _known: set[BodyId] = field(default_factory=set, init=False)  # bricks that were looked at before
-    _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] when to look next
+    attention_of: Callable[[BodyId], PredictionLimits]
+    gravity: float = 0.0  # [m/s2] the speed from a step of free fall, as of a brick that bounces in place, is no hit
+    _now: float | None = field(default=None, init=False)  # [s] time of the last check
+    _known: set[BodyId] = field(default_factory=set, init=False)  # bricks that were checked before
+    _look_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] time of the next check
 
     def hits(self, moving: Mapping[BodyId, BodyState], still: Container[BodyId]) -> list[Hit]:
-        """Who is about to hit one of the bricks `still`, at the latest in the next step of the engine."""
+        """Return the imminent hits on bricks in `still`, at least those of the next engine step."""
         now = self.engine.time()
         since = now - self._now if self._now is not None else LONGEST_STEP
-        step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # time may have been skipped
+        step = since if 0.0 < since < LONGEST_STEP else LONGEST_STEP  # the clock may have skipped time
         self._now = now
-        found = []
+        imminent: list[Hit] = []
         for brick, state in moving.items():
             if now < self._look_at.get(brick, now):
                 continue
             attention = self.attention_of(brick)
             least = max(attention.least, STEPS * self.gravity * step)
             ahead = max(attention.ahead, STEPS * step)
-            # What is in touch presses, and does not hit; unless it has only just come, and came fast.
+            # A brick in contact does not hit, unless it is new and fast.
             closer = IN_TOUCH if brick in self._known else -inf
             self._known.add(brick)
             shape = convex(self.engine.shape(brick))
@@ -96,49 +96,49 @@ class Approaches(BrickObserver):
                 around = max(AHEAD * thin, _close(thin, fastest, ahead))
                 near = [n for n in self._near(flying, still, around) if n.apart.gap > closer * thin]
                 free = min((other.apart.gap for other in near), default=AHEAD * thin)
-                # Half the way, for whatever makes it faster meanwhile.
+                # Half the distance, as the brick may accelerate.
                 rest = 0.5 * max(0.0, free - _close(thin, fastest, ahead)) / fastest
                 self._look_at[brick] = now + min(attention.horizon, rest)
                 hits = (_hit(flying, other, ahead) for other in near)
-                found += [hit for hit in hits if hit is not None and hit.speed > least]
-        return found
+                imminent += [hit for hit in hits if hit is not None and hit.speed > least]
+        return imminent
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """What does not move hits nothing."""
+        """Stop the checks of frozen bricks."""
         for brick in bricks:
             self._look_at.pop(brick, None)
             self._known.discard(brick)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """What is gone hits nothing."""
+        """Stop the checks of removed bricks."""
         self.frozen(bricks)
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the records of another instance."""
         self._known |= other._known
         self._look_at |= other._look_at
 
     def _near(self, flying: _Solid, still: Container[BodyId], within: float) -> list["_Near"]:
-        """The bricks `still` that are near."""
+        """Return the bricks in `still` within a distance [m]."""
         if not still:
             return []
         others = [other for other in self.engine.neighbours(flying.id, within) if other in still]
-        states, found = self.engine.states(others), []
+        states, near = self.engine.states(others), []
         for other in others:
             shape = convex(self.engine.shape(other))
             if shape is not None:
                 between = apart(flying.shape, flying.state.pose, shape, states[other].pose)
-                found.append(_Near(_Solid(other, shape, states[other]), between))
-        return found
+                near.append(_Near(_Solid(other, shape, states[other]), between))
+        return near
 
 
 def _close(thickness: float, speed: float, ahead: float) -> float:
-    """How near a brick of this least thickness [m] and speed must be to be about to hit [m]."""
+    """Return the gap below which a brick of a thickness [m] and speed [m/s] is about to hit [m]."""
     return CLOSE * thickness + ahead * speed
 
 
 def _hit(flying: _Solid, other: _Near, within: float) -> Hit | None:
-    """Follow a flight from gap to gap: while one direction closes, another may keep the bricks apart, and for good."""
+    """Follow a flight by conservative steps: the separating direction may change, and the bricks may miss."""
     between, ahead = other.apart, 0.0  # [s]
     glance = min(GLANCE * within, PART_WAY * flying.shape.least_thickness / _fastest(flying.state, flying.shape))
     for _ in range(MOST_GAPS):
@@ -154,20 +154,20 @@ def _hit(flying: _Solid, other: _Near, within: float) -> Hit | None:
 
 
 def _apart(flying: _Solid, other: _Solid, ahead: float) -> Separation:
-    """The separation of two bricks when the one has flown and turned on for a while [s]."""
+    """Return the separation of two bricks after one has moved and turned for a time [s]."""
     pose, half_turn = flying.state.pose, scale(0.5 * ahead, flying.state.angular_velocity_W)
     turn = multiply((*half_turn, 1.0), pose.orientation)
     size = sqrt(sum(part * part for part in turn))
     x, y, z, w = (part / size for part in turn)
-    then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
-    return apart(flying.shape, then, other.shape, other.state.pose)
+    pose_then = Pose(add_scaled(pose.position_W, ahead, flying.state.velocity_W), (x, y, z, w))
+    return apart(flying.shape, pose_then, other.shape, other.state.pose)
 
 
 def _fastest(state: BodyState, shape: ConvexShape) -> float:
-    """A bound on the speed of all points of a brick [m/s]."""
+    """Return an upper bound of the speed of a brick's points [m/s]."""
     return hypot(*state.velocity_W) + _turning_speed(state, shape)
 
 
 def _turning_speed(state: BodyState, shape: ConvexShape) -> float:
-    """A bound on how fast points of a brick move about its centre [m/s]."""
+    """Return an upper bound of the speed of a brick's points relative to its centre [m/s]."""
     return shape.bounding_radius * hypot(*state.angular_velocity_W)

@@ -1,19 +1,19 @@
-"""Detects changes that others make to frozen bricks, and the gravity of the engine."""
+"""External changes to frozen bricks, and the gravity of the engine."""
 
 from collections.abc import Callable, Collection, Container, Iterable
 from dataclasses import dataclass, field
 from math import hypot, isclose
 from typing import Self
 
-from stability.engines.protocol import Engine, TellsGravity
+from stability.engines.protocol import Engine, ReportsGravity
 from stability.geometry.vectors import admit_number
 from stability.model import EARTH, BodyId, BodyState
 from stability.stabilizers.protocol import BrickObserver
 
-# Remembers frozen bricks and their supports as they were left, to see what somebody else has done to them since.
+# States of frozen bricks and their supports, to detect changes by the caller.
 
 
-# [m], and of a quaternion's parts: engines make orientations unit again at every step, and move their last digit so.
+# [m], and of a quaternion's components: engines normalise orientations at every step, which changes the last digit.
 ROUNDING = 1e-9
 
 
@@ -23,53 +23,53 @@ def _nothing(_brick: BodyId) -> Collection[BodyId]:
 
 @dataclass
 class HeldBodies(BrickObserver):
-    """The bodies of one engine that nobody is expected to move, push or take away."""
+    """Frozen bricks of one engine and their supports, with their expected states."""
 
     engine: Engine
-    supports: Callable[[BodyId], Iterable[BodyId]] = _nothing  # what is looked after as well while a brick is frozen
+    supports: Callable[[BodyId], Iterable[BodyId]] = _nothing  # bodies to watch with a frozen brick
     _held: dict[BodyId, BodyState] = field(default_factory=dict, init=False)
-    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies, last time
+    _seen: tuple[object, object] = field(default=(None, None), init=False)  # the engine's bodies at the last call
 
-    def came_or_went(self) -> bool:
-        """Whether bodies have been added or removed since the last time that this was asked."""
+    def bodies_changed(self) -> bool:
+        """Check that bodies were added or removed since the last call."""
         bricks, fixed = self.engine.masses(), self.engine.fixed()
         unchanged = self._seen[0] is bricks and self._seen[1] is fixed
         self._seen = (bricks, fixed)
         return not unchanged
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """Remember bricks as they were just frozen, and those of their supports that are new."""
+        """Store the states of newly frozen bricks, and of their new supports."""
         for brick in bricks:
             new = [on for on in self.supports(brick) if on not in self._held]
             self._held |= self.engine.states([brick, *new])
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """What the engine moves is looked after no longer."""
+        """Drop the states of woken bricks."""
         for brick in bricks:
             self._held.pop(brick, None)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """There is nothing left to look after."""
+        """Drop the states of removed bricks."""
         self.woken(bricks)
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the states of another instance."""
         self._held |= other._held
 
     def released(self, frozen: Iterable[BodyId]) -> list[BodyId]:
-        """The frozen bricks that the engine no longer holds: another body under the name, or given a mass."""
+        """Return the frozen bricks that the engine no longer holds: replaced by another body, or given a mass."""
         return [brick for brick in frozen if not self.engine.holds(brick)]
 
     def lost(self, frozen: Collection[BodyId]) -> list[BodyId]:
-        """The frozen bricks that the engine no longer has, or no longer holds."""
-        gone = list[BodyId]()
-        if self.came_or_went():
+        """Return the frozen bricks that the engine no longer has or no longer holds."""
+        removed = list[BodyId]()
+        if self.bodies_changed():
             bricks = self.engine.masses()
-            gone = [brick for brick in frozen if brick not in bricks]
-        return gone + self.released(brick for brick in frozen if brick not in gone)
+            removed = [brick for brick in frozen if brick not in bricks]
+        return removed + self.released(brick for brick in frozen if brick not in removed)
 
     def disturbed(self, frozen: Container[BodyId]) -> dict[BodyId, BodyState]:
-        """The frozen bricks and supports that were moved or pushed since the last look, as they are now."""
+        """Return the current states of the frozen bricks and supports that were moved or pushed since the last call."""
         if not self._held:
             return {}
         fixed = self.engine.fixed()
@@ -81,7 +81,7 @@ class HeldBodies(BrickObserver):
 
 
 def _differs(now: BodyState, before: BodyState) -> bool:
-    """Whether a body has been moved or pushed."""
+    """Check that a body was moved or pushed."""
     if (now.velocity_W, now.angular_velocity_W) != (before.velocity_W, before.angular_velocity_W):
         return True
     parts = (*now.pose.position_W, *now.pose.orientation)
@@ -89,33 +89,31 @@ def _differs(now: BodyState, before: BodyState) -> bool:
     return any(abs(part - other) > ROUNDING for part, other in zip(parts, others, strict=True))
 
 
-# The gravity that a stabilizer uses: that of its engine, where the engine gives one.
-
-
-SAME = 1e-6  # of the size of gravity: what an engine may round, and how far it may lean
+SAME = 1e-6  # relative tolerance of gravity: rounding of an engine, and its horizontal part
 
 
 def gravity_of(engine: Engine, given: float | None) -> float:
-    """The gravity along -z to reckon with [m/s2]: that of the engine, or the one that is given.
+    """Return the gravity of a stabilizer along -z [m/s2]: that of the engine, or the given one.
 
-    Of an engine that tells of none, or has none as its owner applies it otherwise, it is the given one, or EARTH.
+    If the engine does not report its gravity, or reports 0 as the caller applies it otherwise, it is the given one; an
+    engine that does not report it defaults to EARTH.
 
-    Raises ValueError where the engine has other gravity than is given, where it has none and none is given, and where
-    its gravity leans. Raises TypeError for what is no engine.
+    Raises ValueError if the engine's gravity differs from the given one, is 0 with none given, or is not vertical.
+    Raises TypeError for an object that is no engine.
     """
     if not callable(getattr(engine, "masses", None)):
         raise TypeError(f"expected an engine, such as PyBulletBodies(client), not {engine!r}")
     if given is not None:
         admit_number("the gravity is", given, "write m/s2, as a number that is more than 0")
-    if not isinstance(engine, TellsGravity):
+    if not isinstance(engine, ReportsGravity):
         return EARTH if given is None else given
     x, y, z = engine.gravity_W()
     if x == y == z == 0.0:
         if given is None:
-            raise ValueError("the engine has no gravity: set it before (in PyBullet: p.setGravity(0, 0, -9.81))")
+            raise ValueError("the engine has no gravity: set it first (in PyBullet: p.setGravity(0, 0, -9.81))")
         return given
     if z >= 0.0 or hypot(x, y) > SAME * -z:
-        raise ValueError(f"the engine's gravity is ({x:g}, {y:g}, {z:g}) m/s2: proofs are for gravity along -z alone")
+        raise ValueError(f"the engine's gravity is ({x:g}, {y:g}, {z:g}) m/s2: proofs require gravity along -z")
     if given is not None and not isclose(given, -z, rel_tol=SAME):
-        raise ValueError(f"gravity={given:g} is not that of the engine, {-z:g} m/s2: leave it out, or mend one of both")
+        raise ValueError(f"gravity={given:g} differs from the engine's {-z:g} m/s2: omit it, or correct one of them")
     return -z

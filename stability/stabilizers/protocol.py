@@ -1,4 +1,4 @@
-"""The protocol of stabilizers, and the life cycle of a brick: awake, settling, frozen."""
+"""Protocol of stabilizers, and the life cycle of a brick: awake, settling, frozen."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -8,24 +8,24 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.problem import Verdict
 
-# The protocol of a stabilizer.
-
 
 @dataclass(frozen=True, slots=True)
 class Update:
-    """What one pass of an extension changed; bricks by name."""
+    """Changes made by one pass of a stabilizer; bricks by name."""
 
     frozen: tuple[BodyId, ...] = ()
-    woken: tuple[BodyId, ...] = ()  # left to the engine: they were frozen, or set down at rest, and cannot stand
-    failed: tuple[BodyId, ...] = ()  # those of `woken` that give way; the rest stood on them
-    reason: str = ""  # why bricks were woken
-    proof: str = ""  # the stage that proved that the frozen bricks stand; empty where nothing proves
-    riding: tuple[BodyId, ...] = ()  # those of `woken` that move as rigid bodies on others
-    by: tuple[BodyId, ...] = ()  # the moving bricks that hit or press those of `woken`; empty if another cause woke any
+    woken: tuple[
+        BodyId, ...
+    ] = ()  # frozen bricks, or bricks set down at rest, that cannot stand: the engine moves them
+    failed: tuple[BodyId, ...] = ()  # the bricks in `woken` that failed; the others stood on them
+    reason: str = ""  # reason for waking bricks
+    proof: str = ""  # stage that proved the frozen bricks; empty without proofs
+    riding: tuple[BodyId, ...] = ()  # the bricks in `woken` that move in rigid groups on others
+    by: tuple[BodyId, ...] = ()  # moving bricks that hit or press those in `woken`; empty if any has another cause
 
     def then(self, other: "Update") -> "Update":
-        """This update and a later one of the same pass as one; what is frozen, and its proof, are from the later."""
-        told = all(update.by or not update.woken for update in (self, other))
+        """Merge with a later update of the same pass, which provides the frozen bricks and their proof."""
+        has_cause = all(update.by or not update.woken for update in (self, other))
         return Update(
             other.frozen,
             self.woken + tuple(brick for brick in other.woken if brick not in self.woken),
@@ -33,154 +33,154 @@ class Update:
             "; ".join(filter(None, (self.reason, other.reason))),
             other.proof,
             self.riding + other.riding,
-            self.by + other.by if told else (),
+            self.by + other.by if has_cause else (),
         )
 
 
-class Extension(Protocol):
-    """Freezes the bricks of one engine that stand, and wakes those that do so no longer."""
+class Stabilizer(Protocol):
+    """Stabilizer: freezes the bricks of one engine that stand, and wakes those that no longer do."""
 
     def awake(self) -> list[BodyId]:
-        """The bricks that the engine moves, by name."""
+        """Return the bricks that the engine moves, sorted by name."""
 
     def riding(self) -> Collection[BodyId]:
-        """Those of the awake bricks that move as rigid bodies on others, not one by one."""
+        """Return the awake bricks that move in rigid groups on others."""
 
     def is_frozen(self, brick: BodyId) -> bool:
-        """Whether a brick is held fixed."""
+        """Check that a brick is frozen."""
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
-        """Say that these bricks were set down at rest: they may be judged at once, before any step."""
+        """Handle bricks that were set down at rest: they may be judged immediately, before any step."""
 
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
-        """Say that these bricks were taken out of the engine: what cannot stand without them is woken at once."""
+        """Handle bricks that were removed from the engine: bricks that cannot stand without them wake immediately."""
 
     def update(self) -> Update:
-        """One pass over what the engine has just done. Call it after each step."""
+        """Judge the bricks after a step of the engine. Call this after each step."""
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> Update:
-        """Say that a brick is about to be given an impulse [N s]: what that disturbs is woken before."""
+        """Handle an impulse [N s] that a brick is about to receive: bricks that it disturbs wake before."""
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
-        """Give these bricks back to the engine, and all that cannot stand without them; returns those woken."""
+        """Wake these bricks and all that cannot stand without them; return the woken bricks."""
 
     def shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """Which part of its load goes to each body that it rests on, for every frozen brick, or those of some.
+        """Return each frozen brick's load shares by support, for all frozen bricks or some.
 
-        Where only some are asked for, it is enough to count what they carry of each other.
+        For some bricks, the loads may include only these bricks.
         """
 
     def least_margin(self) -> float | None:
-        """The smallest tipping margin of what is frozen [m]; None where no model has one."""
+        """Return the smallest tipping margin of the frozen bricks [m]; None if the model has none."""
 
     def verdict(self) -> Verdict | None:
-        """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""
+        """Return the verdict on the structure after bricks were last set down or removed; None without proofs."""
 
     def giving_way(self) -> Mapping[BodyId, str]:
-        """Why awake bricks are proven not to stand, though nothing may have been seen of that yet."""
+        """Return the reasons why awake bricks are proven not to stand, possibly before they visibly move."""
 
 
 @runtime_checkable
-class JudgesLandings(Protocol):
-    """An extension to which motions that are known without an engine may be told."""
+class SupportsLandings(Protocol):
+    """Stabilizer that supports motions without an engine."""
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
-        """Say that these bricks have come to rest: they are judged at once, though nothing was set down."""
+        """Judge bricks that have come to rest, as if they were set down."""
 
 
 @runtime_checkable
-class Absorbs(Protocol):
-    """An extension that can go on with what another one of its kind has watched, where its bricks come near."""
+class SupportsMerging(Protocol):
+    """Stabilizer that can take over the bricks of another one, when islands merge."""
 
     def absorb(self, other: Self) -> None:
-        """Go on with the bricks of another extension, which have come into this one's engine by now."""
+        """Take over the bricks of another stabilizer, which are in this one's engine already."""
 
 
 @runtime_checkable
-class FeelsHands(Protocol):
-    """An extension that knows of hands, which move bricks or hold them, whatever these meet."""
+class SupportsHands(Protocol):
+    """Stabilizer that supports hands, which move or hold bricks regardless of contacts."""
 
     def taken(self, brick: BodyId) -> Update:
-        """Say that a hand takes a brick: it is none of the bricks that are judged, and what stands by it is woken."""
+        """Handle a hand taking a brick: the brick is no longer judged, and bricks that it supported wake."""
 
     def held(self, bricks: Collection[BodyId]) -> Update:
-        """Say that bricks are held at rest from now on, as firmly as the ground; hands may have taken them before."""
+        """Handle bricks that hands hold at rest, as firmly as the ground; hands may have taken them before."""
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
-        """Say that hands let bricks go; `set_down` if they brought them, so that they are judged at once."""
+        """Handle hands releasing bricks; `set_down` if the hands placed them, so that they are judged immediately."""
 
     def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
-        """Say which bricks hands may move or press on by now: they are woken, and not judged while they are named."""
+        """Set the bricks that hands may move or press: they wake, and are not judged until a later call omits them."""
 
 
 @runtime_checkable
-class FeelsShaking(Protocol):
-    """An extension that knows what the ground does to what it holds."""
+class SupportsShaking(Protocol):
+    """Stabilizer that supports shaking ground."""
 
     def shaken(self, motion: GroundMotion) -> None:
-        """Say how the ground moves from now on."""
+        """Set the motion of the ground."""
 
     def holds_until(self) -> float:
-        """Until when all that is held is proven to go with the ground [s]; inf if that is for good."""
+        """Return the time until which all frozen bricks provably move with the ground [s]; inf for the whole motion."""
 
 
-# The life cycle of a brick under a stability extension, and the one way in which its parts hear of it.
+# Life cycle of a brick, as events to observers.
 #
-# A brick is set down or appears, is frozen when it is found to stand, woken when it is not any more, and gone at last.
-# The extension changes the engine first, then tells its observers in a fixed order, and each of them draws its own
-# conclusions. What observers are told is a fact; they answer nothing and change no brick.
+# A brick is set down or appears, freezes when it is judged to stand, wakes when it no longer stands, and is removed.
+# The stabilizer changes the engine first, then notifies its observers in a fixed order. Observers return nothing and
+# change no brick.
 
 
 class BrickObserver:
-    """Hears what becomes of the bricks of one engine. A subclass overrides the events to which it reacts."""
+    """Observer of the life cycle of one engine's bricks. A subclass overrides the events that it needs."""
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
-        """These bricks were set down at rest: they may be judged at once, before any step."""
+        """Bricks were set down at rest: they may be judged immediately, before any step."""
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """These bricks were found to stand, and are held fixed in the engine now."""
+        """Bricks were judged to stand, and are frozen in the engine."""
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """These bricks were frozen, and the engine moves them again, one by one or as rigid groups.
+        """Frozen bricks were woken, one by one or as rigid groups.
 
-        There may be none: then bricks were judged together with what is frozen, and nothing was released.
+        The collection is empty if bricks were judged together with the frozen ones and none of these was released.
         """
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """These bricks are no longer in the engine, or other ones are there under their names."""
+        """Bricks were removed from the engine, or replaced by others of the same names."""
 
     def absorb(self, other: Self) -> None:
-        """The bricks of which another one of its kind hears come into this engine, with all that is known of them."""
+        """Take over the records of another observer, whose bricks were added to this engine."""
 
 
 class Observers(BrickObserver):
-    """Several observers as one: each event is told to all of them, in the order in which they are given."""
+    """Passes each event to several observers, in the given order."""
 
     def __init__(self, observers: Iterable[BrickObserver]) -> None:
-        """The order is fixed from here on."""
+        """Store the observers in this order."""
         self._observers = tuple(observers)
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
-        """Tell all observers that these bricks were set down."""
+        """Notify all observers that bricks were set down."""
         for observer in self._observers:
             observer.set_down(bricks)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """Tell all observers that these bricks were frozen."""
+        """Notify all observers that bricks were frozen."""
         for observer in self._observers:
             observer.frozen(bricks)
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """Tell all observers that these bricks were woken."""
+        """Notify all observers that bricks were woken."""
         for observer in self._observers:
             observer.woken(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """Tell all observers that these bricks are gone."""
+        """Notify all observers that bricks were removed."""
         for observer in self._observers:
             observer.gone(bricks)
 
     def absorb(self, other: Self) -> None:
-        """Let each take over from the one in its place."""
+        """Let each observer take over the records of its counterpart."""
         for own, others in zip(self._observers, other._observers, strict=True):
             own.absorb(others)

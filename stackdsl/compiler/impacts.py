@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from math import atan2, cos, inf, sin, sqrt
 
-from stability.geometry.placed_shape import apart, how_far_outside, in_place, meeting
+from stability.geometry.placed_shape import apart, distance_outside, in_place, meeting
 from stability.geometry.vectors import add, add_scaled, inverse, norm, rotate, scale, subtract
 from stability.model import BodyId, Brick, Pose, Quaternion, Vec3
 from stackdsl.compiler.bricks import ActionOrder, about_axes, about_z
@@ -213,7 +213,7 @@ def _await(name: BodyId, comes: ActionOrder, scene: ImpactScene) -> None:
 
 def _touch(point: Vec3, brick: StandingBrick) -> None:
     """Raise MissError if a point, from the centre of a brick, is not in it."""
-    beyond = how_far_outside(brick.shape, add(brick.centre, point))
+    beyond = distance_outside(brick.shape, add(brick.centre, point))
     if beyond > OVERLAP:
         message = f"the point is {mm(beyond)} outside brick '{brick.name}'"
         raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")

@@ -13,7 +13,7 @@ from secrets import token_hex
 from time import time
 from typing import Final
 
-from stability.name_order import as_counted
+from stability.name_order import natural_key
 from stackdsl.disk import (
     NOT_REGULAR,
     LeadsOutsideError,
@@ -474,7 +474,7 @@ class PendingStore:
                     is_text = all(isinstance(text, str) for text in (*texts, *pending.failed))
                     if is_text and file == self._file(pending.golden) and self._is_own(pending):
                         found.append(pending)
-        yield from sorted(found, key=lambda pending: as_counted(pending.case))
+        yield from sorted(found, key=lambda pending: natural_key(pending.case))
 
     def _is_own(self, pending: Pending) -> bool:
         """Whether this program could have written it: a snapshot, its case, and the golden file of that."""

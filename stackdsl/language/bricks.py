@@ -34,7 +34,7 @@ from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
 
 if TYPE_CHECKING:
-    from stability.geometry.solid_making import Made
+    from stability.geometry.solid_making import FramedSolid
 
 
 # Catalogue of bricks.
@@ -211,7 +211,7 @@ def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = Non
     return _form(made.shape, made.centre_of_mass)
 
 
-def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: object) -> "Made":
+def _solid(make: "Callable[..., FramedSolid]", points: tuple[Vec3, ...], *others: object) -> "FramedSolid":
     """Return the solid that `make` makes of points. Raises NotASolidError.
 
     For many points `make` runs in a supervised process: the time of Qhull is quadratic for points on a circle, and
@@ -226,7 +226,7 @@ def _solid(make: "Callable[..., Made]", points: tuple[Vec3, ...], *others: objec
 
 
 @lru_cache(maxsize=KEPT)
-def _made_apart(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+def _made_apart(make: "Callable[..., FramedSolid]", *arguments: object) -> "FramedSolid | tuple[str, str, int | None]":
     result = supervised(Task(_solid_or_error, (make, *arguments), TIME_LIMIT))
     if result.status is TaskStatus.DONE:
         return result.value  # type: ignore[return-value]  # the type of `_solid_or_error`
@@ -234,7 +234,9 @@ def _made_apart(make: "Callable[..., Made]", *arguments: object) -> "Made | tupl
     return f"its corners {problem}: {result.message}", "write a simpler solid of about the same shape", None
 
 
-def _solid_or_error(make: "Callable[..., Made]", *arguments: object) -> "Made | tuple[str, str, int | None]":
+def _solid_or_error(
+    make: "Callable[..., FramedSolid]", *arguments: object
+) -> "FramedSolid | tuple[str, str, int | None]":
     """Make a solid, or return the message, hint and number of the error. Runs in the worker."""
     with memory_limited(MEMORY_LIMIT):
         try:

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from stability.dynamics.ground_motion import Course, Recorded, Sine
+from stability.dynamics.ground_motion import Course, SineCourse, TabulatedCourse
 from stackdsl.language import value_types as t
 from stackdsl.language.bricks import BrickKind, BrickTypes, PlacedBrick
 from stackdsl.language.claims.claim import Claim, Expectation, Truth
@@ -173,9 +173,9 @@ class Shake(Timed):
     def course(self) -> Course:
         """Return the acceleration along the bearing over time."""
         if self.table is None:
-            return Sine(self._most, self.frequency or 0.0, self.for_ or 0.0)
+            return SineCourse(self._most, self.frequency or 0.0, self.for_ or 0.0)
         start = self.table[0][0]
-        return Recorded(tuple((time - start, acceleration) for time, acceleration in self.table))
+        return TabulatedCourse(tuple((time - start, acceleration) for time, acceleration in self.table))
 
     @property
     def delay(self) -> float:

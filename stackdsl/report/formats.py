@@ -452,9 +452,9 @@ def _wrong_edges(wrong: WrongEdges) -> dict[str, object]:
 
 def _wrong_friction(wrong: WrongFriction) -> dict[str, object]:
     return {
-        "between": [wrong.one, wrong.other],
-        "asked": _number(wrong.asked),
-        "had": _number(wrong.had),
+        "between": [wrong.first, wrong.second],
+        "asked": _number(wrong.requested),
+        "had": _number(wrong.actual),
         "time_s": _number(wrong.time),
     }
 

@@ -37,7 +37,8 @@ def _doubt(wrong: WrongEdges, collapse: Collapse | None) -> str:
 
 def wrong_friction_text(wrong: WrongFriction) -> str:
     """Between whom, how far off, when, and what that leaves in doubt."""
-    pair = f"{wrong.one} and {wrong.other} had {wrong.had:.3g} in place of {wrong.asked:.3g} at {wrong.time:.1f} s"
+    bodies = f"{wrong.first} and {wrong.second}"
+    pair = f"{bodies} had {wrong.actual:.3g} in place of {wrong.requested:.3g} at {wrong.time:.1f} s"
     reason = "an engine with one factor a body has none that does for all that touched"
     return f"{reason}: {pair}; what is proven stays so"
 

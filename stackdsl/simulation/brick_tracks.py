@@ -10,7 +10,7 @@ from stability.geometry.placed_shape import apart
 from stability.geometry.vectors import lean_between, turn_between
 from stability.model import BodyId, BodyState, Brick, Pose
 from stability.problem import Motion, Placed, Stability, Stage, Verdict
-from stability.stabilizers.protocol import Extension, Update
+from stability.stabilizers.protocol import Stabilizer, Update
 from stability.stabilizers.rest import RestLimits
 from stackdsl.timeline import Arrival, Placement, Timeline
 from stackdsl.trace import (
@@ -242,7 +242,7 @@ Shares = Mapping[BodyId, Mapping[BodyId, float]]
 
 
 class Tells(Protocol):
-    """What is told of bricks that are held, as an `Extension` tells it."""
+    """What is told of bricks that are held, as a `Stabilizer` tells it."""
 
     def awake(self) -> list[BodyId]:
         """The bricks that an engine moves, by name."""
@@ -267,9 +267,9 @@ class Tells(Protocol):
 class CombinedStabilizer:
     """Several as one."""
 
-    of: Callable[[BodyId], Extension | None]  # by brick
-    extensions: Sequence[Extension]
-    acted: Sequence[Extension]  # those with whose bricks something was done last
+    of: Callable[[BodyId], Stabilizer | None]  # by brick
+    extensions: Sequence[Stabilizer]
+    acted: Sequence[Stabilizer]  # those with whose bricks something was done last
 
     def awake(self) -> list[BodyId]:
         """The bricks that an engine moves, by name."""

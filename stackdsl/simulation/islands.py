@@ -13,7 +13,7 @@ from stability.geometry.vectors import add_scaled, dot, subtract
 from stability.model import BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Absorbs, Extension
+from stability.stabilizers.protocol import Stabilizer, SupportsMerging
 from stability.work_limit import work_done
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
@@ -202,7 +202,7 @@ class Island:
     """One part, and what is known of how it moves."""
 
     world: World
-    extension: Extension | None
+    extension: Stabilizer | None
     scene: FixedWorld
     measures: RunMeasurements
     log: EventLog
@@ -304,7 +304,7 @@ class Island:
         other.falling.end()
         if isinstance(self.world, RestingWorld) and isinstance(other.world, RestingWorld):
             self.world.engine.absorb(other.world.engine)
-        if isinstance(self.extension, Absorbs) and other.extension is not None:
+        if isinstance(self.extension, SupportsMerging) and other.extension is not None:
             self.extension.absorb(other.extension)
         self.answers.absorb(other.answers)
         self.steps += other.steps
@@ -319,7 +319,7 @@ class Island:
     def rest(self) -> None:
         """Give its engine back if it is not needed any more."""
         if isinstance(self.world, RestingWorld) and self.resting and not self.to_come:
-            self.world.engine.give_back()
+            self.world.engine.close_engine()
 
 
 def _hits(moment: Moment) -> bool:
@@ -485,7 +485,7 @@ class Islands:
         return len(self.found) > 1
 
     @property
-    def extension(self) -> "Extension | CombinedStabilizer | None":
+    def extension(self) -> "Stabilizer | CombinedStabilizer | None":
         """What is held, and why, of the whole scene."""
         if not self.several:
             return self.found[0].extension

@@ -15,7 +15,7 @@ from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import add, cross, dot, inverse, norm, rotate, scale, subtract, turn_between
 from stability.model import BodyId, BodyState, Brick, ContactPoint, ConvexShape, Plane, Pose, Vec3
 from stability.problem import Contact, Motion, Placed, Tolerances, Verdict
-from stability.stabilizers.rest import RestLimits, times_the_usual
+from stability.stabilizers.rest import RestLimits, relative_size
 from stackdsl.simulation.brick_tracks import NOT_MOVING, BrickTracker
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import NOTABLE_GAIN, Energy, Landing, Onset, Passed, Penetration, Sway, WrongEdges
@@ -440,7 +440,7 @@ class MotionWatch:
 
     def add(self, brick: Brick) -> None:
         """A brick has come."""
-        size = times_the_usual(brick.shape)
+        size = relative_size(brick.shape)
         self._limits[brick.id] = RestLimits().scaled(size, sqrt(size * USUAL_GRAVITY / self.gravity))
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> list[BodyId]:

@@ -13,7 +13,7 @@ from stability.geometry.vectors import dot
 from stability.model import BodyId, BodyState, Vec3
 from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Extension, FeelsHands, FeelsShaking, JudgesLandings, Update
+from stability.stabilizers.protocol import Stabilizer, SupportsHands, SupportsLandings, SupportsShaking, Update
 from stackdsl.simulation.brick_tracks import EventLog
 from stackdsl.simulation.measurements import RunMeasurements
 from stackdsl.trace import Updates
@@ -103,7 +103,7 @@ class UpdateClock:
 class StabilizerDriver:
     """Passes on what the extension freezes and wakes: to the events, to what is measured, and to what falls."""
 
-    extension: Extension | None
+    extension: Stabilizer | None
     world: World
     measures: RunMeasurements
     log: EventLog
@@ -153,35 +153,35 @@ class StabilizerDriver:
 
     def shaken(self, motion: GroundMotion) -> None:
         """The ground begins to shake."""
-        if isinstance(self.extension, FeelsShaking):
+        if isinstance(self.extension, SupportsShaking):
             self.extension.shaken(motion)
             self.judge()
 
     def taken(self, brick: BodyId) -> None:
         """A hand takes a brick."""
-        if isinstance(self.extension, FeelsHands):
+        if isinstance(self.extension, SupportsHands):
             self._tell(self.clock.timed(self.extension.taken, brick))
 
     def held(self, bricks: Collection[BodyId]) -> None:
         """Hands hold bricks at rest."""
-        if isinstance(self.extension, FeelsHands):
+        if isinstance(self.extension, SupportsHands):
             self._hear(self.clock.timed(self.extension.held, bricks))
 
     def handled(self, bricks: Collection[BodyId], reason: str) -> None:
         """Hands may move these bricks by now, and no others."""
-        if isinstance(self.extension, FeelsHands):
+        if isinstance(self.extension, SupportsHands):
             self._tell(self.clock.timed(self.extension.handled, bricks, reason))
 
     def let_go_by_hands(self, bricks: Collection[BodyId], set_down: bool) -> None:
         """Hands let bricks go; `set_down` if they brought them."""
-        if isinstance(self.extension, FeelsHands):
+        if isinstance(self.extension, SupportsHands):
             self._hear(self.clock.timed(self.extension.let_go, bricks, set_down))
             while self.judge():
                 pass
 
     def still_for(self) -> float:
         """How long nothing can move, while nothing can [s]; inf if that is for good."""
-        if not isinstance(self.extension, FeelsShaking):
+        if not isinstance(self.extension, SupportsShaking):
             return inf
         return max(0.0, self.extension.holds_until() - self.world.time())
 
@@ -199,7 +199,7 @@ class StabilizerDriver:
 
     def landed(self, bricks: Collection[BodyId]) -> None:
         """Bricks whose motion was known without an engine have come to rest."""
-        if bricks and isinstance(self.extension, JudgesLandings):
+        if bricks and isinstance(self.extension, SupportsLandings):
             update = self.clock.timed(self.extension.landed, bricks)
             self._hear(update)
             if len(update.frozen) < len(bricks):
@@ -207,7 +207,7 @@ class StabilizerDriver:
 
     def let_go(self) -> None:
         """Something was done, so that some may have been let go in the air."""
-        if isinstance(self.extension, JudgesLandings):
+        if isinstance(self.extension, SupportsLandings):
             self.falling.let_go(self.moving())
 
     def judge(self) -> bool:

@@ -7,7 +7,7 @@ from stability.engines.protocol import EngineSettings, World
 from stability.engines.resized_world import ResizedWorld
 from stability.engines.scene_scale import SceneScale
 from stability.model import Brick
-from stability.stabilizers.protocol import Extension
+from stability.stabilizers.protocol import Stabilizer
 from stability.stabilizers.rest import RestLimits
 from stackdsl.simulation.systems import Method, System
 from stackdsl.timeline import Timeline
@@ -59,7 +59,7 @@ def opened_world(timeline: Timeline, system: System) -> World:
     return world
 
 
-def extension_for(timeline: Timeline, system: System, world: World) -> Extension | None:
+def extension_for(timeline: Timeline, system: System, world: World) -> Stabilizer | None:
     """The extension of a system; nobody else touches the world, so nothing needs to be guarded."""
     scene = timeline.world
     match system.method:

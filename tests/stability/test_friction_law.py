@@ -1,4 +1,4 @@
-"""What two surfaces have on each other, by body, by kind and by pair."""
+"""Friction of two surfaces by body, by kind and by pair."""
 
 from itertools import product
 
@@ -30,11 +30,11 @@ def test_another_rule_makes_another_number_of_two(rule: Rule, expected: float) -
 
 
 @pytest.mark.parametrize(("rule", "coefficient"), list(product(Rule, (0.0, 0.1, 1.0 / 3.0, 1e-300, 1e300))))
-def test_two_surfaces_that_are_alike_have_what_each_of_them_has(rule: Rule, coefficient: float) -> None:
+def test_two_equal_surfaces_have_the_coefficient_of_each(rule: Rule, coefficient: float) -> None:
     assert Friction(0.5, own={"a": coefficient, "b": coefficient}, rule=rule).of("a", "b") == coefficient
 
 
-def test_what_is_said_of_a_pair_counts_before_what_each_has() -> None:
+def test_the_coefficient_of_a_pair_precedes_those_of_its_bricks() -> None:
     law = Friction(0.5, own={"sheet": 0.1}, between={("sheet", "carton"): 0.3, ("ground", "sheet"): 0.7})
     assert law.of("carton", "sheet") == 0.3
     assert law.of("sheet", "box") == 0.1
@@ -49,12 +49,12 @@ def test_the_more_is_said_of_a_pair_by_name_the_more_it_counts() -> None:
     assert [law.of("s1", "s2"), law.of("c1", "c2")] == [0.4, 0.5]
 
 
-def test_what_a_brick_has_counts_before_what_its_kind_has() -> None:
+def test_the_coefficient_of_a_brick_precedes_that_of_its_kind() -> None:
     law = Friction(0.5, own={"sheet": 0.1, "worn": 0.4}, kinds={"worn": "sheet", "new": "sheet"})
     assert [law.of("worn", "box"), law.of("new", "box"), law.of("worn", "new")] == [0.4, 0.1, 0.1]
 
 
-def test_every_coefficient_grows_with_a_factor_and_so_does_what_two_have() -> None:
+def test_a_factor_scales_every_coefficient_and_those_of_pairs() -> None:
     law = Friction(0.5, own={"a": 0.2}, between={("b", "c"): 0.8}, rule=Rule.GEOMETRIC)
     for one, other in (("a", "b"), ("b", "c"), ("c", "d")):
         assert law.times(3.0).of(one, other) == pytest.approx(3.0 * law.of(one, other), rel=1e-12)

@@ -1,4 +1,4 @@
-"""Orders in the graph of who rests on whom."""
+"""Orders of the support graph."""
 
 from stability.graph import carried_by, from_the_top, with_all_above
 

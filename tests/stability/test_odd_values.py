@@ -1,4 +1,4 @@
-"""Whatever a caller gives the public names, the error says in words of the caller what is wrong with it."""
+"""Errors of the public names for wrong values, in terms of the caller."""
 
 import traceback
 from collections.abc import Callable
@@ -48,7 +48,7 @@ def standing(**site: object) -> Assembly:
     return assembly
 
 
-# What takes an odd value, each in one place.
+# Calls with one odd value each.
 CALLS: dict[str, Callable[..., object]] = {
     "planes": lambda odd: standing(planes=odd),
     "plane": lambda odd: standing(planes=[odd]),
@@ -122,7 +122,7 @@ CALLS: dict[str, Callable[..., object]] = {
 
 
 def refusal(call: str, odd: object) -> Exception | None:
-    """The error that a call raises; None where it takes what it is given."""
+    """Return the error of a call; None if it accepts its arguments."""
     try:
         CALLS[call](odd)
     except (TypeError, ValueError, LookupError) as error:
@@ -131,7 +131,7 @@ def refusal(call: str, odd: object) -> Exception | None:
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_an_odd_value_is_taken_or_refused_in_words_of_its_own(call: str) -> None:
+def test_an_odd_value_is_accepted_or_rejected_with_a_specific_error(call: str) -> None:
     errors = [error for odd in ODD if (error := refusal(call, odd)) is not None]
     assert errors
     for error in errors:
@@ -164,7 +164,7 @@ def test_a_solid_beyond_all_measure_is_refused(scale: float) -> None:
         ("tolerance", 0.0, "the tolerance is 0.0; write a share of the limit"),
     ],
 )
-def test_the_error_says_what_is_wrong_and_what_to_write(call: str, odd: object, message: str) -> None:
+def test_the_error_states_the_problem_and_the_remedy(call: str, odd: object, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         CALLS[call](odd)
 

@@ -31,7 +31,7 @@ SEEN = """
 
 
 def told(script: str, threads: str) -> str:
-    """What a script prints in a process of its own, in an environment that asks for so many threads."""
+    """Return the output of a script in a new process whose environment sets this number of threads."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": threads}
     code = dedent(SEEN) + dedent(script)
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
@@ -129,7 +129,7 @@ def test_a_mistake_meanwhile_changes_nothing_of_that() -> None:
 
 
 @pytest.mark.parametrize("own", [0, SELDOM + 1])
-def test_whoever_has_it_look_as_seldom_or_not_at_all_is_left_so(own: int) -> None:
+def test_a_lower_or_disabled_frequency_of_collection_is_kept(own: int) -> None:
     gc.set_threshold(own, 7, 9)
     with rarely_collected():
         assert gc.get_threshold() == (own, 7, 9)

@@ -1,4 +1,4 @@
-"""The public names of the package: each is documented, and none is loaded before it is asked for."""
+"""Public names of the package: each is documented, and loaded only at its first use."""
 
 import ast
 import inspect
@@ -35,7 +35,7 @@ def test_statics_and_both_extensions_load_no_engine() -> None:
 
 
 @pytest.mark.parametrize("name", stability.__all__)
-def test_every_public_name_says_what_it_is(name: str) -> None:
+def test_every_public_name_is_documented(name: str) -> None:
     found = getattr(stability, name)
     written = inspect.getdoc(found) or ""
     assert written, f"{name} has no docstring"

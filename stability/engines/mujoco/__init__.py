@@ -1,1 +1,1 @@
-"""MuJoCo behind the protocols of `stability.engines.protocol`; nothing outside of this package knows the engine."""
+"""MuJoCo behind the protocols of `stability.engines.protocol`; no code outside this package uses the engine."""

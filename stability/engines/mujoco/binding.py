@@ -1,4 +1,4 @@
-"""The one file that imports mujoco; the rest of the package has it from here."""
+"""The only module that imports mujoco."""
 
 import mujoco
 
@@ -6,7 +6,7 @@ __all__ = ["mujoco"]
 
 
 def _silent(message: str) -> None:
-    """By default a warning goes into a file beside whatever its user is working on. Worlds count them instead."""
+    """Suppress the log file that MuJoCo writes into the working directory; worlds count the warnings instead."""
 
 
 mujoco.set_mju_user_warning(_silent)

@@ -1,4 +1,4 @@
-"""A scene of MuJoCo as plain values: its bodies, and what these are made of, as MuJoCo has compiled them."""
+"""Compiled MuJoCo scene as plain values: bodies with joints, geoms and masses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from stability.model import Quaternion, Vec3
 
 @dataclass(frozen=True, slots=True)
 class CompiledGeom:
-    """A shape of a body, in the frame of that body, in SI units."""
+    """Shape of a body, in the frame of the body, in SI units."""
 
     kind: str  # such as `box`, `mesh`, `plane`
     size: Vec3  # half the sides of a box
@@ -23,7 +23,7 @@ class CompiledGeom:
 
 @dataclass(frozen=True, slots=True)
 class CompiledBody:
-    """A body, in the frame of what it is in, in SI units."""
+    """Body, in the frame of its parent, in SI units."""
 
     joints: tuple[str, ...]  # such as `free`, `hinge`
     geoms: Sequence[CompiledGeom]
@@ -34,9 +34,9 @@ class CompiledBody:
 
 
 def compiled_scene(xml: str, files: Mapping[str, bytes]) -> list[CompiledBody]:
-    """The bodies of a scene, the world first, in the order of the file; `files` are those of meshes, by name.
+    """Compile a scene and return its bodies, the world first, in file order; `files` are mesh files by name.
 
-    Raises ValueError for what MuJoCo does not load, in its words.
+    Raises ValueError with MuJoCo's message if it cannot load the scene.
     """
     model = mujoco.MjSpec.from_string(xml, assets=dict(files)).compile()
     return [_body(model, number) for number in range(model.nbody)]

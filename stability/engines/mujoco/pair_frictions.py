@@ -1,8 +1,8 @@
-"""Friction that differs from pair to pair, in the terms of MuJoCo: priorities, and pairs that are named one by one.
+"""Friction by pair in MuJoCo: priorities of geoms, and explicit pairs.
 
-Of two shapes the one with the higher priority says what friction they have, and of two with the same the larger
-coefficient counts. So the lower of two is had by priorities, the smoother the higher. What they do not give is said of
-the pair itself: that gives anything, at a price that grows with the number of pairs.
+The geom with the higher priority sets the friction of two geoms; with equal priorities the larger coefficient counts.
+So a law that takes the lower coefficient needs priorities that rise with smoothness. Explicit pairs set all other
+coefficients, at a cost that grows with their number.
 """
 
 from collections import defaultdict
@@ -13,12 +13,12 @@ from itertools import combinations_with_replacement
 from stability.contact_law import Friction, Surface
 from stability.model import BodyId, Plane
 
-ON_PLANES = 1  # the priority of planes: what has friction of its own has a higher one, all else a lower one
+ON_PLANES = 1  # priority of planes: bricks with their own friction have a higher one, other bricks a lower one
 
 
 @dataclass(frozen=True, slots=True)
-class Rubbing:
-    """What MuJoCo is told of one shape."""
+class GeomFriction:
+    """Friction and priority of a geom."""
 
     friction: float
     priority: int = 0
@@ -26,53 +26,58 @@ class Rubbing:
 
 @dataclass(frozen=True, slots=True)
 class PairFrictions:
-    """What is told of each shape, and of which pairs something else."""
+    """Friction of all geoms, and the explicit pairs."""
 
-    shapes: Mapping[BodyId, Rubbing]
+    shapes: Mapping[BodyId, GeomFriction]
     pairs: Sequence[tuple[BodyId, BodyId, float]]
 
 
 def pair_frictions(law: Friction, planes: Collection[Plane], bricks: Sequence[BodyId]) -> PairFrictions:
-    """How bricks and planes have the frictions of a law."""
-    told: dict[BodyId, Rubbing] = {plane.id: Rubbing(plane.friction, ON_PLANES) for plane in planes}
+    """Return the friction of geoms and pairs that gives bricks and planes the coefficients of a law."""
+    geoms: dict[BodyId, GeomFriction] = {plane.id: GeomFriction(plane.friction, ON_PLANES) for plane in planes}
     if not law.differs:
-        return PairFrictions(told | dict.fromkeys(bricks, Rubbing(law.usual)), ())
-    alike: dict[Surface, list[BodyId]] = defaultdict(list)
+        return PairFrictions(geoms | dict.fromkeys(bricks, GeomFriction(law.usual)), ())
+    by_surface: dict[Surface, list[BodyId]] = defaultdict(list)
     for brick in bricks:
-        alike[law.surface_of(brick)].append(brick)
-    smoothest_last = sorted({surface.own for surface in alike if surface.own is not None}, reverse=True)
-    for surface, members in alike.items():
-        rubbing = Rubbing(law.usual)
+        by_surface[law.surface_of(brick)].append(brick)
+    smoothest_last = sorted({surface.own for surface in by_surface if surface.own is not None}, reverse=True)
+    for surface, members in by_surface.items():
+        rubbing = GeomFriction(law.usual)
         if surface.own is not None:
-            rubbing = Rubbing(surface.own, ON_PLANES + 1 + smoothest_last.index(surface.own))
-        told |= dict.fromkeys(members, rubbing)
-    groups = list(alike.values())
-    return PairFrictions(told, [*_between(law, groups, told), *_on_planes(law, groups, planes, told)])
+            rubbing = GeomFriction(surface.own, ON_PLANES + 1 + smoothest_last.index(surface.own))
+        geoms |= dict.fromkeys(members, rubbing)
+    groups = list(by_surface.values())
+    return PairFrictions(geoms, [*_between(law, groups, geoms), *_on_planes(law, groups, planes, geoms)])
 
 
 def _between(
-    law: Friction, groups: Sequence[Sequence[BodyId]], told: Mapping[BodyId, Rubbing]
+    law: Friction, groups: Sequence[Sequence[BodyId]], geoms: Mapping[BodyId, GeomFriction]
 ) -> Iterator[tuple[BodyId, BodyId, float]]:
     for ones, others in combinations_with_replacement(groups, 2):
         if ones is others and len(ones) == 1:
             continue
-        asked = law.of(ones[0], others[-1])
-        if asked != _had(told[ones[0]], told[others[-1]]):
-            yield from ((one, other, asked) for one in ones for other in others if ones is not others or one < other)
+        requested = law.of(ones[0], others[-1])
+        if requested != _combined(geoms[ones[0]], geoms[others[-1]]):
+            yield from (
+                (first, second, requested)
+                for first in ones
+                for second in others
+                if ones is not others or first < second
+            )
 
 
 def _on_planes(
-    law: Friction, groups: Sequence[Sequence[BodyId]], planes: Collection[Plane], told: Mapping[BodyId, Rubbing]
+    law: Friction, groups: Sequence[Sequence[BodyId]], planes: Collection[Plane], geoms: Mapping[BodyId, GeomFriction]
 ) -> Iterator[tuple[BodyId, BodyId, float]]:
     for plane in planes:
         for members in groups:
-            asked = law.on(members[0], plane)
-            if asked != _had(told[plane.id], told[members[0]]):
-                yield from ((plane.id, brick, asked) for brick in members)
+            requested = law.on(members[0], plane)
+            if requested != _combined(geoms[plane.id], geoms[members[0]]):
+                yield from ((plane.id, brick, requested) for brick in members)
 
 
-def _had(one: Rubbing, other: Rubbing) -> float:
-    """What MuJoCo makes of two."""
-    if one.priority == other.priority:
-        return max(one.friction, other.friction)
-    return max(one, other, key=lambda rubbing: rubbing.priority).friction
+def _combined(first: GeomFriction, second: GeomFriction) -> float:
+    """Return the coefficient that MuJoCo uses for two geoms."""
+    if first.priority == second.priority:
+        return max(first.friction, second.friction)
+    return max(first, second, key=lambda rubbing: rubbing.priority).friction

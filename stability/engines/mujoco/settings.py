@@ -1,4 +1,4 @@
-"""How MuJoCo steps; no engine is needed to say so."""
+"""Settings of MuJoCo; importing them does not import the engine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -11,16 +11,18 @@ from stability.model import Vec3
 
 @dataclass(frozen=True, kw_only=True)
 class MuJoCoSettings(EngineSettings):
-    """The contacts of MuJoCo are springs, and may overlap a little."""
+    """Settings of MuJoCo, whose contacts are springs that overlap slightly."""
 
     package: ClassVar[Package] = Package("mujoco", "pip install 'stackdsl[mujoco]'")
     world: ClassVar[str] = "stability.engines.mujoco.world:MuJoCoWorld"
 
     iterations: int  # of the contact solver, per step, at most
-    contact_time: float  # [s] of the spring of a contact (the first of `solref`), which is damped critically
-    impedance_range: Vec3  # of a contact: without overlap, with some, and with how much [m] (the first of `solimp`)
-    friction_impedance: float  # of friction, in units of that of the normal: the more, the less a contact creeps
-    tolerance: float  # of the solver, which stops at it
+    contact_time: float  # [s] time constant of a contact's critically damped spring (first value of `solref`)
+    impedance_range: (
+        Vec3  # of a contact: at no overlap, at full overlap, and that overlap [m] (first values of `solimp`)
+    )
+    friction_impedance: float  # relative to that of the normal force: contacts creep less with a larger value
+    tolerance: float  # at which the solver stops
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"
@@ -32,7 +34,7 @@ class MuJoCoSettings(EngineSettings):
         return replace(super().refined(), iterations=2 * self.iterations)
 
     def scaled(self, scene: SceneScale) -> Self:
-        """As of every engine; springs take as many steps as ever, and overlaps are the same share of a brick."""
+        """Adapt as for every engine; contact times scale with the time step, overlaps with the median brick."""
         free, full, overlap = self.impedance_range
         return replace(
             super().scaled(scene),

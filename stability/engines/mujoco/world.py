@@ -1,4 +1,4 @@
-"""A MuJoCo world, in which bricks can be joined into rigid groups."""
+"""MuJoCo world, in which bricks can be welded into rigid groups."""
 
 from collections.abc import Collection, Container, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
@@ -8,16 +8,15 @@ from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.dynamics.rigid_group import RigidGroup, grouped, member_state
 from stability.engines.bodies import OwnBodies
-from stability.engines.mujoco.model import MjBody, MjScene, Model, made
+from stability.engines.mujoco.model import MjBody, MjScene, Model, build_model
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.pressing import Presses
 from stability.engines.protocol import PrescribedMotion, StepClock
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
-# The bodies of a MuJoCo world, through all models that are made of them.
+# The bodies of a MuJoCo world, across its models.
 #
-# A model cannot be changed, so what it knows is taken over when something else changes, and another is made when it is
-# needed.
+# A model cannot be changed. So a change copies the states out of the model, and the next use builds a new one.
 
 
 CENTRED = Pose((0.0, 0.0, 0.0))
@@ -25,48 +24,48 @@ CENTRED = Pose((0.0, 0.0, 0.0))
 
 @dataclass
 class RemadeBodies:
-    """Bricks and groups of bricks, each with its state."""
+    """Bricks and welded groups with their states."""
 
     settings: MuJoCoSettings
     gravity: float  # [m/s2], along -z
     friction: GivenFriction  # of brick on brick
     own: OwnBodies
-    _bodies: dict[BodyId, MjBody] = field(default_factory=dict, init=False)  # as they were when the model was made
+    _bodies: dict[BodyId, MjBody] = field(default_factory=dict, init=False)  # as of the creation of the model
     _groups: dict[BodyId, tuple[BodyId, RigidGroup]] = field(default_factory=dict, init=False)  # by joined brick
-    _model: Model | None = field(default=None, init=False)  # None when it has to be made anew
+    _model: Model | None = field(default=None, init=False)  # None after a change
 
     def model(self) -> Model:
-        """A model of all that is there."""
+        """Return the model of all bodies and planes."""
         if self._model is None:
             planes = list(self.own.planes.values())
-            self._model = made(MjScene(self.settings, self.gravity, self.friction, planes, self._bodies))
+            self._model = build_model(MjScene(self.settings, self.gravity, self.friction, planes, self._bodies))
         return self._model
 
     def take_over(self) -> None:
-        """Take over what the model knows, before it is made anew."""
+        """Copy the states out of the model, and drop it."""
         if self._model is not None:
             for name in self._model.free:
                 self._bodies[name] = replace(self._bodies[name], state=self._model.state(name))
             self._model = None
 
     def add(self, brick: Brick, state: BodyState) -> None:
-        """Let a brick come."""
+        """Add a brick."""
         self.take_over()
         self._bodies[brick.id] = MjBody(((brick, CENTRED),), state)
 
     def remove(self, brick: BodyId) -> None:
-        """Let a brick go, parted from all others."""
+        """Unweld a brick and remove it."""
         self.part_from_others(brick)
         self.take_over()
         del self._bodies[brick]
 
     def put(self, brick: BodyId, state: BodyState, held: bool) -> None:
-        """Put a brick somewhere, or hold it there."""
+        """Set the state of a brick, and whether it is frozen."""
         self.take_over()
         self._bodies[brick] = replace(self._bodies[brick], state=state, held=held)
 
     def carry(self, bricks: Container[BodyId]) -> None:
-        """Let somebody outside carry these from now on, and no others."""
+        """Replace the set of carried bricks."""
         changed = [name for name, body in self._bodies.items() if body.carried != (name in bricks)]
         if changed:
             self.take_over()
@@ -74,11 +73,11 @@ class RemadeBodies:
             self._bodies[name] = replace(self._bodies[name], carried=name in bricks)
 
     def holds(self, brick: BodyId) -> bool:
-        """Whether a brick is held by itself."""
+        """Check that a brick is frozen and in no group."""
         return brick in self._bodies and self._bodies[brick].held
 
     def state(self, body: BodyId) -> BodyState:
-        """Pose and motion of a brick or a plane."""
+        """Return pose and motion of a brick or a plane."""
         if body in self.own.planes:
             return BodyState(Pose(self.own.planes[body].point_W))
         if body in self._groups:
@@ -88,12 +87,12 @@ class RemadeBodies:
             return self._model.state(body)
         return self._bodies[body].state
 
-    def fellows(self, brick: BodyId) -> Collection[BodyId]:
-        """The bricks of the group that a brick is in; none if it is by itself."""
+    def group_members(self, brick: BodyId) -> Collection[BodyId]:
+        """Return the bricks of a brick's group; none for a single brick."""
         return self._groups[brick][1].bricks.keys() if brick in self._groups else ()
 
     def weld(self, bricks: Collection[BodyId]) -> None:
-        """Let bricks that are held be one body from now on, at rest."""
+        """Weld frozen bricks into one body, at rest."""
         group = grouped((self.own.bricks[brick], self.state(brick).pose) for brick in bricks)
         self.take_over()
         for brick in group.bricks:
@@ -104,7 +103,7 @@ class RemadeBodies:
         self._groups |= dict.fromkeys(group.bricks, (name, group))
 
     def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """Let all that a brick is joined to be bodies by themselves; these are they."""
+        """Split the group of a brick into single bodies; return their names."""
         name, group = self._groups[brick]
         states = {member: self.state(member) for member in group.bricks}
         self.take_over()
@@ -115,17 +114,14 @@ class RemadeBodies:
         return tuple(states)
 
     def part_from_others(self, brick: BodyId) -> None:
-        """Part a brick from what it is joined to, if it is."""
+        """Unweld the group of a brick, if it is in one."""
         if brick in self._groups:
             self.unweld(brick)
 
 
-# A MuJoCo world of one's own; bricks can be joined in it, to move as one rigid body.
-
-
 @dataclass
 class MuJoCoWorld:
-    """A world of its own for bricks and planes; `opened` makes it."""
+    """MuJoCo world of bricks and planes; create it by `opened`."""
 
     settings: MuJoCoSettings
     own: OwnBodies
@@ -133,13 +129,13 @@ class MuJoCoWorld:
     clock: StepClock
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     presses: Presses = field(default_factory=Presses, init=False)
-    _stepped: Model | None = field(default=None, init=False)  # the one that took the last step
+    _stepped: Model | None = field(default=None, init=False)  # model of the last step
 
     @classmethod
     def opened(
         cls, settings: MuJoCoSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
     ) -> Self:
-        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
+        """Open an empty world with gravity [m/s2] along -z; `heaviest` has no effect."""
         own = OwnBodies()
         return cls(settings, own, RemadeBodies(settings, gravity, friction, own), StepClock(settings))
 
@@ -157,7 +153,7 @@ class MuJoCoWorld:
         self.clock.set_max_speed(fastest)
 
     def substep_next_contact(self) -> None:
-        """No step is split for it: the settings were chosen without."""
+        """Do nothing: the settings need no sub-steps for new contacts."""
 
     def masses(self) -> Mapping[BodyId, float]:
         return self.own.masses
@@ -169,7 +165,7 @@ class MuJoCoWorld:
         return self.own.shape(body)
 
     def step(self) -> None:
-        self.bodies.carry({name for name, each in self.prescribed.guided.items() if each.carried})
+        self.bodies.carry({name for name, motion in self.prescribed.guided.items() if motion.carried})
         self._stepped = self.bodies.model()
         self._stepped.pull(self.bodies.gravity, self.prescribed.acceleration_W)
         parts = self.clock.pass_step()
@@ -180,12 +176,12 @@ class MuJoCoWorld:
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         points = self._stepped.contacts(brick) if self._stepped is not None else ()
-        there = self.own.bricks.keys() | self.own.planes.keys()
-        return [point for point in points if point.a in there and point.b in there]
+        bodies = self.own.bricks.keys() | self.own.planes.keys()
+        return [point for point in points if point.a in bodies and point.b in bodies]
 
     def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        boxes, fellows = self.bodies.model().bounds(planes=len(self.own.planes)), self.bodies.fellows(brick)
-        return [other for other in self.own.neighbours(brick, boxes, within) if other not in fellows]
+        boxes, group_members = self.bodies.model().bounds(planes=len(self.own.planes)), self.bodies.group_members(brick)
+        return [other for other in self.own.neighbours(brick, boxes, within) if other not in group_members]
 
     def add_plane(self, plane: Plane) -> None:
         self.bodies.take_over()
@@ -203,8 +199,8 @@ class MuJoCoWorld:
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         self.set_state(brick, pushed(self.bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
 
-    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
-        self.presses.apply_forces(self.own.bricks[brick], self.bodies.state(brick), pressed)
+    def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
+        self.presses.apply_forces(self.own.bricks[brick], self.bodies.state(brick), forces)
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
         self.bodies.part_from_others(brick)

@@ -1,7 +1,7 @@
-"""PyBullet behind the protocols of `stability.engines.protocol`; nothing outside of this package knows the engine.
+"""PyBullet behind the protocols of `stability.engines.protocol`; no code outside this package uses the engine.
 
-`PyBulletBodies` attaches to a client that somebody else runs. `PyBulletWorld` runs one of its own. The engine is
-imported with the first of them, not with the settings.
+`PyBulletBodies` attaches to a client that the caller runs. `PyBulletWorld` runs its own. Either of them imports the
+engine; the settings do not.
 """
 
 from importlib import import_module

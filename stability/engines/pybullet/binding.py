@@ -1,4 +1,4 @@
-"""The one file that imports pybullet; the rest of the package has it from here."""
+"""The only module that imports pybullet."""
 
 import os
 from collections.abc import Iterator
@@ -9,15 +9,15 @@ __all__ = ["pybullet"]
 
 @contextmanager
 def _silent_stderr() -> Iterator[None]:
-    """PyBullet greets with its build time, from C, into whatever its user is printing."""
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
+    """Suppress the build time that PyBullet prints from C when it is imported."""
+    stderr_copy, devnull = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(devnull, 2)
     try:
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
+        os.dup2(stderr_copy, 2)
+        os.close(stderr_copy)
+        os.close(devnull)
 
 
 with _silent_stderr():

@@ -1,4 +1,4 @@
-"""Friction in PyBullet: Coulomb's cone for leaning bricks, and coefficients by pair."""
+"""Friction in PyBullet: coefficients by pair, and Coulomb's cone for leaning bricks."""
 
 import itertools
 from collections import defaultdict
@@ -12,86 +12,86 @@ import numpy as np
 from stability.engines.protocol import FrictionRecord, WrongFriction
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import BrickBodies
-from stability.engines.pybullet.contacts import find_contacts_anew
+from stability.engines.pybullet.contacts import refresh_contacts
 from stability.engines.pybullet.groups import JoinedGroups
 from stability.geometry.vectors import add_scaled, norm, scale, subtract
 from stability.model import BodyId, Vec3
 
-# Friction that differs from pair to pair, in an engine that knows one factor a body.
+# Friction coefficients by pair, in an engine with one factor per body.
 #
-# PyBullet multiplies the factors of two bodies that touch. So the factors of all that touches just now are chosen such
-# that their products are the coefficients asked for: in logarithms, one linear equation a contact. Stacks have such
-# factors, since each body brings an unknown of its own. Where more touches than that, as in a ring of bodies, there may
-# be none; then the contacts that are pressed most come nearest to theirs, and how far off the worst is can be told.
-# Factors are chosen anew whenever others touch, right before the step in which they do.
+# PyBullet multiplies the factors of two touching bodies. So the factors of all touching bodies are chosen such that
+# their products are the requested coefficients: in logarithms, one linear equation per contact. Stacks have a solution,
+# as each body adds an unknown. With more contacts, as in a ring of bodies, there may be none; then weighted least
+# squares favour the contacts with the largest forces, and the largest error is recorded. The factors are solved again
+# right before each step with new contacts.
 
 
-Pair: TypeAlias = tuple[BodyId, BodyId]  # by name, the first before the second
+Pair: TypeAlias = tuple[BodyId, BodyId]  # sorted by name
 
 SMOOTH = 1e-6  # stands for no friction, which has no logarithm
-UNPRESSED = 1e-4  # the weight of a contact that is not pressed, against the one that is pressed most
-LOATH = 1e-3  # times as easily the factor of a body is changed that has one
-SAME = 1e-5  # of a logarithm: what is to change by less is let be
-COUNTS = 0.01  # share of the force that presses most: of what is pressed less, a wrong friction is not told
-WRONG, LEAST = 1e-3, 0.01  # share of a coefficient, or of this one where it is less
-EVERY = 8  # steps between choices where not all can have what is asked, as what presses on what may have changed
-MOST = 10.0  # the largest coefficient that PyBullet has
+UNPRESSED = 1e-4  # weight of a contact without force, relative to the contact with the largest force
+LOATH = 1e-3  # scale of changes to factors that already satisfy a pair, relative to others
+SAME = 1e-5  # a factor whose logarithm would change by less stays
+COUNTS = 0.01  # contacts with less than this share of the largest force record no friction error
+WRONG, LEAST = 1e-3, 0.01  # recorded relative error, and the least coefficient that it refers to
+EVERY = 8  # steps between solutions while some coefficients are wrong, as the forces may have changed
+MOST = 10.0  # PyBullet's largest coefficient
 
 
 @dataclass
 class PairFriction:
-    """Gives the bodies of one world their factors before each step, where more is asked than one coefficient."""
+    """Sets the friction factors of a world's bodies before each step, if the law has several coefficients."""
 
     bricks: BrickBodies
     groups: JoinedGroups
-    _given: dict[int, float] = field(default_factory=dict, init=False)  # by body of the client
-    _met: frozenset[Pair] = field(default=frozenset(), init=False)  # what touched when factors were chosen last
-    _solved: frozenset[Pair] = field(default=frozenset(), init=False)  # those of them that have what was asked
+    _factors: dict[int, float] = field(default_factory=dict, init=False)  # by body of the client
+    _touching: frozenset[Pair] = field(default=frozenset(), init=False)  # pairs in contact at the last solution
+    _solved: frozenset[Pair] = field(default=frozenset(), init=False)  # pairs with the requested coefficient
     _steps_to_look: int = field(default=0, init=False)
 
-    def suit(self, record: FrictionRecord) -> None:
-        """Let all that touches in the coming step rub as it should, and note what cannot."""
+    def update(self, record: FrictionRecord) -> None:
+        """Set the factors for the contacts of the next step, and record the largest error."""
         if not self.bricks.maker.law.differs:
             return
         pressing = self._pressing()
         pairs = frozenset(pressing)
         wrong, self._steps_to_look = bool(pairs - self._solved), self._steps_to_look - 1
         made = any(self._is_new(name) for pair in pairs for name in pair)
-        if pairs - self._met or made or (wrong and self._steps_to_look <= 0):
-            self._steps_to_look, self._met = EVERY, pairs
+        if pairs - self._touching or made or (wrong and self._steps_to_look <= 0):
+            self._steps_to_look, self._touching = EVERY, pairs
             self._solve(pressing, record)
 
     def _pressing(self) -> Mapping[Pair, float]:
-        """What touches as things are now, and how it pressed in the last step [engine N]."""
+        """Return the pairs in contact now, with their normal forces in the last step [engine N]."""
         client, names = self.bricks.bodies.client, self.bricks.bodies.names
         pressing: dict[Pair, float] = defaultdict(float)
         before: dict[Pair, float] = defaultdict(float)
-        for found in (before, pressing):
+        for forces in (before, pressing):
             for point in pybullet.getContactPoints(physicsClientId=client) or ():
                 a, b = names[point[1]], names[point[2]]
-                found[min(a, b), max(a, b)] += point[9]
-            if found is before:
+                forces[min(a, b), max(a, b)] += point[9]
+            if forces is before:
                 pybullet.performCollisionDetection(client)
-        still = self._held(pressing)
-        return {pair: max(pressing[pair], before[pair]) for pair in sorted(pressing) if not still.issuperset(pair)}
+        immobile = self._held(pressing)
+        return {pair: max(pressing[pair], before[pair]) for pair in sorted(pressing) if not immobile.issuperset(pair)}
 
     def _held(self, pairs: Iterable[Pair]) -> set[BodyId]:
-        """What never moves, or does not just now, of these: two such need no friction."""
+        """Return the fixed and frozen bodies of these pairs; two such bodies need no friction."""
         names = {name for pair in pairs for name in pair}
         planes = self.bricks.own.planes.keys()
         return {name for name in names if name in planes or self.bricks.bodies.mass(name) == 0.0}
 
     def _of(self, name: BodyId) -> list[int]:
-        """The bodies that stand for one: a plane may be two."""
+        """Return the numbers of a body's engine bodies: a plane may have two."""
         bodies = self.bricks.bodies
         if name in self.bricks.own.planes:
-            return [number for number, called in bodies.names.items() if called == name]
+            return [number for number, body in bodies.names.items() if body == name]
         return [bodies.numbers[name]]
 
     def _solve(self, pressing: Mapping[Pair, float], record: FrictionRecord) -> None:
-        """Choose factors for all that touches, as few others as can be."""
+        """Solve for the factors of all touching bodies, with as few changes as possible."""
         pairs, names = list(pressing), sorted({name for pair in pressing for name in pair})
-        asked = np.array(list(itertools.starmap(self.asked, pairs)))
+        requested = np.array(list(itertools.starmap(self.requested_coefficient, pairs)))
         weights = np.maximum(
             np.array(list(pressing.values())) / (max(pressing.values(), default=0.0) or 1.0), UNPRESSED
         )
@@ -102,71 +102,71 @@ class PairFriction:
         settled = {name for pair in self._solved for name in pair}
         ease = np.array([LOATH if name in settled and not self._is_new(name) else 1.0 for name in names])
         before = np.log([self._factor(name) for name in names])
-        away = np.log(np.clip(asked, SMOOTH, MOST)) - rows @ before
-        change = ease * np.linalg.lstsq(rows * ease * weights[:, None], away * weights)[0]
+        error = np.log(np.clip(requested, SMOOTH, MOST)) - rows @ before
+        change = ease * np.linalg.lstsq(rows * ease * weights[:, None], error * weights)[0]
         stay = (np.abs(change) <= SAME) & [not self._is_new(name) for name in names]
-        found = np.where(stay, before, before + change)
+        logarithms = np.where(stay, before, before + change)
         for name in itertools.compress(names, ~stay):
-            self._give(name, exp(found[column[name]]))
-        # A point that is there keeps the friction that it began with.
+            self._give(name, exp(logarithms[column[name]]))
+        # An existing contact point keeps its initial friction.
         touched = {name for pair, row in zip(pairs, rows, strict=True) if (row[~stay] > 0.0).any() for name in pair}
-        find_contacts_anew(self.bricks, sorted(touched - self.bricks.own.planes.keys()))
-        had = np.exp(rows @ found)
-        wrong = np.abs(had - asked) > WRONG * np.maximum(asked, LEAST)
+        refresh_contacts(self.bricks, sorted(touched - self.bricks.own.planes.keys()))
+        actual = np.exp(rows @ logarithms)
+        wrong = np.abs(actual - requested) > WRONG * np.maximum(requested, LEAST)
         self._solved = frozenset(itertools.compress(pairs, ~wrong))
         for row in np.flatnonzero(wrong & (weights >= COUNTS)).tolist():
             time = self.bricks.stepper.time
-            record.note(WrongFriction(*pairs[row], asked=float(asked[row]), had=float(had[row]), time=time))
+            record.note(WrongFriction(*pairs[row], float(requested[row]), float(actual[row]), time))
 
     def _factor(self, name: BodyId) -> float:
-        """The factor that a body has."""
+        """Return the current factor of a body."""
         planes, usual = self.bricks.own.planes, self.bricks.maker.own_friction()
         as_made = max(planes[name].friction / usual, SMOOTH) if name in planes else usual
-        return self._given.get(self._of(name)[0], as_made)
+        return self._factors.get(self._of(name)[0], as_made)
 
     def _is_new(self, name: BodyId) -> bool:
-        """Whether some body that stands for this one was made after factors were given."""
-        return any(number not in self._given for number in self._of(name))
+        """Check that an engine body of this body has no factor yet."""
+        return any(number not in self._factors for number in self._of(name))
 
     def _give(self, name: BodyId, factor: float) -> None:
         for number in self._of(name):
-            self._given[number] = factor
+            self._factors[number] = factor
             pybullet.changeDynamics(number, -1, lateralFriction=factor, physicsClientId=self.bricks.bodies.client)
 
-    def asked(self, one: BodyId, other: BodyId) -> float:
-        """The coefficient that two bodies should have; of a group, the least of its bricks."""
+    def requested_coefficient(self, first: BodyId, second: BodyId) -> float:
+        """Return the requested coefficient of two bodies; of a group, the smallest of its bricks."""
         law, planes = self.bricks.maker.law, self.bricks.own.planes
-        if one in planes:
-            one, other = other, one
-        ones, others = self.groups.bricks_in(one), self.groups.bricks_in(other)
-        if other in planes:
-            return min(law.on(brick, planes[other]) for brick in ones)
-        return min(law.of(brick, on) for brick in ones for on in others)
+        if first in planes:
+            first, second = second, first
+        first_bricks, second_bricks = self.groups.bricks_in(first), self.groups.bricks_in(second)
+        if second in planes:
+            return min(law.on(brick, planes[second]) for brick in first_bricks)
+        return min(law.of(brick, on) for brick in first_bricks for on in second_bricks)
 
 
-# Limits the friction on leaning bricks to Coulomb's cone.
+# Coulomb's cone for the friction on leaning bricks.
 #
-# PyBullet has two friction forces at a contact point, along the sliding and across it, and each may be as strong as
-# Coulomb allows by itself. Where nothing slides, "along" is the direction of whatever noise there is, and a ladder or
-# an inverted V can stand with up to 1.4 times the friction that there is. A speed far below all that anybody sees, but
-# far above the noise, turns "along" to where the load pulls; if the cone does not hold it then, it slips.
+# PyBullet has two friction forces at a contact point, along the sliding direction and across it, each limited by
+# Coulomb's law alone. Without sliding the direction is random noise, and a ladder or an inverted V can stand on up to
+# 1.4 times the true friction. An invisibly small velocity far above the noise aligns the direction with the load; if
+# the cone cannot carry the load then, the brick slips.
 
 
-BEYOND = 1.005  # times as much friction as the cone allows: less is let be
-NUDGE = 1e-5  # [engine m/s] a micrometre a second for KAPLA planks; what stands trembles at a tenth of that, or less
+BEYOND = 1.005  # tolerated ratio of the friction to its limit
+NUDGE = 1e-5  # [engine m/s] a micrometre a second for KAPLA planks; resting bricks vibrate at a tenth of it or less
 NOTHING: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
 class FrictionCones:
-    """Lets bricks with rounded edges slip as soon as Coulomb does, if the settings say so."""
+    """Makes bricks with rounded edges slip at Coulomb's limit, if the settings require it."""
 
     bricks: BrickBodies
     pairs: PairFriction
     _steps_to_look: int = field(default=EVERY, init=False)
 
     def look(self) -> None:
-        """Look after a step, if it is time to."""
+        """Check the friction after every `EVERY` steps."""
         self._steps_to_look -= 1
         if self.bricks.maker.settings.friction_cones and self._steps_to_look <= 0:
             self._steps_to_look = EVERY
@@ -174,23 +174,23 @@ class FrictionCones:
                 self._let_slip()
 
     def _let_slip(self) -> None:
-        """Nudge every brick that leans at rest and is held by too much, against what holds it."""
+        """Give every leaning brick with too large friction a small velocity against the excess."""
         bodies = self.bricks.bodies
         for name in sorted(self.bricks.rounded & bodies.numbers.keys(), key=bodies.numbers.__getitem__):
             too_much_W = self._held_beyond(name)
-            strength = norm(too_much_W)  # 0 also of forces whose squares are: those hold nothing
+            strength = norm(too_much_W)  # may underflow to 0 for forces that are too small to matter
             if strength > 0.0 and not self.bricks.holds(name):
                 velocity, angular_velocity = bodies.raw_motion(name)
                 slips = add_scaled(velocity, -NUDGE / strength, too_much_W)
                 bodies.set_raw_motion(name, slips, angular_velocity)
 
     def _held_beyond(self, name: BodyId) -> Vec3:
-        """The sum of the friction forces on a brick that are outside of their cones [engine N]."""
+        """Return the sum of the friction forces on a brick that are outside their cones [engine N]."""
         total_W = NOTHING
         for point in self.bricks.bodies.raw_contacts(name):
-            normal_force, along, way, across, other_way = point[9:14]
-            friction = self.pairs.asked(name, self.bricks.bodies.names[point[2]])
+            normal_force, along, direction, across, cross_direction = point[9:14]
+            friction = self.pairs.requested_coefficient(name, self.bricks.bodies.names[point[2]])
             if hypot(along, across) > BEYOND * friction * normal_force:
                 # PyBullet's friction acts on the other body.
-                total_W = subtract(total_W, add_scaled(scale(along, way), across, other_way))
+                total_W = subtract(total_W, add_scaled(scale(along, direction), across, cross_direction))
         return total_W

@@ -1,4 +1,4 @@
-"""All settings of PyBullet that change what comes out, in one value; no engine is needed to say so."""
+"""All settings of PyBullet that affect results; importing them does not import the engine."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -10,66 +10,65 @@ from stability.engines.scene_scale import SAMPLING, USUAL_GRAVITY, SceneScale, p
 
 @dataclass(frozen=True, kw_only=True)
 class PyBulletSettings(EngineSettings):
-    """How PyBullet steps; `scale` is applied inside the adapter."""
+    """Settings of PyBullet; the adapter applies `scale`."""
 
     package: ClassVar[Package] = Package("pybullet", "pip install pybullet, with Python 3.11, for which it has wheels")
     world: ClassVar[str] = "stability.engines.pybullet.world:PyBulletWorld"
 
     iterations: int  # of the contact solver, per step
-    contact_erp: float  # share of a contact's overlap that one step takes back
-    # Contacts further apart than this share of half the diagonal of a brick are dropped. (PyBullet makes the threshold
-    # that it is told relative to the size of a shape.)
+    contact_erp: float  # share of a contact's overlap that one step removes
+    # Gap at which a contact is dropped, as a share of half the diagonal of a brick. (PyBullet scales its threshold by
+    # the size of a shape.)
     breaking_threshold: float
-    # Froude scaling: the engine sees lengths x scale and times x sqrt(scale), which leaves gravity and physics as they
-    # are and lifts small bricks clear of the solver's absolute thresholds.
+    # Froude scaling: the engine uses lengths x scale and times x sqrt(scale), which does not change gravity or physics
+    # and lifts small bricks above the solver's absolute thresholds.
     scale: float = 1.0
-    # Shares of a velocity lost in a second of the engine, which is 1 / sqrt(scale) of a second of the scene. PyBullet
-    # takes 1 + velocity times as much, in its own units.
+    # Shares of a velocity lost per engine second, which is 1 / sqrt(scale) scene seconds. PyBullet multiplies them by
+    # 1 + velocity, in its own units.
     linear_damping: float = 0.0
     angular_damping: float = 0.0
-    residual_threshold: float = 0.0  # the solver stops early below this; 0 makes it use all its iterations
+    residual_threshold: float = 0.0  # the solver stops below this residual; 0 makes it use all its iterations
     friction_anchor: bool = False  # springs in the contact plane that hold resting contacts in place
-    friction_erp: float = 0.2  # share of the slip of such a contact that one step takes back
-    contact_slop: float = 1e-5  # [engine m] overlap that is let be
-    # Bricks get edges rounded by this share of their smallest side, within their outer size, so that what touches along
-    # an edge is pushed in the right direction; 0 leaves them sharp, and edges are then taken for faces.
+    friction_erp: float = 0.2  # share of the slip of an anchored contact that one step removes
+    contact_slop: float = 1e-5  # [engine m] overlap that the solver does not correct
+    # Edge radius as a share of a brick's smallest side, within its outer size, so that contacts along an edge get the
+    # correct normal; 0 leaves edges sharp, and their contacts get face normals.
     edge_rounding: float = 0.0
-    # What touches along an edge is found anew as soon as that has slid so far that its normal is another.
+    # Repeats the contact detection along an edge as soon as the contact has slid so far that its normal changes.
     fresh_edges: bool = False
-    # Bricks with rounded edges meet planes as half-spaces while all is slow, and not as large boxes.
+    # Bricks with rounded edges collide with half-spaces instead of large boxes while all bodies are slow.
     half_spaces: bool = False
-    # Bricks with rounded edges sink by this share of their smallest side under their own weight, so that all points
-    # that touch carry their share, though one a step is found; 0 makes contacts hard.
+    # Depth by which bricks with rounded edges sink in under their own weight, as a share of their smallest side, so
+    # that all contact points carry load although each step finds only one; 0 makes contacts hard.
     sinking: float = 0.0
-    # What leans at rest is held by no more friction than Coulomb's cone allows, not by a pyramid about it.
+    # Limits the friction on leaning bricks at rest to Coulomb's cone instead of the pyramid around it.
     friction_cones: bool = False
-    # Bodies by themselves, not as roots of trees of links: another solver, whose friction acts against the sliding
-    # whatever its direction, which steps in half the time, and which keeps warm starts.
+    # Bodies in maximal coordinates, not as roots of trees of links: this solver's friction acts against the sliding in
+    # every direction, it takes half the time, and it keeps warm starts.
     maximal_coordinates: bool = False
     warm_start: float = 0.1  # share of the last step's contact impulses that a step starts from, in maximal coordinates
-    # A body that is let go is given half a step of gravity in its first one, so that the way that it falls is exact.
+    # Gives a released body half a step of gravity in its first step, which makes the path of its fall exact.
     exact_fall: bool = False
-    # [m/s] While something is faster, what overlaps is parted without being given speed, by this many iterations.
+    # [m/s] While a body is faster, overlaps are removed without adding velocity, in this many iterations.
     lively_speed: float | None = None
     lively_iterations: int = 0
-    lively_parts: int = 1  # into so many at least steps are then split
-    # What slides then is held against its sliding alone, by Coulomb's cone, and not across it as well.
+    lively_parts: int = 1  # least number of sub-steps meanwhile
+    # Limits the friction on sliding bricks to Coulomb's cone meanwhile, without friction across the sliding.
     sliding_cones: bool = False
-    # Steps are split while the heaviest that is awake has more than this many times the mass of the lightest, by the
-    # root of what it has more, into no more than so many parts.
+    # Mass ratio of the awake bodies above which steps are split, by the root of the excess, and the most sub-steps.
     most_mass_ratio: float | None = None
     most_parts: int = 16
-    # Contact forces start from nothing, so that bodies which begin to press fall freely for a step, and the kick by
-    # which that is taken back grows with the step: so many of the first steps are split into so many parts, and
-    # as many again where what hits something pushes on after them.
+    # Contact forces start at 0, so bodies with new contacts fall freely for a step, and the correcting kick grows with
+    # the step. So the first steps, of this number, have this many sub-steps; if a body still pushes the body that it
+    # hit, as many steps again.
     first_steps: int = 0
     first_parts: int = 1
-    # [m] While one of them may hit something no body gets further in a part of these, or a corner that has gone in
-    # deeper than it overlaps sideways is parted sideways, and slips past what it should hit.
+    # [m] Most travel of a body in a sub-step of these while a hit is possible. A corner that enters deeper than it
+    # overlaps sideways would be pushed out sideways, and miss the body that it should hit.
     first_travel: float | None = None
-    first_iterations: int = 0  # of the contact solver then, if that is more: a hit begins with no impulse to start from
-    # [engine s/kg] Constraint force mixing of contacts then: they give way a little, and what lies on several others
-    # shares its load out among them anew. What is rigid leaves shares as a shock leaves them.
+    first_iterations: int = 0  # least iterations meanwhile: a hit has no impulse to start from
+    # [engine s/kg] Constraint force mixing of contacts meanwhile: they yield slightly, so that a brick on several
+    # supports redistributes its load. Rigid contacts keep the distribution that a shock leaves.
     first_cfm: float = 0.0
 
     def numerics(self) -> Iterator[str]:
@@ -82,23 +81,23 @@ class PyBulletSettings(EngineSettings):
     def refined(self) -> Self:
         return replace(super().refined(), iterations=2 * self.iterations)
 
-    def suffice_for(self, wanted: Self) -> bool:
-        return super().suffice_for(wanted) and self.scale >= wanted.scale
+    def suffice_for(self, required: Self) -> bool:
+        return super().suffice_for(required) and self.scale >= required.scale
 
     def scaled(self, scene: SceneScale) -> Self:
-        """As of every engine, where the settings were chosen for the usual scene; not as it comes, or as published.
+        """Adapt settings chosen for the reference scene; PyBullet's defaults and published settings stay.
 
-        The engine sees most bricks as large as the usual ones, so that what it takes for little is.
+        The engine scale gives the median brick its reference size, so that the solver's thresholds remain small.
         """
         if self.lively_speed is None or self.most_travel is None:
             return self
         slower = scene.thickest_side / scene.times(scene.thickest_side)
-        # What is compared with this allows for a fall until the next look, which is no motion yet.
-        seen = self.lively_speed - SAMPLING * USUAL_GRAVITY
+        # The maximum speed includes a free fall until the next check, which is no motion yet.
+        speed_without_fall = self.lively_speed - SAMPLING * USUAL_GRAVITY
         first = self.first_travel
         return replace(
             super().scaled(scene),
             first_travel=None if first is None else first * power_of_two(scene.smallest_side),
             scale=self.scale / power_of_two(scene.median_diagonal),
-            lively_speed=max(self.lively_speed * slower, seen * slower + SAMPLING * scene.gravity),
+            lively_speed=max(self.lively_speed * slower, speed_without_fall * slower + SAMPLING * scene.gravity),
         )

@@ -1,6 +1,6 @@
-"""A PyBullet world of one's own, with every setting that matters made explicit; bricks can be joined in it.
+"""PyBullet world with explicit settings, in which bricks can be welded.
 
-The world owns its parts and does nothing itself: what each is for is said where it is.
+The world owns its parts and delegates all work to them.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence, Set
@@ -15,14 +15,15 @@ from stability.engines.protocol import FrictionRecord, PrescribedMotion
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import BodyMaker, BrickBodies, Planes
 from stability.engines.pybullet.client import ClientBodies
-from stability.engines.pybullet.contacts import EdgeReshaper, EdgeWatch, FreshContacts, Reshaper
+from stability.engines.pybullet.contacts import ContactRefresher, EdgeMonitor, EdgeReshaper, Reshaper
 from stability.engines.pybullet.friction import FrictionCones, PairFriction
 from stability.engines.pybullet.groups import GuidedBricks, JoinedGroups
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.pybullet.stepping import FreeFall, Stepper, engine_parameters
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
-# [engine kg] for the heaviest brick: far above the thresholds, and even ten thousand press far below the cap of 1e10.
+# [engine kg] Mass of the heaviest brick: far above the solver's thresholds, and the load of ten thousand bricks is
+# far below its cap on impulses of 1e10.
 HEAVIEST = 1e4
 
 MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
@@ -30,12 +31,12 @@ MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
 
 @dataclass
 class PyBulletWorld:
-    """A world of its own for bricks and planes; close it after use. `opened` makes it."""
+    """PyBullet world of bricks and planes; create it by `opened`, and close it after use."""
 
     settings: PyBulletSettings
     bricks: BrickBodies
     groups: JoinedGroups
-    edges: EdgeWatch
+    edges: EdgeMonitor
     cones: FrictionCones
     prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
@@ -60,17 +61,17 @@ class PyBulletWorld:
         heaviest: float | None = None,
         reshaper: MakesReshaper = EdgeReshaper,
     ) -> Self:
-        """A new, empty world with gravity [m/s2] along -z.
+        """Open an empty world with gravity [m/s2] along -z.
 
-        Nothing depends on the unit of mass but the solver's absolute thresholds and its cap on impulses, so with scaled
-        settings it is chosen by the mass of the heaviest brick to come [kg]. `reshaper` decides about edges.
+        Only the solver's absolute thresholds and its cap on impulses depend on the unit of mass, so with scaled
+        settings `heaviest`, the largest mass of a brick [kg], sets it. `reshaper` selects sharp or rounded edges.
         """
         bodies = ClientBodies(_client(settings, gravity), {}, settings.scale, _mass_unit(settings, heaviest))
         own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
         stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
         groups = JoinedGroups(bricks)
-        edges = EdgeWatch(bricks, reshaper(bricks, groups), FreshContacts(bricks, groups))
+        edges = EdgeMonitor(bricks, reshaper(bricks, groups), ContactRefresher(bricks, groups))
         return cls(settings, bricks, groups, edges, FrictionCones(bricks, PairFriction(bricks, groups)))
 
     def close(self) -> None:
@@ -85,10 +86,10 @@ class PyBulletWorld:
         self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
         self.edges.look()
         self.guided.follow(self.prescribed.guided)
-        if self.stepper.suit(self.groups.mass_ratio):
+        if self.stepper.update(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)
             self.planes.choose(self.stepper.lively)
-        self.cones.pairs.suit(self.frictions)
+        self.cones.pairs.update(self.frictions)
         self.stepper.step()
         self.cones.look()
 
@@ -101,7 +102,7 @@ class PyBulletWorld:
     def skip(self, duration: float) -> None:
         self.stepper.time += duration
 
-    # --- what is there ------------------------------------------------------------------------------------------------
+    # --- queries ------------------------------------------------------------------------------------------------------
 
     def masses(self) -> Mapping[BodyId, float]:
         return self.own.masses
@@ -121,7 +122,7 @@ class PyBulletWorld:
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         return self.groups.contacts(brick, self.time())
 
-    # --- what comes, goes and changes ---------------------------------------------------------------------------------
+    # --- changes ------------------------------------------------------------------------------------------------------
 
     def add_plane(self, plane: Plane) -> None:
         self.own.add_plane(plane)
@@ -155,10 +156,10 @@ class PyBulletWorld:
         after = pushed(self.states([brick])[brick], self.own.bricks[brick], impulse_W, at_W)
         self.bodies.set_motion(brick, after.velocity_W, after.angular_velocity_W)
         if brick in self.stepper.fall.flying:
-            self.bricks.comes_free(brick)
+            self.bricks.on_woken(brick)
 
-    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
-        self.bricks.apply_forces(brick, pressed)
+    def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
+        self.bricks.apply_forces(brick, forces)
 
     def weld(self, bricks: Collection[BodyId]) -> None:
         self.groups.weld(bricks)
@@ -168,7 +169,7 @@ class PyBulletWorld:
 
 
 def _client(settings: PyBulletSettings, gravity: float) -> int:
-    """A new client, told all that belongs to it."""
+    """Connect a client and set its parameters."""
     client = int(pybullet.connect(pybullet.DIRECT))
     if client < 0:
         raise RuntimeError("PyBullet accepts no more clients in this process")
@@ -178,7 +179,7 @@ def _client(settings: PyBulletSettings, gravity: float) -> int:
 
 
 def _mass_unit(settings: PyBulletSettings, heaviest: float | None) -> float:
-    """Engine kilograms per scene kilogram."""
+    """Return the engine kilograms per scene kilogram."""
     if heaviest is None or settings.scale == 1.0:
         return 1.0
     return float(10.0 ** round(log10(HEAVIEST / heaviest)))

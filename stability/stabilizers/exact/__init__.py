@@ -1,1 +1,1 @@
-"""The exact method: freezes and wakes by proofs of statics."""
+"""The exact method: freezes and wakes bricks by proofs of statics."""

@@ -1,4 +1,4 @@
-"""The bricks that an engine moves: which of them have come to rest, and when it is worth judging them."""
+"""The bricks that an engine moves: which are at rest, and when to judge them."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -15,15 +15,15 @@ from stability.stabilizers.rest import LimitsOf, Refusals, Stillness
 
 @dataclass
 class AwakeBricks(BrickObserver):
-    """The bricks that one engine moves, from when they are set down or woken until they are frozen or gone."""
+    """The bricks that one engine moves, from setting down or waking to freezing or removal."""
 
     engine: Engine
     limits_of: LimitsOf
-    rigid_groups: RigidGroups  # those of them that move as one
-    rest_poses: RestPoses = field(default_factory=RestPoses, init=False)  # of those that were disturbed
+    rigid_groups: RigidGroups  # welded groups among them
+    rest_poses: RestPoses = field(default_factory=RestPoses, init=False)  # of the disturbed bricks
     names: set[BodyId] = field(default_factory=set, init=False)
     announced: set[BodyId] = field(default_factory=set, init=False)  # set down since the last pass
-    _ranks: dict[BodyId, int] = field(default_factory=dict, init=False)  # who came before whom
+    _ranks: dict[BodyId, int] = field(default_factory=dict, init=False)  # order of addition
     _stillness: Stillness = field(init=False)
     _refusals: Refusals = field(init=False)
     _observers: Observers = field(init=False)
@@ -34,37 +34,37 @@ class AwakeBricks(BrickObserver):
         self._observers = Observers((self.rest_poses, self._stillness, self._refusals))
 
     def set_down(self, bricks: Collection[BodyId]) -> None:
-        """What is set down is announced: it is judged in the next pass."""
+        """Announce bricks that were set down: the next pass judges them."""
         self.announced.update(bricks)
         self.names |= self.announced
         self._rank(bricks)
         self._observers.set_down(self.announced)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """The engine moves these no longer."""
+        """Remove frozen bricks."""
         self.names.difference_update(bricks)
         self._observers.frozen(bricks)
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """The engine moves these again."""
+        """Add woken bricks."""
         self.names.update(bricks)
         self._observers.woken(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """There is nothing to look at any more."""
+        """Remove bricks that left the engine."""
         self.names.difference_update(bricks)
         self.announced.difference_update(bricks)
         self._observers.gone(bricks)
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the bricks of another instance."""
         self.names |= other.names
         self.announced |= other.announced
         self._rank(other.in_order(other._ranks))
         self._observers.absorb(other._observers)
 
     def notice(self, bricks: Collection[BodyId], frozen: Collection[BodyId]) -> None:
-        """All bricks of the engine but the frozen ones are awake, whoever has put them there."""
+        """Count all bricks of the engine except the frozen ones as awake."""
         self.names = set(bricks).difference(frozen)
         self._rank(bricks)
 
@@ -73,28 +73,28 @@ class AwakeBricks(BrickObserver):
             self._ranks.setdefault(brick, len(self._ranks))
 
     def in_order(self, bricks: Iterable[BodyId]) -> list[BodyId]:
-        """These bricks in the order in which they came: an engine told of them by name would round by their names."""
+        """Sort bricks by their addition, as an order by name would make an engine's rounding depend on names."""
         return sorted(bricks, key=self._ranks.__getitem__)
 
-    def no_longer_new(self) -> set[BodyId]:
-        """Say that a pass has looked at the announced bricks; returns their names."""
+    def clear_announced(self) -> set[BodyId]:
+        """Clear the announcements after a pass; return the announced bricks."""
         announced, self.announced = self.announced, set()
         return announced
 
     def handled(self, bricks: Collection[BodyId]) -> None:
-        """Bricks that hands may move are not judged, as long as they are named here."""
+        """Exclude bricks that hands may move from judgement, until the next call."""
         self._stillness.handled = bricks
 
     def refuse(self, poses: Mapping[BodyId, Pose]) -> None:
-        """Bricks were not proven, each where it is: they are not asked about again until something is new."""
+        """Record bricks that were not proven, with their poses: they are not judged again before a change."""
         self._refusals.refuse(poses.items(), self.engine.time())
 
-    def ask_again(self) -> None:
-        """Bricks that were refused may be asked about again: what is frozen was moved, or what it rests on."""
+    def allow_judgement(self) -> None:
+        """Allow another judgement of refused bricks after a change of the frozen bricks or their supports."""
         self._refusals.changed()
 
     def wait(self) -> None:
-        """Ask nothing for a moment, because the bricks at rest touch bricks that still move."""
+        """Pause judgements shortly, as the bricks at rest touch bricks that still move."""
         self._refusals.wait(self.engine.time(), self.names)
 
     def follow(self) -> Mapping[BodyId, BodyState]:
@@ -104,29 +104,29 @@ class AwakeBricks(BrickObserver):
         return states
 
     def at_rest(self, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes that are at rest; none if nothing has changed since they were refused."""
+        """Return the convex bricks at rest; none if nothing has changed since their refusal."""
         now = self.engine.time()
-        if not self.announced and not self._refusals.may_ask(now):
+        if not self.announced and not self._refusals.may_judge(now):
             return {}
         resting = self._resting(now, states)
         news = any(
             brick in self.announced
-            or self._refusals.is_news(brick, placed.pose, placed.brick.shape.least_thickness, now)
+            or self._refusals.has_changed(brick, placed.pose, placed.brick.shape.least_thickness, now)
             for brick, placed in resting.items()
         )
         return resting if news else {}
 
     def _resting(self, now: float, states: Mapping[BodyId, BodyState]) -> dict[BodyId, Placed]:
-        """The boxes that have been slow for long enough. A rigid group rests only when all that a hit woke does."""
+        """Return the convex bricks that have been slow for long enough; groups only if all woken bricks have."""
         slow = {brick for brick in states if self._stillness.may_be_judged(brick, now)}
         woken = [brick for brick in states if brick in self.rest_poses]
         if not slow.issuperset(woken):
             slow = {brick for brick in slow if brick not in self.rigid_groups}
-        ridden = [
+        unwelded = [
             member
             for brick in self.in_order(slow)
             if brick in self.rigid_groups
             for member in self.rigid_groups.unweld(brick)
         ]
-        single = [brick for brick in slow if brick not in ridden]
-        return dict(solids(self.engine, self.engine.states(self.in_order([*single, *ridden]))))
+        single = [brick for brick in slow if brick not in unwelded]
+        return dict(solids(self.engine, self.engine.states(self.in_order([*single, *unwelded]))))

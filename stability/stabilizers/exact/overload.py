@@ -1,9 +1,9 @@
-"""Which frozen bricks do moving bricks press harder than the proof covers?
+"""Frozen bricks that moving bricks load beyond their proof.
 
-Straight down a brick takes any load inside its load core (statics/load_core.py); of others, and of those that sideways
-forces take out of it on their way to the foot of the brick, statics are asked.
-Sideways it gives way when friction below and above it is used up: with an impulse J beyond the friction F that holds
-it, and its mass M, it has moved by J^2 / (2 M F). A moment's excess is what every solver has, so both must last.
+A brick carries any vertical load inside its load core (statics/load_core.py). Statics judges loads outside it, and
+loads that horizontal forces move out of it between their point of application and the foot of the brick. A brick slides
+when horizontal forces exceed the friction F below and above it: an excess impulse J moves a mass M by J^2 / (2 M F).
+Every solver has short force peaks, so both conditions must last.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -21,30 +21,30 @@ from stability.problem import Contact, Placed, Wrench
 from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly, withstands
 
-MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: it has given way when it would have moved so far
-OUTSIDE = 0.04  # share of the smallest side by which a load must lie outside the core
-COUNTS = 0.05  # share of a brick's weight: a smaller load is not taken to tip it
+MOVED = 0.0064  # share of the smallest side, 0.05 mm for a plank: least slide of a brick that yields
+OUTSIDE = 0.04  # share of the smallest side: least distance of a tipping load from the core
+COUNTS = 0.05  # share of a brick's weight: least load that may tip it
 NO_FORCE: Vec3 = (0.0, 0.0, 0.0)
 
 
 @dataclass
 class Overloads(BrickObserver):
-    """Sums up what moving bricks do to the frozen ones that they touch."""
+    """Sums of the loads of moving bricks on frozen ones."""
 
     engine: Engine
-    # To the loads that frozen bricks put on moving ones, by frozen brick.
+    # Reactions of moving bricks to the dead loads on them, by frozen brick.
     reactions: Callable[[], Mapping[BodyId, Sequence[ContactPoint]]]
-    tips_after: Callable[[BodyId], float]  # [s] of a load outside the core of a brick
-    _sums: dict[BodyId, "_Sums"] = field(default_factory=dict, init=False)  # of bricks that are pressed, or were lately
-    _holding: dict[BodyId, float] = field(default_factory=dict, init=False)  # normal forces that rub on it [N]
-    _changed: bool = field(default=False, init=False)  # whether proofs may be others than they were
+    tips_after: Callable[[BodyId], float]  # [s] duration of a load outside the core after which a brick tips
+    _sums: dict[BodyId, "_Sums"] = field(default_factory=dict, init=False)  # of bricks that are or were loaded
+    _holding: dict[BodyId, float] = field(default_factory=dict, init=False)  # sum of normal forces by brick [N]
+    _changed: bool = field(default=False, init=False)  # whether proofs may have changed
 
-    def found(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
-        """The frozen bricks of an assembly that give way, after one more step of the engine [s]."""
+    def overloaded(self, assembly: Assembly, moving: Iterable[BodyId], step: float) -> list[BodyId]:
+        """Return the frozen bricks of an assembly that yield after another step of the engine [s]."""
         if self._changed:
-            self._begin_anew(assembly)
+            self._reset_changed(assembly)
         pressing, reactions = self._pressing(assembly, sorted(moving)), self.reactions()
-        self._let_go(assembly, self._sums.keys() - pressing.keys(), step)
+        self._unload(assembly, self._sums.keys() - pressing.keys(), step)
         return [
             brick
             for brick in sorted(pressing)
@@ -52,19 +52,19 @@ class Overloads(BrickObserver):
         ]
 
     def _pressing(self, assembly: Assembly, moving: Sequence[BodyId]) -> dict[BodyId, list[ContactPoint]]:
-        """The contact points of frozen bricks with moving ones. Between frozen bricks engines report old forces."""
-        found: dict[BodyId, list[ContactPoint]] = {}
-        presses = set(moving)
+        """Return the contact points of frozen bricks with moving ones; forces between frozen bricks are outdated."""
+        loaded: dict[BodyId, list[ContactPoint]] = {}
+        moving_bricks = set(moving)
         for brick in sorted(self._touched(assembly, moving)):
-            points = [p for p in self.engine.contacts(brick) if (p.b if p.a == brick else p.a) in presses]
+            points = [p for p in self.engine.contacts(brick) if (p.b if p.a == brick else p.a) in moving_bricks]
             if points:
-                found[brick] = points
-        return found
+                loaded[brick] = points
+        return loaded
 
     def _touched(self, assembly: Assembly, moving: Sequence[BodyId]) -> Collection[BodyId]:
-        """The frozen bricks to ask about, found the cheaper way.
+        """Return the frozen bricks whose contacts to read, by the cheaper search.
 
-        It is they who are asked in any case: an engine answers the other body in other digits, in another order.
+        The contacts are always read from the frozen brick, as those of the other body may differ in order and rounding.
         """
         frozen = assembly.bricks.keys()
         if len(frozen) <= len(moving):
@@ -73,19 +73,19 @@ class Overloads(BrickObserver):
         return {body for point in points for body in (point.a, point.b) if body in frozen}
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """What holds a brick, and what presses on it, may be other bricks by now."""
+        """Mark proofs as changed."""
         self._may_have_changed()
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """The proof of what is frozen may be another one, also if none was woken."""
+        """Mark proofs as changed, even if no brick was woken."""
         self._may_have_changed()
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """What these held, and what held them, may have another proof."""
+        """Mark proofs as changed."""
         self._may_have_changed()
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the sums of another instance."""
         self._sums |= other._sums
         self._may_have_changed()
 
@@ -93,15 +93,15 @@ class Overloads(BrickObserver):
         self._changed = True
         self._holding.clear()
 
-    def _begin_anew(self, assembly: Assembly) -> None:
-        """Begin the sums anew of what does not touch the same any more: what is far away changes nothing."""
+    def _reset_changed(self, assembly: Assembly) -> None:
+        """Reset the sums of bricks whose own contacts have changed."""
         for brick, sums in list(self._sums.items()):
             if brick not in assembly.bricks or sums.touched != assembly.contacts(brick):
                 del self._sums[brick]
         self._changed = False
 
-    def _let_go(self, assembly: Assembly, bricks: Iterable[BodyId], step: float) -> None:
-        """Nothing presses on these any more: what pushed them aside is used up by friction."""
+    def _unload(self, assembly: Assembly, bricks: Iterable[BodyId], step: float) -> None:
+        """Let friction reduce the excess impulse of bricks without loads."""
         for brick in sorted(bricks):
             sums = self._sums[brick]
             sums.outside = None
@@ -136,7 +136,7 @@ class Overloads(BrickObserver):
         sideways, before, pressed = hypot(x, y), sums.excess, max(0.0, -z)
         least, _ = _frictions(assembly, brick)
         if before == 0.0 and sideways <= least * (placed.mass * assembly.gravity + pressed):
-            return False  # its own weight holds it, whatever else does
+            return False  # its own weight suffices
         if brick not in self._holding:
             self._holding[brick] = _held_by(assembly, brick)
         friction = least * (self._holding[brick] + pressed)
@@ -151,7 +151,7 @@ class Overloads(BrickObserver):
         forces: Collection[tuple[ContactPoint, Vec3]],
         step: float,
     ) -> bool:
-        """Whether a load outside the core has lasted for a while, and statics find no forces that balance it."""
+        """Check that a load outside the core has lasted, and that statics finds no forces that balance it."""
         placed = assembly.bricks[brick]
         load = _wrench(placed.pose.position_W, forces)
         down, counts = -load.force_W[2], COUNTS * placed.brick.mass * assembly.gravity
@@ -162,17 +162,17 @@ class Overloads(BrickObserver):
         ):
             sums.outside = None
             return False
-        sums.outside = seen = sums.outside or _Load()
-        seen.add(load, step)
-        if seen.span <= self.tips_after(brick):
+        sums.outside = lasting = sums.outside or _Load()
+        lasting.add(load, step)
+        if lasting.span <= self.tips_after(brick):
             return False
         sums.outside = None
-        return not withstands(assembly, {brick: seen.mean()})
+        return not withstands(assembly, {brick: lasting.mean()})
 
 
 @dataclass
 class _Sums:
-    """What has been done to a frozen brick while it touched the same."""
+    """Sums of the loads on a frozen brick since its contacts changed."""
 
     touched: Sequence[Contact]
     excess: float = 0.0  # impulse beyond friction [N s]
@@ -181,7 +181,7 @@ class _Sums:
 
 @dataclass
 class _Load:
-    """A load summed over time, for its mean."""
+    """Time integral of a load, for its mean."""
 
     span: float = 0.0  # [s]
     force_W: Vec3 = NO_FORCE  # summed over time [N s]
@@ -207,7 +207,7 @@ def _wrench(centre_W: Vec3, forces: Collection[tuple[ContactPoint, Vec3]]) -> Wr
 def _within_core(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], down: float
 ) -> bool:
-    """Whether the line of the load meets the foot of the brick inside its core."""
+    """Check that the line of action of the load meets the foot of the brick inside its core."""
     x, y = _tipping(assembly, placed, forces)
     x += sum(-force[2] * point.position_W[0] for point, force in forces)
     y += sum(-force[2] * point.position_W[1] for point, force in forces)
@@ -217,14 +217,14 @@ def _within_core(
 def _hardly_tips(
     assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]], counts: float
 ) -> bool:
-    """Whether what pushes sideways, and not down, would tip the brick by no more than a force that does not count."""
+    """Check that the tipping moment of horizontal forces is at most that of a negligible force."""
     return hypot(*_tipping(assembly, placed, forces)) <= counts * placed.brick.shape.least_thickness
 
 
 def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[ContactPoint, Vec3]]) -> Point2:
-    """The moments that sideways forces exert on a brick by their height above its foot, along x and y [N m].
+    """Return the moments of horizontal forces about a brick's foot, along x and y [N m].
 
-    Nothing where it is so low that it slides before it tips, as a plank does that lies flat.
+    They are 0 for a brick that slides before it tips, such as a flat plank.
     """
     if slides_before_it_tips(placed, _frictions(assembly, placed.brick.id)[1]):
         return (0.0, 0.0)
@@ -234,31 +234,31 @@ def _tipping(assembly: Assembly, placed: Placed, forces: Collection[tuple[Contac
 
 
 def _frictions(assembly: Assembly, brick: BodyId) -> tuple[float, float]:
-    """The least and the greatest coefficient of a brick on what it touches; the usual ones where all are alike."""
+    """Return the least and the greatest coefficient of a brick's contacts; the usual one for a uniform law."""
     law = as_friction(assembly.friction)
-    found = [contact.law.friction for contact in assembly.contacts(brick)] if law.differs else []
-    return min(found, default=law.usual), max(found, default=law.usual)
+    coefficients = [contact.law.friction for contact in assembly.contacts(brick)] if law.differs else []
+    return min(coefficients, default=law.usual), max(coefficients, default=law.usual)
 
 
 def slides_before_it_tips(placed: Placed, friction: float) -> bool:
-    """Whether a brick is so low that sideways forces on it make it slide before they can tip it."""
+    """Check that a brick is so low that horizontal forces make it slide before they tip it."""
     (low_x, low_y, foot), (high_x, high_y, top) = bounds_W(placed.brick.shape, placed.pose)
     return friction * (top - foot) <= 0.5 * min(high_x - low_x, high_y - low_y)
 
 
 def _force_on(brick: BodyId, point: ContactPoint) -> Vec3:
-    """The force of a contact on one of its two bodies [N]."""
+    """Return the force of a contact on one of its two bodies [N]."""
     on_a = add_scaled(point.friction_W, point.normal_force, point.normal_BA_W)
     return on_a if point.a == brick else (-on_a[0], -on_a[1], -on_a[2])
 
 
 def _held_by(assembly: Assembly, brick: BodyId) -> float:
-    """The normal forces below and above a brick [N], moving bricks left out: 2 N + w, if it weighs w and carries N."""
+    """Return the normal forces below and above a brick without moving bricks [N]: 2 N + w for weight w and load N."""
     above = assembly.with_all_above([brick])
     shares = assembly.all_shares(above)
     loads = {name: assembly.bricks[name].brick.mass * assembly.gravity for name in above}
     for name in sorted(above - {brick}, key=lambda name: (-assembly.bricks[name].pose.position_W[2], name)):
         for lower, share in shares[name].items():
-            if lower in loads and share == share:  # noqa: PLR0124 -- not where nothing says which share
+            if lower in loads and share == share:  # noqa: PLR0124 -- NaN stands for an unknown share
                 loads[lower] += share * loads[name]
     return 2.0 * loads[brick] - assembly.bricks[brick].brick.mass * assembly.gravity

@@ -1,4 +1,4 @@
-"""Finds the bricks that a hit wakes, those that ride along as rigid groups, and the loads that press on them."""
+"""Bricks that a hit wakes, rigid groups that ride on them, and dead loads of frozen bricks on them."""
 
 from collections import defaultdict
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping
@@ -20,99 +20,99 @@ from stability.stabilizers.protocol import BrickObserver
 from stability.statics.assembly import Assembly
 from stability.statics.certificate import Tally
 
-# Bricks that ride along: they are joined into one rigid body while it hardly moves, and one of them is watched.
+# Riding bricks are welded into one rigid body while it hardly moves, and one brick of each group is watched.
 
 
-MOVED = 0.25  # share of the smallest side, 2 mm for a plank: further than that, a group is taken apart
-FEWEST = 3  # bricks: making a rigid body of fewer is not worth it
-TURNED = 0.0175  # [rad], 1 deg: a group that has turned further is taken apart
+MOVED = 0.25  # share of the smallest side, 2 mm for a plank: a group that has moved further is unwelded
+FEWEST = 3  # least bricks of a group: welding fewer does not pay
+TURNED = 0.0175  # [rad], 1 deg: a group that has turned further is unwelded
 
 
 @dataclass(frozen=True, slots=True)
 class RidingGroup:
-    """Bricks that ride as one."""
+    """Bricks welded into one rigid body."""
 
-    starts: Mapping[BodyId, Pose]  # where they stood, from the lowest on
-    touching: Mapping[BodyId, Collection[BodyId]]  # who touched whom there
-    furthest: float  # that it may move [m]
+    starts: Mapping[BodyId, Pose]  # initial poses, from the lowest brick up
+    touching: Mapping[BodyId, Collection[BodyId]]  # initial contacts between the bricks
+    furthest: float  # largest motion [m]
 
     @property
     def first(self) -> BodyId:
-        """The brick that is watched for the whole group."""
+        """The brick that represents the group."""
         return next(iter(self.starts))
 
 
 @dataclass
 class RigidGroups(BrickObserver):
-    """The joined bricks of one engine, in groups, each watched through its first brick."""
+    """The welded groups of one engine, each represented by its first brick."""
 
-    joiner: Joining | None  # None if nothing ever rides
-    _groups: dict[BodyId, RidingGroup] = field(default_factory=dict, init=False)  # by the first of its members
-    _first: dict[BodyId, BodyId] = field(default_factory=dict, init=False)  # of the group of each rider
+    joiner: Joining | None  # None if the engine cannot weld
+    _groups: dict[BodyId, RidingGroup] = field(default_factory=dict, init=False)  # by first brick
+    _first: dict[BodyId, BodyId] = field(default_factory=dict, init=False)  # first brick of the group, by brick
 
     def __contains__(self, brick: object) -> bool:
         return brick in self._first
 
     @property
     def bricks(self) -> frozenset[BodyId]:
-        """All bricks that ride."""
+        """All welded bricks."""
         return frozenset(self._first)
 
     def weld(self, starts: Mapping[BodyId, Pose], touching: Mapping[BodyId, Collection[BodyId]], side: float) -> None:
-        """Let bricks ride as one, from where they stand; `side` is their smallest [m]."""
+        """Weld bricks at their poses; `side` is their smallest side [m]."""
         lowest = sorted(starts, key=lambda brick: starts[brick].position_W[::-1])
         self._form(RidingGroup({brick: starts[brick] for brick in lowest}, touching, MOVED * side))
 
     def _form(self, group: RidingGroup) -> None:
         if self.joiner is None:
-            raise TypeError("this engine joins no bricks")
+            raise TypeError("this engine cannot weld bricks")
         self.joiner.weld(tuple(group.starts))
         self._groups[group.first] = group
         self._first |= dict.fromkeys(group.starts, group.first)
 
     def release(self, brick: BodyId) -> None:
-        """Let a brick, and those that touch it, move one by one; what else rode with it rides on, in parts."""
+        """Release a brick and those that touch it from their group; weld the connected parts of the rest again."""
         group = self._groups[self._first[brick]]
         self.unweld(brick)
-        left = {name for name in group.starts if name != brick and name not in group.touching[brick]}
-        for part in components(left, lambda name: group.touching[name]):
+        remaining = {name for name in group.starts if name != brick and name not in group.touching[brick]}
+        for part in components(remaining, lambda name: group.touching[name]):
             if len(part) >= FEWEST:
                 self._form(replace(group, starts={name: pose for name, pose in group.starts.items() if name in part}))
 
     def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """Take apart the group of a brick; these are its bricks."""
+        """Unweld the group of a brick; return its bricks."""
         if self.joiner is not None:
             self.joiner.unweld(brick)
-        return self._strike(brick)
+        return self._drop(brick)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """An engine that removes a brick takes apart the group in which it rode."""
+        """Drop the groups of removed bricks, which the engine has unwelded."""
         for brick in bricks:
             if brick in self:
-                self._strike(brick)
+                self._drop(brick)
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the records of another instance."""
         self._groups |= other._groups
         self._first |= other._first
 
-    def _strike(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """Strike the group of a brick from the record; these are its bricks."""
+    def _drop(self, brick: BodyId) -> tuple[BodyId, ...]:
+        """Drop the group of a brick; return its bricks."""
         group = self._groups.pop(self._first[brick])
         for member in group.starts:
             del self._first[member]
         return tuple(group.starts)
 
     def watched(self, awake: Iterable[BodyId]) -> list[BodyId]:
-        """The bricks to watch: those that move one by one, and the first of each group."""
+        """Return the bricks to watch: single bricks, and the first of each group."""
         return [brick for brick in awake if self._first.get(brick, brick) == brick]
 
     def members(self, first: BodyId) -> tuple[BodyId, ...]:
-        """The bricks of the group that a watched brick stands for, or the brick alone."""
+        """Return the bricks that a watched brick represents: its group, or itself."""
         return tuple(self._groups[first].starts) if first in self._groups else (first,)
 
     def moved_too_far(self, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
-        """The first bricks of the groups that have moved too far to be taken for rigid."""
+        """Return the first bricks of the groups that have moved too far to stay welded."""
         return [
             first
             for first, group in self._groups.items()
@@ -121,43 +121,45 @@ class RigidGroups(BrickObserver):
         ]
 
 
-# Finds the bricks that a hit wakes, and those that ride along on them.
+# The bricks that a hit wakes, and the groups that ride on them.
 #
-# The bricks that are struck move, with those that stand in line behind them, as good as side by side, and all that
-# touch these. What these carry presses on them with its weight, so it cannot stay frozen; but as long as it does not
-# change its shape it moves as one rigid body, true to its mass and inertia. All else stays frozen until it is reached
-# itself.
+# The struck bricks wake, with the bricks side by side in line behind them, and all bricks that touch these. The bricks
+# above load them and cannot stay frozen; while their arrangement does not change they move as one rigid body with their
+# mass and inertia. All other bricks stay frozen until they are disturbed themselves.
 #
-# A rigid body bridges what gives way below a part of it, where bricks would sag. So in a wall nothing rides: a group
-# must lie on what carries it with each of its lowest bricks alike, as a level of a tower does. What a wall carries may
-# stand without the bricks that are struck, and then needs not be woken (see `waking`).
+# A rigid body spans a yielding support where single bricks would sag. So all lowest bricks of a group must rest on the
+# same supports, as in a level of a tower; no group forms in a wall. The bricks above in a wall may stand without the
+# struck ones, and then stay frozen (see `wake`).
 
 
-IN_LINE = 0.7  # cosine between a hit and the normal of a contact through which it goes on as it is
-# Share of the smallest side, a millimetre for a plank: a brick that is hit closes such a gap within the very step.
+IN_LINE = 0.7  # least cosine between a hit and the normal of a contact that passes it on
+# Share of the smallest side, a millimetre for a plank: largest gap that a struck brick closes within the step.
 BEHIND = 0.125
-SIDEWAYS = 0.5  # vertical part of a normal up to which bricks stand side by side
-LEVEL = 1.0 - 1e-6  # vertical part of a normal; on a contact that is less level no group may ride
+SIDEWAYS = 0.5  # largest vertical component of the normal of bricks side by side
+LEVEL = 1.0 - 1e-6  # least vertical component of the normal of a contact that a group may ride on
 
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """The bricks that a disturbance wakes, by name."""
+    """Bricks that a disturbance wakes."""
 
     one_by_one: tuple[BodyId, ...]
     riding: tuple[tuple[BodyId, ...], ...]  # rigid groups
-    lined: tuple[BodyId, ...]  # of those that move one by one: the struck, and those in line behind them
-    in_wall: bool  # whether much of what moves one by one would ride if it lay on the rest as a level of a tower does
+    lined: tuple[BodyId, ...]  # among the single bricks: the struck ones, and those in line behind them
+    in_wall: bool  # whether a large group above cannot ride, as in a wall
 
 
 def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Region:
-    """What moves when bricks of an assembly are struck, each along a direction [unit, W]; `ride` if any may do so."""
+    """Find the bricks that wake when bricks of an assembly are struck, each along a direction [unit, W].
+
+    `ride`: whether groups may form.
+    """
     lined: set[BodyId] = set()
     for brick, along_W in struck.items():
         lined |= reached([brick], lambda name, along_W=along_W: _behind(assembly, name, along_W))  # type: ignore[misc]
     core = lined | {other for brick in lined for other in touching(assembly, brick)}
     above = assembly.with_all_above(core) - core
-    between = above & assembly.with_all_below(core)  # they carry part of the core, so they do not keep their place
+    between = above & assembly.with_all_below(core)  # they carry part of the core, so they cannot ride
     groups = components(above - between, lambda name: touching(assembly, name))
     large = [group for group in groups if len(group) >= FEWEST]
     riding = [group for group in large if ride and _may_ride(assembly, group)]
@@ -170,31 +172,31 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
 
 
 def _upwards(assembly: Assembly, bricks: Collection[BodyId]) -> tuple[BodyId, ...]:
-    """In an order of places: an engine that is told of bricks in the order of their names would round by these."""
+    """Sort bricks by position, as an order by name would make an engine's rounding depend on names."""
     return tuple(sorted(bricks, key=lambda name: by_place(assembly.bricks[name])))
 
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
-    """The bricks that stand beside a brick in line with a hit."""
+    """Return the bricks beside a brick in line with a hit."""
     own = assembly.bricks[brick]
-    within, found = BEHIND * own.brick.shape.least_thickness, []
+    within, in_line = BEHIND * own.brick.shape.least_thickness, []
     for name in assembly.around(brick, within):
         other = assembly.bricks[name]
         between = apart(own.brick.shape, own.pose, other.brick.shape, other.pose)
         sideways = abs(between.normal_BA_W[2]) < SIDEWAYS and abs(dot(between.normal_BA_W, along_W)) > IN_LINE
         if sideways and between.gap <= within:
-            found.append(name)
-    return found
+            in_line.append(name)
+    return in_line
 
 
 def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
-    """The other bricks that touch a brick."""
-    found = {c.lower if c.upper == brick else c.upper: c for c in assembly.contacts(brick)}
-    return {other: contact for other, contact in found.items() if other in assembly.bricks}
+    """Return the contacts of a brick with other bricks, by brick."""
+    contacts = {c.lower if c.upper == brick else c.upper: c for c in assembly.contacts(brick)}
+    return {other: contact for other, contact in contacts.items() if other in assembly.bricks}
 
 
 def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
-    """Whether a group lies flat on what carries it, each of its lowest bricks on all of that."""
+    """Check that all lowest bricks of a group lie flat on the same supports."""
     supports: dict[BodyId, set[BodyId]] = defaultdict(set)
     for brick in group:
         for contact in assembly.contacts(brick):
@@ -206,26 +208,26 @@ def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
     return len({frozenset(others) for others in supports.values()}) <= 1
 
 
-# Takes out of an assembly what a hit wakes, and what cannot stand without it.
+# Release of the woken bricks from an assembly, with those that cannot stand without them.
 #
-# In a wall what lies above a brick mostly stands without it, and is proven to. Then the brick that is struck is woken
-# alone, and what stays frozen presses on it with the forces of the proof (`dead_loads`): what a hit costs is what it
-# reaches. Where something falls without it, bricks that are few are all woken, down to what they lie on: beside bricks
-# as firm as frozen ones are, those that move carry too little.
+# In a wall the bricks above a struck brick mostly stand without it, by proof. Then only the struck brick wakes, and the
+# frozen bricks press on it with the forces of the proof (`DeadLoads`), so that the cost follows the reach of the hit.
+# If bricks fall without it, a small region wakes as a whole, down to its supports: beside rigid frozen bricks the
+# moving ones would carry too little.
 
 
-FEW = 40  # bricks whose motion costs about a second for a second
-MOSTLY = 0.5  # share of a region that stands without what is struck, or it is woken whole
+FEW = 40  # bricks of a small region, whose simulation runs in about real time
+MOSTLY = 0.5  # largest released share of a large region; beyond it the whole region wakes
 
 
 @dataclass(frozen=True, slots=True)
 class Woken:
-    """Bricks that an assembly has released, and how they move on."""
+    """Bricks that an assembly has released."""
 
-    placed: Mapping[BodyId, Placed]  # as they stood
-    riding: tuple[tuple[BodyId, ...], ...] = ()  # those that do not move one by one, as rigid groups
-    touched: Mapping[BodyId, Collection[BodyId]] = field(default_factory=dict)  # whom those touched that ride
-    forces: Tally | None = None  # with which they carried what stays frozen; None if they carried nothing of it
+    placed: Mapping[BodyId, Placed]  # at their rest poses
+    riding: tuple[tuple[BodyId, ...], ...] = ()  # rigid groups
+    touched: Mapping[BodyId, Collection[BodyId]] = field(default_factory=dict)  # contacts of the bricks in groups
+    forces: Tally | None = None  # of the proof, on frozen bricks that they carried; None if they carried none
 
 
 def wake(assembly: Assembly, reached: Region, presses: bool) -> Woken:
@@ -244,7 +246,7 @@ def wake(assembly: Assembly, reached: Region, presses: bool) -> Woken:
 
 
 def _released(assembly: Assembly, bricks: Collection[BodyId], names_smallest: bool) -> set[BodyId]:
-    """Take bricks out of an assembly, and what cannot stand without them; these are they."""
+    """Remove bricks from an assembly, and those that cannot stand without them; return all removed bricks."""
     verdict = assembly.remove(bricks, names_smallest=names_smallest)
     return {*bricks, *release_until_stable(assembly, verdict, names_smallest=names_smallest).released}
 
@@ -253,13 +255,12 @@ def _in_order(before: Mapping[BodyId, Placed], bricks: Collection[BodyId]) -> di
     return {brick: before[brick] for brick in sorted(bricks, key=lambda name: by_place(before[name]))}
 
 
-# Loads of frozen bricks on woken ones: the forces of the last proof.
+# Dead loads of frozen bricks on woken ones: the forces of the last proof.
 #
-# What lies above a brick in the middle of a wall stands without it if it has to, as an arch, and so it stays frozen
-# when the brick is hit. But it lies on that brick with all its weight, and friction under this weight is what holds the
-# brick. To an engine a frozen brick has no weight, so its force is exerted in its stead, where the two are in touch,
-# with its friction, for as long as they are. It keeps its size: what is frozen does not follow what gives way, and does
-# not shift its weight elsewhere before it has lost its support.
+# The bricks above a struck brick in a wall can stand without it, as an arch, so they stay frozen. But their weight
+# rests on it, and the friction under this weight holds it. In an engine a frozen brick has no weight, so its contact
+# force is applied instead, with friction, while the two are in contact. The force is constant: a frozen brick neither
+# follows a yielding support nor redistributes its weight before it loses the support.
 
 
 NOTHING: Vec3 = (0.0, 0.0, 0.0)
@@ -267,14 +268,14 @@ NOTHING: Vec3 = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class DeadLoad:
-    """What a frozen brick presses on a woken one with."""
+    """Contact force of a frozen brick on a woken one."""
 
     by: Placed
     size: float  # along the normal of their contact [N]
     friction: float  # Coulomb coefficient
 
     def on(self, carrying: Placed) -> list[AppliedForce]:
-        """What acts on the brick that carries, where it is; nothing where the two are not in touch any more."""
+        """Return the forces on the carrying brick at its current pose; none without contact."""
         contact = contact_between(solid(carrying), solid(self.by), self.friction, Tolerances())
         if contact is None:
             return []
@@ -285,44 +286,44 @@ class DeadLoad:
 
 @dataclass
 class DeadLoads(BrickObserver):
-    """The loads of frozen bricks on the woken ones of one engine."""
+    """The dead loads of frozen bricks on the woken ones of one engine."""
 
     engine: Engine
-    presser: AcceptsForces | None  # None: what is frozen presses with nothing
-    _carrying: dict[BodyId, Placed] = field(default_factory=dict, init=False)  # woken bricks, where they were frozen
-    _loads: dict[BodyId, list[DeadLoad]] = field(default_factory=dict, init=False)  # by the brick that carries them
+    presser: AcceptsForces | None  # None: there are no dead loads
+    _carrying: dict[BodyId, Placed] = field(default_factory=dict, init=False)  # woken bricks at their rest poses
+    _loads: dict[BodyId, list[DeadLoad]] = field(default_factory=dict, init=False)  # by carrying brick
 
     def take_over(self, forces: Tally, woken: Iterable[Placed], frozen: Mapping[BodyId, Placed]) -> None:
-        """Bricks are woken that carried frozen ones with these forces."""
+        """Add the loads on woken bricks that carried frozen ones with these forces."""
         for placed in woken:
             loads = list(_loads_on(placed.brick.id, forces, frozen))
             if loads and self.presser is not None:
                 self._loads[placed.brick.id], self._carrying[placed.brick.id] = loads, placed
 
     def exert(self) -> None:
-        """Tell the engine what acts in the coming step."""
+        """Apply the loads in the engine for the next step."""
         if self.presser is None or not self._loads:
             return
         for brick, state in self._states().items():
             carrying = replace(self._carrying[brick], pose=state.pose)
-            self.presser.apply_forces(brick, [each for load in self._loads[brick] for each in load.on(carrying)])
+            self.presser.apply_forces(brick, [force for load in self._loads[brick] for force in load.on(carrying)])
 
     def reactions(self) -> Mapping[BodyId, list[ContactPoint]]:
-        """What the woken bricks press back with on the frozen ones that they still carry."""
-        found: dict[BodyId, list[ContactPoint]] = defaultdict(list)
+        """Return the reactions of the woken bricks on the frozen ones, as contact points by frozen brick."""
+        points: dict[BodyId, list[ContactPoint]] = defaultdict(list)
         for brick, state in self._states().items():
             carrying = replace(self._carrying[brick], pose=state.pose)
             for load in self._loads[brick]:
                 by = load.by.brick.id
-                for each in load.on(carrying):
-                    size = norm(each.force_W)
-                    found[by].append(
-                        ContactPoint(by, brick, each.at_W, scale(-1.0 / size, each.force_W), 0.0, size, NOTHING)
+                for force in load.on(carrying):
+                    size = norm(force.force_W)
+                    points[by].append(
+                        ContactPoint(by, brick, force.at_W, scale(-1.0 / size, force.force_W), 0.0, size, NOTHING)
                     )
-        return found
+        return points
 
     def absorb(self, other: Self) -> None:
-        """The bricks of another come into this engine."""
+        """Take over the records of another instance."""
         self._loads |= other._loads
         self._carrying |= other._carrying
 
@@ -330,27 +331,27 @@ class DeadLoads(BrickObserver):
         return self.engine.states(sorted(self._loads))
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """What is frozen carries by its proof."""
+        """Drop the loads on frozen bricks."""
         for brick in bricks:
             self._loads.pop(brick, None)
             self._carrying.pop(brick, None)
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """What is woken presses by its own weight."""
-        self._leave_out(bricks)
+        """Drop the loads from woken bricks, which press by their own weight."""
+        self._drop_from(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """What is gone neither presses nor carries."""
+        """Drop the loads on and from removed bricks."""
         self.frozen(bricks)
-        self._leave_out(bricks)
+        self._drop_from(bricks)
 
-    def _leave_out(self, pressing: Container[BodyId]) -> None:
+    def _drop_from(self, pressing: Container[BodyId]) -> None:
         for brick, loads in self._loads.items():
             self._loads[brick] = [load for load in loads if load.by.brick.id not in pressing]
 
 
 def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> Iterator[DeadLoad]:
-    """What presses on a brick by the forces of a proof."""
+    """Yield the dead loads on a brick from the forces of a proof."""
     for contact, at_points in forces.onto(brick):
         up_W, size = _normal(contact, seen_from=brick), 0.0
         for in_cones in at_points:
@@ -361,7 +362,7 @@ def _loads_on(brick: BodyId, forces: Tally, frozen: Mapping[BodyId, Placed]) -> 
 
 
 def _normal(contact: Contact, seen_from: BodyId) -> Vec3:
-    """The middle of the normals of a contact [unit, W], away from one of its bodies."""
+    """Return the mean normal of a contact [unit, W], away from one of its bodies."""
     total = NOTHING
     for normal in contact.normals_W:
         total = add(total, normal)

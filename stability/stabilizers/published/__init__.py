@@ -1,1 +1,1 @@
-"""The published method: base model, leaning, impacts."""
+"""The published method: base model, leaning model and impact model."""

@@ -1,4 +1,4 @@
-"""The published leaning model: two contacts with friction that may hold a brick."""
+"""The published leaning model: two contacts with friction that hold a brick which the base model finds unstable."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,86 +15,84 @@ from stability.model import BodyId, Brick, ConvexShape, HalfSpace, Plane, Pose, 
 from stability.problem import ZERO, Contact, Placed, Tolerances
 from stability.stabilizers.published.support import AS_READ, CarriedLoad, Closest, Readings, Square, reach_of
 
-# The published leaning model: do two contacts with friction hold a brick that the base model finds unstable?
-#
-# Source: the stack-stability thesis, sections 3.4 and 3.5; equation numbers below are its own. Its model: - Exactly two
-# contacts, at different heights. The brick turns about the lower one, the pivot, under its weight. - What that torque
-# presses with on the upper contact acts square to the line from the pivot to that contact. - The upper contact holds as
-# much weight as its static friction allows; what is left must not slide the pivot away.
+# Source: the stack-stability thesis, sections 3.4 and 3.5; equation numbers below are its own. Its model:
+# - Exactly two contacts, at different heights. The brick turns about the lower one, the pivot, under its weight.
+# - The force from that torque on the upper contact is perpendicular to the line from the pivot to that contact.
+# - The upper contact carries as much weight as its static friction allows; the rest must not slide the pivot away.
 #
 # Its faults, which are kept:
-# - The press on the upper contact is turned into its normal part by a projection, where equilibrium would divide: by
-#   sin^2 of the angle too little for a plank against a wall. Planks that lean flatly stand with hardly any friction.
-# - Only magnitudes are compared: a brick that falls away from its upper contact is held by it as if it pushed.
-# - Nothing asks whether the body that is leaned on stands: a plank held up by one that itself leans away stands.
-# - Leaning bricks pass no weight on: leaning contacts and base contacts do not know of each other.
+# - The normal force on the upper contact is a projection where equilibrium would divide: it is too small by sin^2 of
+#   the angle for a plank against a wall. Planks that lean flatly stand with hardly any friction.
+# - Only magnitudes are compared: an upper contact also holds a brick that falls away from it.
+# - The stability of the supporting body is not tested: a plank held by one that itself leans away stands.
+# - Leaning bricks pass no weight on: leaning contacts and base contacts are independent.
 #
-# docs/design/publication.md says how the text was read where it leaves something open.
+# docs/design/publication.md describes the reading of ambiguous text.
 
 
-# Share of a brick's smallest side by which one contact must lie higher than the other to be leaning: in a stack of flat
-# planks supports differ by nothing, or by whole planks.
+# Least difference in height of two leaning contacts, as a share of the brick's smallest side: in a stack of flat planks
+# supports differ by nothing, or by whole planks.
 RISE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class LeaningArea:
-    """Where a brick touches a body that may hold it, level or not."""
+    """Contact area of a brick with a body that may hold it, level or not."""
 
     on: BodyId
-    points_W: tuple[Vec3, ...]  # one point, the ends of a line, or the corners of a convex patch in order [m]
-    normal_W: Vec3  # unit, from that body towards the brick
+    points_W: tuple[Vec3, ...]  # a point, the ends of a line, or the ordered corners of a convex patch [m]
+    normal_W: Vec3  # unit, from the body towards the brick
     friction: float  # Coulomb coefficient
 
     @property
     def height(self) -> float:
-        """How high it is [m]."""
+        """Mean height of the points [m]."""
         return height(self.points_W)
 
 
 @dataclass(frozen=True, slots=True)
 class LeaningBrick:
-    """A brick of the stack that leans, and what it leans on."""
+    """Contacts of a leaning brick of the stack."""
 
-    pivot: LeaningArea  # the lower one
-    contact: LeaningArea  # the upper one
+    pivot: LeaningArea  # lower contact
+    contact: LeaningArea  # upper contact
 
     @property
     def leans_on(self) -> tuple[BodyId, BodyId]:
-        """Both bodies, the ground included."""
+        """Both supporting bodies, including the ground."""
         return (self.pivot.on, self.contact.on)
 
 
 @dataclass(frozen=True, slots=True)
 class LeaningForces:
-    """What a leaning brick does to its two contacts. Every force over g, as in Eq. 9 [kg]; all in W."""
+    """Forces of a leaning brick on its two contacts, divided by g as in Eq. 9 [kg]; all in W."""
 
     normal_at_contact: Vec3  # F_n
-    friction_at_contact: Vec3  # F_f, the way in which the brick wants to slide there
+    friction_at_contact: Vec3  # F_f, in the direction of the impending slip
     on_pivot: Vec3  # F_p
     normal_at_pivot: Vec3
     sliding_at_pivot: Vec3
-    friction_at_pivot: float  # the most that it can be
+    friction_at_pivot: float  # limit of the static friction
 
     @property
     def hold(self) -> bool:
-        """Whether the pivot's friction is larger than what slides it."""
+        """Whether the friction at the pivot exceeds the sliding force."""
         return self.friction_at_pivot > norm(self.sliding_at_pivot)
 
 
 def height(points_W: Sequence[Vec3]) -> float:
-    """The mean height of contact points [m]."""
+    """Return the mean height of contact points [m]."""
     return sum(z for _, _, z in points_W) / len(points_W)
 
 
-def differ_in_height(one_W: Sequence[Vec3], other_W: Sequence[Vec3], smallest_side: float) -> bool:
-    """Section 3.5: are two contacts so far apart in height that a brick leans on them, and does not rest?"""
-    return abs(height(one_W) - height(other_W)) >= RISE * smallest_side
+def differ_in_height(first_W: Sequence[Vec3], second_W: Sequence[Vec3], smallest_side: float) -> bool:
+    """Check that two contacts differ so much in height that a brick leans on them instead of resting (section 3.5)."""
+    return abs(height(first_W) - height(second_W)) >= RISE * smallest_side
 
 
 def leaning_brick(areas: Sequence[LeaningArea], smallest_side: float) -> LeaningBrick | None:
-    """A brick that touches these and leans on them; None if there are not exactly two, or at one height."""
-    if len(areas) != 2:  # noqa: PLR2004 -- the source: one is no leaning, and three are too complicated
+    """Return the leaning contacts of a brick with these areas; None unless there are two at different heights."""
+    if len(areas) != 2:  # noqa: PLR2004 -- the source: one contact is no leaning, three are too complicated
         return None
     if not differ_in_height(areas[0].points_W, areas[1].points_W, smallest_side):
         return None
@@ -103,20 +101,20 @@ def leaning_brick(areas: Sequence[LeaningArea], smallest_side: float) -> Leaning
 
 
 def holds(brick: LeaningBrick, load: CarriedLoad, readings: Readings = AS_READ) -> bool:
-    """Section 3.4.3: is a leaning brick stable under what it carries, itself included?"""
+    """Check that a leaning brick is stable under its load, itself included (section 3.4.3)."""
     forces = leaning_forces(brick, load, readings)
     return forces is not None and forces.hold
 
 
 def leaning_forces(brick: LeaningBrick, load: CarriedLoad, readings: Readings = AS_READ) -> LeaningForces | None:
-    """The forces of section 3.4.3; None if the upper contact lies on the axis about which the weight turns."""
+    """Return the forces of section 3.4.3; None if the upper contact lies on the axis of the weight's torque."""
     pressing = _force_on_contact(brick, load, readings)
     if pressing is None:
         return None
     weight = (0.0, 0.0, -load.mass)
     normal = _along(pressing, brick.contact.normal_W)
     sliding = subtract(pressing, normal)
-    # Eq. 12; static friction is no larger than what it opposes, and does not jump when that is next to nothing.
+    # Eq. 12; static friction does not exceed the force that it opposes, and changes continuously near 0.
     friction = scale(min(brick.contact.friction * norm(normal), norm(sliding)), _direction(sliding))
     on_pivot = subtract(subtract(weight, normal), friction)  # Eq. 13
     normal_at_pivot = _along(on_pivot, brick.pivot.normal_W)
@@ -133,15 +131,15 @@ def leaning_forces(brick: LeaningBrick, load: CarriedLoad, readings: Readings = 
 def failing_leaning(
     bricks: Mapping[BodyId, LeaningBrick], loads: Mapping[BodyId, CarriedLoad], readings: Readings = AS_READ
 ) -> tuple[BodyId, ...]:
-    """The stack test of leaning bricks: every one that no longer holds what it carries, by name."""
+    """Return the leaning bricks that are not stable under their loads, sorted by name: the stack test."""
     return tuple(name for name in sorted(bricks) if not holds(bricks[name], loads[name], readings))
 
 
 def _force_on_contact(brick: LeaningBrick, load: CarriedLoad, readings: Readings) -> Vec3 | None:
-    """What the torque of the weight about the pivot presses with on the upper contact."""
+    """Return the force on the upper contact from the torque of the weight about the pivot."""
     x, y = load.com
     pivot = _nearest_in_plan(brick.pivot.points_W, (x, y), readings.leaning_pivot)
-    # The weight is vertical, so the height of the centre of mass is in no torque.
+    # The weight is vertical, so the height of the centre of mass has no effect.
     torque = cross(subtract((x, y, 0.0), pivot), (0.0, 0.0, -load.mass))  # Eq. 4
     lever = subtract(_centre(brick.contact.points_W), pivot)
     across = cross(torque, lever)
@@ -154,7 +152,7 @@ def _force_on_contact(brick: LeaningBrick, load: CarriedLoad, readings: Readings
 
 
 def _effective(lever: Vec3, normal_W: Vec3, angle: Square) -> float:
-    """The length of a lever times the sine of Eq. 7 [m]."""
+    """Return the length of a lever times the sine of Eq. 7 [m]."""
     match angle:
         case Square.FORCE:
             return norm(lever)
@@ -165,7 +163,7 @@ def _effective(lever: Vec3, normal_W: Vec3, angle: Square) -> float:
 
 
 def _along(force: Vec3, normal_W: Vec3) -> Vec3:
-    """The part of a force along a normal. The sign is not looked at: a contact is taken to pull as well."""
+    """Return the component of a force along a normal, regardless of its sign: a contact may also pull."""
     return scale(dot(force, normal_W), normal_W)
 
 
@@ -175,7 +173,7 @@ def _direction(vector: Vec3) -> Vec3:
 
 
 def _nearest_in_plan(points_W: Sequence[Vec3], com: tuple[float, float], closest: Closest) -> Vec3:
-    """The point, or the corner, of an area that is closest to the centre of mass, seen from above."""
+    """Return the point or corner of an area that is closest to the centre of mass in plan."""
     corners = closest is Closest.CORNER
     pairs = zip(points_W, points_W, strict=True) if corners else combinations_with_replacement(points_W, 2)
     candidates = [_nearest_on_line(a, b, com) for a, b in pairs]
@@ -192,7 +190,7 @@ def _nearest_on_line(a: Vec3, b: Vec3, com: tuple[float, float]) -> Vec3:
 
 
 def _centre(points_W: Sequence[Vec3]) -> Vec3:
-    """The centre of an area: of a patch, of a line, or the point itself."""
+    """Return the centre of a patch, of a line, or the point itself."""
     first, *others = points_W
     total, centre = 0.0, ZERO
     for a, b in pairwise(others):
@@ -209,58 +207,58 @@ def _centre(points_W: Sequence[Vec3]) -> Vec3:
 
 # Contacts on which a brick may lean, with exact points and normals.
 #
-# The engine says which bodies are near; geometry says where they touch and along which normal, since engines give edges
-# that meet the normal of a face (docs/design/publication.md). Only convex solids and half-spaces are known: if anything else
-# is near, nothing is told, and the brick stays with the engine.
+# The engine provides the neighbours, and geometry the contact points and normals, as engines give edge contacts a face
+# normal (docs/design/publication.md). Only convex solids and half-spaces are supported: near any other shape a brick
+# has no leaning contacts and stays with the engine.
 
 
-NO_MASS = 0.0  # nobody weighs a contact
-# z of the normal from another body towards the brick: below it that body lies on the brick, as the base model has it.
+NO_MASS = 0.0  # mass has no effect on contacts
+# The other body lies on the brick if the z component of the normal towards the brick is smaller, as in the base model.
 ON_TOP = -0.5
 
 
 @dataclass(frozen=True, slots=True)
 class LeaningFrictions:
-    """How bricks rub on each other, and on what never moves."""
+    """Friction of bricks on each other and on fixed bodies."""
 
     friction: Friction
     planes: Mapping[BodyId, Plane] = field(default_factory=dict)
 
     def between(self, brick: BodyId, body: BodyId) -> float:
-        """The Coulomb coefficient of a brick on this body; that of a brick where nothing is known of the body."""
+        """Return the Coulomb coefficient of a brick on a body; an unknown body counts as a brick."""
         plane = self.planes.get(body)
         return self.friction.of(brick, body) if plane is None else self.friction.on(brick, plane)
 
 
 def smallest_side(engine: Engine, brick: BodyId) -> float | None:
-    """The smallest side of a brick [m]; None if its shape is not known."""
+    """Return the smallest side of a brick [m]; None if its shape is not convex."""
     shape = convex(engine.shape(brick))
     return None if shape is None else shape.least_thickness
 
 
 def touching_areas(engine: Engine, brick: BodyId, surfaces: LeaningFrictions) -> Sequence[LeaningArea]:
-    """Where a brick touches what does not lie on it, bricks and fixed bodies; none if some shape near is not known."""
-    known = engine.masses().keys() | engine.fixed()
+    """Return the contact areas of a brick with bodies that do not lie on it; none near an unsupported shape."""
+    bodies = engine.masses().keys() | engine.fixed()
     shape = engine.shape(brick)
     near = engine.neighbours(brick, reach_of(shape))
-    if not known.issuperset(near):
+    if not bodies.issuperset(near):
         return ()
     states = engine.states([brick, *near])
-    own = _solid(brick, shape, states[brick].pose)
-    found = []
+    solid_of_brick = _solid(brick, shape, states[brick].pose)
+    areas = []
     for body in near:
         other, pose = engine.shape(body), states[body].pose
-        if own is None or other is None:
+        if solid_of_brick is None or other is None:
             return ()
-        contact = _contact(own, body, other, pose, surfaces.between(brick, body))
+        contact = _contact(solid_of_brick, body, other, pose, surfaces.between(brick, body))
         if contact:
-            found.append(_area(contact, brick))
-    return [area for area in found if area.normal_W[2] > ON_TOP]
+            areas.append(_area(contact, brick))
+    return [area for area in areas if area.normal_W[2] > ON_TOP]
 
 
 def _solid(body: BodyId, shape: Shape, pose: Pose) -> Solid | None:
-    known = convex(shape)
-    return None if known is None else solid(Placed(Brick(body, known, NO_MASS), pose))
+    convex_shape = convex(shape)
+    return None if convex_shape is None else solid(Placed(Brick(body, convex_shape, NO_MASS), pose))
 
 
 def _contact(own: Solid, body: BodyId, shape: ConvexShape | HalfSpace, pose: Pose, friction: float) -> Contact | None:
@@ -271,7 +269,7 @@ def _contact(own: Solid, body: BodyId, shape: ConvexShape | HalfSpace, pose: Pos
 
 
 def _area(contact: Contact, brick: BodyId) -> LeaningArea:
-    """A contact as the brick sees it. Of the normals of edges that meet it takes the middle one."""
+    """Convert a contact to a leaning area of a brick, with the mean of its normals."""
     x, y, z = (sum(parts) for parts in zip(*contact.normals_W, strict=True))
     upper = contact.upper == brick
     normal_W = scale(1.0 if upper else -1.0, unit((x, y, z)))

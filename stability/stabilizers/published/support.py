@@ -1,4 +1,4 @@
-"""The published base model: contact areas, support polygons and merge cases, with every reading of the text."""
+"""The published base model: contact areas, support polygons, merge cases, and the readings of ambiguous text."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,55 +41,55 @@ from stability.model import (
 from stability.problem import Placed, Tolerances
 from stability.work_limit import LOAD, add_work
 
-# The open points of the published text and their readings. The method runs with one choice of each.
+# Readings of ambiguous points of the published text. The method runs with one choice of each.
 #
-# docs/design/publication.md say why the defaults are what they are, and docs/method.md what the others come to.
+# docs/design/publication.md gives the reasons for the defaults, and docs/method.md the effects of the others.
 
 
 class Closest(Enum):
-    """Which point of a contact is "the contact point closest to the centre of mass"."""
+    """Reading of "the contact point closest to the centre of mass"."""
 
     CORNER = "corner"  # one of the contact points
     POINT = "point"  # any point of the contact area
 
 
 class ActsAt(Enum):
-    """Where the mass acts that one of several supports is given."""
+    """Point of application of the mass that one of several supports carries."""
 
-    CONTACT = "contact"  # at the centre of its contact area, to which Eq. 6 takes the lever
-    COM_ABOVE = "com above"  # at com above of the brick that hands it on, as Eq. 1 and Eq. 10 are written
+    CONTACT = "contact"  # at the centre of its contact area, the end of the lever of Eq. 6
+    COM_ABOVE = "com above"  # at com above of the brick that passes it on, by the text of Eq. 1 and Eq. 10
 
 
 class Merge(Enum):
-    """How a load is shared by two supports neither of which could bear it alone (merge case 3)."""
+    """Distribution of a load over two supports neither of which could carry it alone (merge case 3)."""
 
     TORQUES = "torques"  # by the torque about a pivot on the other support, as published (Eq. 3 to 9)
-    LEVER_RULE = "lever rule"  # not published: by the lever rule, so that load and moment are both kept
+    LEVER_RULE = "lever rule"  # not published: by the lever rule, which preserves load and moment
 
 
 class SecondObjects(Enum):
-    """Which moving bricks are "second impact objects", whose hits count for nothing (section 3.6.1)."""
+    """Reading of "second impact objects", whose hits are ignored (section 3.6.1)."""
 
-    EVER_STACKED = "ever stacked"  # every brick that has been part of the stack, also long after it was woken
-    NONE = "none"  # none that touches the stack by itself: every moving brick hits, with its own energy
+    EVER_STACKED = "ever stacked"  # every brick that was once part of the stack
+    NONE = "none"  # no brick: every moving brick hits with its own energy
 
 
 class Square(Enum):
-    """What the angle of Eq. 7 is measured against where a brick leans; its sine divides the force."""
+    """Reference direction of the angle of Eq. 7 for a leaning brick; the sine of the angle divides the force."""
 
-    FORCE = "force"  # the force, which is square to the lever: no angle at all
+    FORCE = "force"  # the force, which is perpendicular to the lever: the sine is 1
     GRAVITY = "gravity"  # gravity, as in the base model
-    NORMAL = "normal"  # the normal of the contact that is leaned on
+    NORMAL = "normal"  # the normal of the upper contact
 
 
 @dataclass(frozen=True, slots=True)
 class Readings:
-    """One choice of each."""
+    """Choice of all readings."""
 
     pivot: Closest = Closest.CORNER  # of merge case 3
     acts_at: ActsAt = ActsAt.CONTACT  # in plan, on two supports: merge case 3, Eq. 10
     equal_acts_at: ActsAt = ActsAt.COM_ABOVE  # in plan, on more than two: merge case 2
-    height_acts_at: ActsAt = ActsAt.COM_ABOVE  # how high, on two or more; only the energy of an impact asks for it
+    height_acts_at: ActsAt = ActsAt.COM_ABOVE  # height, on two or more; only for the energy of an impact
     merge: Merge = Merge.TORQUES
     second_objects: SecondObjects = SecondObjects.EVER_STACKED
     leaning_pivot: Closest = Closest.POINT
@@ -99,47 +99,47 @@ class Readings:
 AS_READ = Readings()
 
 
-# Contact areas as published: the convex hull, in plan, of the points at which a brick rests.
+# Contact areas as published: the convex hull in plan of the points at which a brick rests.
 #
-# Source: the stack-stability thesis, section 3.3.3. One area per support, and one over all supports (the main contact).
-# Two points are widened sideways into a thin quad, one becomes a small diamond, because a line or a point has no
-# inside. The source takes the engine's points, orders them by gift wrapping, and spans a mesh over them that rays can
-# meet. What is done here instead decides the same (docs/design/contacts.md).
+# Source: the stack-stability thesis, section 3.3.3. There is one area per support, and one over all supports (the main
+# contact). Two points are widened to a thin quad, and one to a small diamond, as a line or point has no interior. The
+# source orders the engine's points by gift wrapping and tests rays against a mesh over them. This code gives the same
+# verdicts without rays (docs/design/contacts.md).
 
 
-# [m] "a short distance" in the source. A tenth of a plank's edge is felt by hand, half a millimetre is not.
+# [m] "a short distance" in the source. Half a millimetre cannot be felt by hand, a tenth of a plank's edge can.
 WIDENING = 5e-4
 
 
 @dataclass(frozen=True, slots=True)
 class ContactArea:
-    """Where a brick rests on one support."""
+    """Contact area of a brick with one support."""
 
     on: BodyId
-    points_W: tuple[Vec3, ...]  # contact points [m], as they were given
+    points_W: tuple[Vec3, ...]  # contact points [m]
     polygon: Polygon  # their hull in plan, widened if it has no area
     centre: Point2  # of the polygon [m]
 
 
 def contact_area(on: BodyId, points_W: Sequence[Vec3]) -> ContactArea:
-    """The area of contact with one support; at least one point is needed."""
+    """Return the contact area of at least one point with a support."""
     polygon = plan_hull(points_W)
     return ContactArea(on, tuple(points_W), polygon, centroid(polygon))
 
 
 def main_contact(areas: Iterable[ContactArea]) -> Polygon:
-    """The hull over all supports: what the brick stands on as a whole."""
+    """Return the hull over all supports."""
     return plan_hull([point for area in areas for point in area.points_W])
 
 
 def plan_hull(points_W: Sequence[Vec3]) -> Polygon:
-    """The convex hull seen from above, made two-dimensional where the points are one or on a line."""
+    """Return the convex hull in plan, widened if the points coincide or lie on a line."""
     hull = convex_hull((x, y) for x, y, _ in points_W)
     polygon = straightened(hull)
     if polygon:
         return polygon
-    one, other = max(product(hull, repeat=2), key=lambda ends: dist(*ends))
-    return _thin_quad(one, other) if dist(one, other) > STRAIGHT else _diamond(one)
+    first, second = max(product(hull, repeat=2), key=lambda ends: dist(*ends))
+    return _thin_quad(first, second) if dist(first, second) > STRAIGHT else _diamond(first)
 
 
 def _diamond(centre: Point2) -> Polygon:
@@ -156,18 +156,17 @@ def _thin_quad(a: Point2, b: Point2) -> Polygon:
 
 # Face patch of two boxes: the corners of the overlap of their faces, from poses and sizes.
 #
-# Engines keep at most four contact points a pair, and where edges of the two faces coincide, as they do in every flush
-# stack, rounding decides which: PyBullet then reports points in the middle of an edge and drops corners. So the engine
-# is asked whether two bricks touch, and geometry where.
+# Engines keep at most four contact points per pair. In a flush stack edges of both faces coincide, and rounding selects
+# the points: PyBullet then reports points within an edge and drops corners. So geometry provides the points.
 
 
-PARALLEL = 0.9994  # cosine of 2 deg: faces further apart in direction touch along an edge, not over an area
+PARALLEL = 0.9994  # cosine of 2 deg: less parallel faces touch along an edge
 
 
 def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> tuple[Vec3, ...]:
-    """The corners of the overlap of the upper box's under side with the lower box's top [m, in W], in its plane.
+    """Return the corners of the overlap of the upper box's bottom with the lower box's top, in its plane [m, W].
 
-    Counter-clockwise seen from above; empty if no two such faces are parallel, or if they do not overlap.
+    They are counter-clockwise seen from above; empty if the faces are not parallel or do not overlap.
     """
     (axis_u, _), (axis_l, sign) = _most_upright(upper), _most_upright(lower)
     axes_u, axes_l = body_axes(upper.orientation), body_axes(lower.orientation)
@@ -175,8 +174,8 @@ def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> 
         return ()
     first, second = (axis for axis in range(3) if axis != axis_l)
     top = 0.5 * sign * lower_size[axis_l]
-    under_side = sorted(corners_W(Box(upper_size), upper), key=lambda corner: dot(corner, axes_l[axis_l]) * sign)[:4]
-    in_face = [_coordinates(corner, lower, (axes_l[first], axes_l[second])) for corner in under_side]
+    bottom = sorted(corners_W(Box(upper_size), upper), key=lambda corner: dot(corner, axes_l[axis_l]) * sign)[:4]
+    in_face = [_coordinates(corner, lower, (axes_l[first], axes_l[second])) for corner in bottom]
     half = (0.5 * lower_size[first], 0.5 * lower_size[second])
     corners = straightened(tuple(within_rectangle(convex_hull(in_face), *half)))
     placed = [_in_world(corner, lower, (axes_l[first], axes_l[second], axes_l[axis_l]), top) for corner in corners]
@@ -185,7 +184,7 @@ def face_patch(upper_size: Vec3, upper: Pose, lower_size: Vec3, lower: Pose) -> 
 
 
 def _most_upright(pose: Pose) -> tuple[int, float]:
-    """The body axis that is closest to the vertical, and its sign upwards."""
+    """Return the body axis that is closest to the vertical, and its upward sign."""
     heights = [axis[2] for axis in body_axes(pose.orientation)]
     axis = max(range(3), key=lambda index: abs(heights[index]))
     return axis, 1.0 if heights[axis] > 0.0 else -1.0
@@ -206,55 +205,59 @@ def _in_world(point: Point2, box: Pose, axes: tuple[Vec3, Vec3, Vec3], height: f
 
 # The supports of a brick and its contact points with them.
 #
-# The engine says which bodies are near. Where both are convex, or the lower one is a half-space, geometry says whether
-# they touch, from which side, and at which corners (docs/design/contacts.md). Only of other shapes, and of bodies that
-# touch along an edge, the engine's own contact points are used.
+# The engine provides the neighbours. For two convex shapes, or a convex shape on a half-space, geometry decides whether
+# they touch, on which side, and at which corners (docs/design/contacts.md). The engine's own contact points are used
+# only for other shapes and for contacts along an edge.
 #
-# The source also disregards contacts that come from impacts. Here that follows: a brick is tested only when it is slow,
-# and only against bodies that do not move.
+# The source also ignores contacts from impacts. This follows here, as only slow bricks are tested, and only against
+# bodies at rest.
 
 
-# [m] For how thick a body is taken whose shape nobody knows: engines keep their margins around such shapes, and report
-# points up to half a millimetre early.
+# [m] Assumed thickness of a body of unsupported shape: engines keep margins around such shapes, and report contact
+# points at gaps of up to half a millimetre.
 UNKNOWN_THICKNESS = 0.025
 
 
 @dataclass(frozen=True, slots=True)
 class ContactLimits:
-    """Which contacts carry weight."""
+    """Limits of contacts that carry weight."""
 
-    # z of the normal towards the carried brick: steeper than 60 deg is a side touch, which the base model leaves out.
+    # Least z component of the normal towards the carried brick: the base model ignores contacts steeper than 60 deg.
     upward: float = 0.5
 
 
 def reach_of(shape: Shape) -> float:
-    """How far away what a brick touches may at most be [m]."""
-    known = convex(shape)
-    return reach_between(UNKNOWN_THICKNESS if known is None else known.least_thickness)
+    """Return the largest gap between a brick and a body that it touches [m]."""
+    convex_shape = convex(shape)
+    return reach_between(UNKNOWN_THICKNESS if convex_shape is None else convex_shape.least_thickness)
 
 
 def resting_points(
     engine: Engine, brick: BodyId, state: BodyState, supports: Collection[BodyId], limits: ContactLimits
 ) -> Mapping[BodyId, Sequence[Vec3]]:
-    """The points at which a brick rests on each of the `supports` that carry it [m, in W]."""
+    """Return the contact points of a brick with each of the `supports` that carry it [m, W]."""
     shape = engine.shape(brick)
     near = [body for body in engine.neighbours(brick, reach_of(shape)) if body in supports]
     states = engine.states(near)
-    found: dict[BodyId, Sequence[Vec3]] = {}
-    unclear = []
+    contact_points: dict[BodyId, Sequence[Vec3]] = {}
+    undetermined = []
     for body in near:
         points = corners_on(shape, state.pose, engine.shape(body), states[body].pose, limits)
         if points is None:
-            unclear.append(body)
+            undetermined.append(body)
         elif points:
-            found[body] = points
-    return found | _reported(brick, engine.contacts(brick), unclear, reach_of(shape), limits) if unclear else found
+            contact_points[body] = points
+    return (
+        contact_points | _reported(brick, engine.contacts(brick), undetermined, reach_of(shape), limits)
+        if undetermined
+        else contact_points
+    )
 
 
 def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: ContactLimits) -> Sequence[Vec3] | None:
-    """The corners of the contact of one body with another below it; empty if it does not rest there.
+    """Return the corners of the contact of one body with another below it; empty if it does not rest on it.
 
-    None if their shapes alone do not tell.
+    None if their shapes do not determine the contact.
     """
     match upper, lower:
         case Box(), Box():
@@ -275,7 +278,7 @@ def corners_on(upper: Shape, at: Pose, lower: Shape, below: Pose, limits: Contac
 def _corners_of_patch(
     upper: ConvexShape, at: Pose, lower: ConvexShape, below: Pose, limits: ContactLimits
 ) -> Sequence[Vec3] | None:
-    """Of two solids that are not both boxes; None where they touch along an edge."""
+    """Return the corners of the contact of two solids that are not both boxes; None if they touch along an edge."""
     above = solid(Placed(Brick("upper", upper, 0.0), at))
     contact = contact_between(above, solid(Placed(Brick("lower", lower, 0.0), below)), 0.0, Tolerances())
     if contact is None:
@@ -301,42 +304,41 @@ def _lowest_corners(upper: ConvexShape, at: Pose, plane: Plane, limits: ContactL
 def _reported(
     brick: BodyId, contacts: Iterable[ContactPoint], bodies: Collection[BodyId], reach: float, limits: ContactLimits
 ) -> dict[BodyId, Sequence[Vec3]]:
-    """The engine's own contact points with these bodies, where they carry the brick."""
-    found: dict[BodyId, list[Vec3]] = {}
+    """Return the engine's contact points of a brick with these bodies, as far as they carry it."""
+    contact_points: dict[BodyId, list[Vec3]] = {}
     for point in contacts:
         other, upward = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
         if other in bodies and abs(point.gap) <= reach and upward >= limits.upward:
-            found.setdefault(other, []).append(point.position_W)
-    return dict(found)
+            contact_points.setdefault(other, []).append(point.position_W)
+    return dict(contact_points)
 
 
-# Supports that share a load which none could bear alone: merge cases 2 and 3, and a rule that keeps moments.
+# Loads shared by several supports: merge cases 2 and 3, and the lever rule.
 #
 # Source: the stack-stability thesis, section 3.3.6; equation numbers are its own.
-# `stability.stabilizers.published.support` names what its text leaves open.
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """Part of a load that goes to one support."""
+    """Part of a load that one support carries."""
 
     on: BodyId
     mass: float  # equivalent mass [kg], Eq. 9
-    at: Point2  # where it acts, in plan [m]
+    at: Point2  # point of application in plan [m]
 
 
-def shares_of_two(mass: float, com: Point2, one: ContactArea, other: ContactArea, readings: Readings) -> list[Share]:
-    """What each of two supports is given of a load [kg] whose centre lies above neither, in plan [m]."""
+def shares_of_two(mass: float, com: Point2, first: ContactArea, second: ContactArea, readings: Readings) -> list[Share]:
+    """Distribute a load [kg] over two supports neither of which is below its centre in plan [m]."""
     if readings.merge is Merge.LEVER_RULE:
-        return _lever_rule(mass, com, one, other)
+        return _lever_rule(mass, com, first, second)
     return [
         Share(area.on, mass * _lever(com, area, beside, readings.pivot), _acts_at(area, com, readings.acts_at))
-        for area, beside in ((one, other), (other, one))
+        for area, beside in ((first, second), (second, first))
     ]
 
 
 def equal_shares(mass: float, com: Point2, areas: Sequence[ContactArea], readings: Readings) -> list[Share]:
-    """What each of more than two supports is given of a load [kg]: merge case 2."""
+    """Distribute a load [kg] equally over more than two supports: merge case 2."""
     return [Share(area.on, mass / len(areas), _acts_at(area, com, readings.equal_acts_at)) for area in areas]
 
 
@@ -345,9 +347,9 @@ def _acts_at(area: ContactArea, com: Point2, where: ActsAt) -> Point2:
 
 
 def _lever(com: Point2, area: ContactArea, other: ContactArea, closest: Closest) -> float:
-    """Eq. 3 to 9: which part of the load a force on `area` must hold up, so that nothing turns about `other`.
+    """Return the share of the load on `area` that balances the torque about a pivot on `other`: Eq. 3 to 9.
 
-    |torque| / (|lever| sin theta) with gravity vertical leaves horizontal distances only.
+    With vertical gravity |torque| / (|lever| sin theta) depends only on horizontal distances.
     """
     pivot = _closest(other, com, closest)
     return dist(com, pivot) / dist(area.centre, pivot)
@@ -361,72 +363,72 @@ def _closest(area: ContactArea, com: Point2, closest: Closest) -> Point2:
 
 
 def _on_segment(a: Point2, b: Point2, com: Point2) -> Point2:
-    """The point between a and b that is closest to a centre of mass."""
+    """Return the point between a and b that is closest to a centre of mass."""
     along = min(1.0, max(0.0, _along(a, b, com)))
     return (a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1]))
 
 
 def _along(a: Point2, b: Point2, com: Point2) -> float:
-    """How far along from a to b a centre of mass lies beside, as a share of that way."""
+    """Return the position of a centre of mass projected on the line from a to b, as a share of the distance."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     return ((com[0] - a[0]) * dx + (com[1] - a[1]) * dy) / (dx * dx + dy * dy)
 
 
-def _lever_rule(mass: float, com: Point2, one: ContactArea, other: ContactArea) -> list[Share]:
-    """Between the centres of both contacts by the lever rule, both moved by as much as com lies off that line.
+def _lever_rule(mass: float, com: Point2, first: ContactArea, second: ContactArea) -> list[Share]:
+    """Distribute a load by the lever rule between the centres of both contacts, shifted by com's offset from the line.
 
     So the shares add up to the load, and have its moment about every axis. Neither is negative.
     """
-    part = min(1.0, max(0.0, _along(one.centre, other.centre, com)))
-    on_line = _on_segment(one.centre, other.centre, com)
+    part = min(1.0, max(0.0, _along(first.centre, second.centre, com)))
+    on_line = _on_segment(first.centre, second.centre, com)
     off = (com[0] - on_line[0], com[1] - on_line[1])
     return [
         Share(area.on, mass * share, (area.centre[0] + off[0], area.centre[1] + off[1]))
-        for area, share in ((one, 1.0 - part), (other, part))
+        for area, share in ((first, 1.0 - part), (second, part))
     ]
 
 
-# The published base model: does the centre of mass of a brick and of all that it carries lie above its contact?
+# The published base model: the centre of mass of a brick and its load must lie above its contact.
 #
 # Source: the stack-stability thesis, sections 3.3.4 to 3.3.6; equation numbers below are its own. Its assumptions:
 # - Friction between bricks of the stack is infinite, so only tipping is tested.
-# - Nothing in the stack stands on a brick that is not in the stack.
-# - A brick that could rest wholly on one support does, even if it touches more (merge case 1). Where it could rest on
-#   any of several alike, for its centre of mass lies over the joint between them, none is that one, and these share.
-# - Over more than two supports the weight is shared equally, each part at com above (merge case 2).
-# - Over two supports, each share is found as if the other support's nearest contact point were a pivot (merge case 3).
-#   The two shares keep neither the load nor its moment: supports far apart are given less than it, close together more,
-#   and stacks that lean out lose moment about the edge that they tip over. The model is kept so.
+# - No brick of the stack stands on a brick that is not in the stack.
+# - A brick that one support could carry alone rests on it, even if it touches more (merge case 1). If its centre of
+#   mass lies over the joint of several supports, each of which could carry it, these share the load.
+# - More than two supports share the weight equally, each part at com above (merge case 2).
+# - Of two supports, each share is that with the other support's nearest contact point as pivot (merge case 3). The two
+#   shares preserve neither the load nor its moment: supports far apart get less than the load, close ones more, and
+#   stacks that lean out lose moment about their tipping edge. The model is kept so.
 
 
-ON_THE_BORDER = 1e-9  # [m] a centre of mass this close outside still counts as above: the limit itself is neutral
+ON_THE_BORDER = 1e-9  # [m] tolerance outside the contact: the border itself counts as above
 
 
 @dataclass(frozen=True, slots=True)
 class StackedBrick:
-    """A brick of the stack and what it stands on. Its supports were in the stack before it."""
+    """Brick of the stack with its supports, which were in the stack before it."""
 
     id: BodyId
     mass: float  # [kg]
     com_W: Vec3  # [m]
-    areas: tuple[ContactArea, ...]  # one a support; none if it leans, for what it leans on is kept elsewhere
+    areas: tuple[ContactArea, ...]  # one per support; none for a leaning brick, see `LeaningBrick`
     main: Polygon  # hull over all supports
 
     @property
     def rests_on(self) -> tuple[BodyId, ...]:
-        """The supports, the ground included."""
+        """The supports, including the ground."""
         return tuple(area.on for area in self.areas)
 
 
 @dataclass(frozen=True, slots=True)
 class CarriedLoad:
-    """What a brick carries, itself included: mass above [kg] and com above, in plan [m]."""
+    """Load of a brick, itself included: mass above [kg], and com above in plan [m]."""
 
     mass: float
     com: Point2
 
     def plus(self, mass: float, at: Point2) -> "CarriedLoad":
-        """This load and another one: Eq. 1 and 2, and with an equivalent mass Eq. 10 and 11."""
+        """Return the sum of this load and another one: Eq. 1 and 2, with an equivalent mass Eq. 10 and 11."""
         total = self.mass + mass
         x = (self.com[0] * self.mass + at[0] * mass) / total
         y = (self.com[1] * self.mass + at[1] * mass) / total
@@ -434,31 +436,31 @@ class CarriedLoad:
 
 
 def lies_above(com: Point2, contact: Polygon) -> bool:
-    """Section 3.3.4: does a ray from the centre of mass straight down hit the contact?"""
+    """Check that a vertical ray from the centre of mass hits the contact (section 3.3.4)."""
     return signed_distance(com, contact) >= -ON_THE_BORDER
 
 
 def shares(load: CarriedLoad, areas: tuple[ContactArea, ...], readings: Readings = AS_READ) -> tuple[Share, ...]:
-    """How a load is distributed over the supports: single branch, or one of the three merge cases of section 3.3.6.
+    """Distribute a load over the supports: single branch, or one of the three merge cases of section 3.3.6.
 
-    A brick that leans has no areas of this kind, and passes nothing on.
+    A leaning brick has no such areas, and passes no load on.
     """
     if len(areas) <= 1:
         return tuple(Share(area.on, load.mass, load.com) for area in areas)
     depths = [signed_distance(load.com, area.polygon) for area in areas]
     if max(depths) >= -ON_THE_BORDER:
-        # No name decides: within the border on both sides of a joint, either support could bear it.
+        # All supports within the tolerance share, so that the result does not depend on names.
         areas = tuple(a for a, depth in zip(areas, depths, strict=True) if depth >= max(depths) - 2.0 * ON_THE_BORDER)
     if len(areas) == 1:
         return (Share(areas[0].on, load.mass, load.com),)
     if len(areas) > 2:  # noqa: PLR2004 -- merge case 2
         return tuple(equal_shares(load.mass, load.com, areas, readings))
-    one, other = areas
-    return tuple(shares_of_two(load.mass, load.com, one, other, readings))
+    first, second = areas
+    return tuple(shares_of_two(load.mass, load.com, first, second, readings))
 
 
 def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_READ) -> dict[BodyId, CarriedLoad]:
-    """Mass above and com above of every brick, from the top down (single, split and merge branches alike)."""
+    """Return mass above and com above of every brick, from the top down, for single, split and merge branches."""
     add_work(LOAD * len(stack))
     loads = {name: CarriedLoad(brick.mass, (brick.com_W[0], brick.com_W[1])) for name, brick in stack.items()}
     for name in from_the_top({name: brick.rests_on for name, brick in stack.items()}):
@@ -469,11 +471,11 @@ def loads_above(stack: Mapping[BodyId, StackedBrick], readings: Readings = AS_RE
 
 
 def tipping_margin(brick: StackedBrick, load: CarriedLoad) -> float:
-    """How far com above lies inside the main contact [m]; negative if it tips."""
+    """Return the distance of com above from the border of the main contact [m]; negative if the brick tips."""
     return signed_distance(load.com, brick.main)
 
 
 def failing(stack: Mapping[BodyId, StackedBrick], loads: Mapping[BodyId, CarriedLoad]) -> tuple[BodyId, ...]:
-    """The stack test of section 3.3.5: every brick whose com above is not above its main contact, by name."""
+    """Return the bricks whose com above is not above their main contact, sorted by name: the test of section 3.3.5."""
     resting = (name for name in sorted(stack) if stack[name].areas)
     return tuple(name for name in resting if not lies_above(loads[name].com, stack[name].main))

@@ -10,7 +10,7 @@ SEEDS = range(60)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_verdict_is_contradicted_and_every_gap_that_it_needs_is_told(seed: int) -> None:
+def test_no_verdict_is_contradicted_and_needed_gaps_are_reported(seed: int) -> None:
     found = judged(seed)
     assert found is None or not found.objection
 

@@ -1,4 +1,4 @@
-"""Boxes that stand level side by side: the short way comes to what the long way for any two boxes does."""
+"""Level boxes side by side: the fast code gives the result of the general code."""
 
 from itertools import product
 from math import cos, sin

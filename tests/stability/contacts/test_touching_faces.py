@@ -44,7 +44,7 @@ def test_crossed_planks_share_a_square_of_their_width() -> None:
     assert area(found.points_W) == pytest.approx(W * W)
 
 
-def test_a_shifted_plank_rests_on_what_is_left_below_it() -> None:
+def test_a_shifted_plank_rests_on_the_remaining_overlap() -> None:
     found = contact(plank("z", (0.0, 0.0, 0.0)), plank("b", (0.08, -0.005, T)))
     assert found.lower == "z"
     corners = [(x, y, T / 2) for x in (0.08 - L / 2, L / 2) for y in (-W / 2, W / 2 - 0.005)]

@@ -1,4 +1,4 @@
-"""What still touches, and where, as gaps and tilts come near the tolerance; gaps in shares of T."""
+"""Contacts and their points as gaps and tilts approach the tolerance; gaps in shares of T."""
 
 from math import pi, radians
 

@@ -1,4 +1,4 @@
-"""Pairs of bricks for tests of contacts, and how contacts are asked for and compared."""
+"""Pairs of bricks for tests of contacts, with detection and comparison of contacts."""
 
 from collections.abc import Sequence
 from math import asin, cos, degrees, dist, pi, sin

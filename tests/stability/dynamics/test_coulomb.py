@@ -1,10 +1,10 @@
-"""A point mass on a face: it opens, stays or slides, in closed form, and does not lift off by what it slides."""
+"""A point mass on a face opens, sticks or slides, in closed form, and does not lift off as it slides."""
 
 import numpy as np
 import pytest
 
 from stability.contact_law import Coulomb
-from stability.dynamics.coulomb import FrictionProblem, miss, pressed
+from stability.dynamics.coulomb import FrictionProblem, residual, solve_friction
 
 FRICTION = 0.5
 
@@ -28,7 +28,7 @@ def point(*free: float, gap: float = 0.0, friction: float = FRICTION) -> Frictio
 def test_a_point_opens_stays_or_slides(
     free: tuple[float, ...], velocity: tuple[float, ...], impulse: tuple[float, ...]
 ) -> None:
-    found = pressed(point(*free))
+    found = solve_friction(point(*free))
     assert found is not None
     assert found.velocities == pytest.approx(velocity, abs=1e-8)
     assert found.impulses[0] == pytest.approx(impulse, abs=1e-8)
@@ -38,24 +38,24 @@ def test_least_constraint_alone_would_lift_it_off_and_is_seen_to_be_wrong() -> N
     #   It leaves by the friction times the slip: p = 1.6 (1, -0.5), and so u = (0.6, 1.2).
     associated = np.array([0.6, 1.2, 0.0])
     assert associated[0] == pytest.approx(FRICTION * associated[1])
-    assert miss(point(-1.0, 2.0, 0.0), associated, np.array([[1.6, -0.8, 0.0]])) > 0.1
+    assert residual(point(-1.0, 2.0, 0.0), associated, np.array([[1.6, -0.8, 0.0]])) > 0.1
 
 
 def test_a_gap_may_close_within_the_step() -> None:
-    found = pressed(point(-1.0, 0.0, 0.0, gap=0.4))
+    found = solve_friction(point(-1.0, 0.0, 0.0, gap=0.4))
     assert found is not None
     assert found.velocities == pytest.approx((-0.4, 0.0, 0.0), abs=1e-8)
 
 
 def test_without_friction_nothing_rubs() -> None:
-    found = pressed(point(-1.0, 2.0, 0.0, friction=0.0))
+    found = solve_friction(point(-1.0, 2.0, 0.0, friction=0.0))
     assert found is not None
     assert found.velocities == pytest.approx((0.0, 2.0, 0.0), abs=1e-8)
 
 
-def test_a_good_guess_changes_nothing_of_what_is_found() -> None:
+def test_a_good_initial_guess_does_not_change_the_solution() -> None:
     meeting = point(-1.0, 2.0, 1.0)
-    alone, guessed = pressed(meeting), pressed(meeting, np.array([[0.9, -0.3, -0.3]]))
+    alone, guessed = solve_friction(meeting), solve_friction(meeting, np.array([[0.9, -0.3, -0.3]]))
     assert alone is not None
     assert guessed is not None
     assert guessed.velocities == pytest.approx(alone.velocities, abs=1e-8)

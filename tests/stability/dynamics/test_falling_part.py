@@ -1,4 +1,4 @@
-"""How far a falling part turns as one body: closed forms of what slides within it, and of what it hits."""
+"""Angle up to which a falling part turns as one body: closed forms of slips within it, and of hits."""
 
 from collections.abc import Callable, Sequence
 from math import atan, cos, degrees, radians, sin
@@ -174,7 +174,7 @@ def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
     assert turn_of(assembly.problem(["loose"]), screw) is None
 
 
-def test_a_turn_is_one_though_a_solver_leaves_more_than_the_speed_of_what_is_near_the_axis_allows() -> None:
+def test_a_rotation_is_recognised_despite_solver_errors_near_the_axis() -> None:
     part, _ = leaning_column(0.011, 12, 0.5)
     motion = velocities(part)
     slowest, fastest = (by(motion, key=lambda name: norm(motion[name][0])) for by in (min, max))
@@ -187,7 +187,7 @@ def test_a_turn_is_one_though_a_solver_leaves_more_than_the_speed_of_what_is_nea
     assert turn_of(part.problem, Motion({**motion, slowest: (off, spin)})) is None
 
 
-def test_a_part_is_one_body_only_while_what_it_turns_on_stands() -> None:
+def test_a_part_is_one_body_only_while_its_support_stands() -> None:
     # Planks stepped by d hang over the end of the one below them all if there are more than L / d - 1, here 9.9. With
     # ten above p01 they tip over its end; but with p01 that makes eleven above p00, over whose end all tip by more.
     part, assembly = leaning_column(0.011, 12, 0.5)

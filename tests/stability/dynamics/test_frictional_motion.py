@@ -51,7 +51,7 @@ def test_a_ladder_slips_with_less_friction_than_statics_ask_for(share: float, mo
     assert gives_way(Leaning(*KAPLA, radians(angle), share * needed)) is moves
 
 
-def test_a_plank_slides_down_a_slope_by_what_friction_leaves_of_gravity() -> None:
+def test_a_plank_slides_down_a_slope_by_gravity_minus_friction() -> None:
     way, speed = slides(radians(45.0), friction=0.5, time=0.4, gravity=10.0)
     assert speed == pytest.approx(0.4 * 10.0 * 0.5**0.5 * 0.5)
     assert way == pytest.approx(0.2 * speed)
@@ -61,7 +61,7 @@ def test_a_plank_slides_down_a_slope_by_what_friction_leaves_of_gravity() -> Non
 def begun(
     bricks: Sequence[Placed], planes: Sequence[Plane], friction: float, others: Sequence[Placed] = ()
 ) -> FrictionalMotion | None:
-    """What is said of bricks that cannot stand; `others` are held where they are."""
+    """Return the motion of bricks that cannot stand; `others` are fixed."""
     assembly = Assembly(tuple(planes), friction, GRAVITY)
     falling = release_until_stable(assembly, assembly.add_all(bricks)).released.keys()
     whole = Assembly(tuple(planes), friction, GRAVITY)
@@ -109,7 +109,7 @@ def test_planks_that_lean_slip_as_newton_says(kind: str, angle: float, share: fl
     of = Leaning(*KAPLA, start, share * needed_friction(*KAPLA, start))
     (found, _), truth = leaning(kind, of, radians(yaw)), slip(of)
     steps = 0
-    while (steps + 1) * STEP < truth.ends and found.goes_on(STEP):
+    while (steps + 1) * STEP < truth.ends and found.advance(STEP):
         steps += 1
         turned = start - truth.angle(steps * STEP)
         for name in found.states():
@@ -122,7 +122,7 @@ def test_a_wall_with_friction_holds_a_ladder_back(friction: float) -> None:
     start = radians(60.0)
     of = Leaning(*KAPLA, start, 0.5 * needed_friction(*KAPLA, start), friction)
     (found, _), truth = leaning("ladder", of, 0.4), slip(of)
-    assert all(found.goes_on(STEP) for _ in range(40))
+    assert all(found.advance(STEP) for _ in range(40))
     assert start - angle_of(found, "-1.0") == pytest.approx(start - truth.angle(40 * STEP), rel=2e-4)
     smooth = slip(Leaning(*KAPLA, start, of.floor_friction))
     assert angle_of(found, "-1.0") > smooth.angle(40 * STEP)
@@ -134,7 +134,7 @@ def test_half_the_step_leaves_a_quarter_of_the_error() -> None:
 
     def error(step: float) -> float:
         found, _ = leaning("ladder", of, 0.0)
-        assert all(found.goes_on(step) for _ in range(round(0.15 / step)))
+        assert all(found.advance(step) for _ in range(round(0.15 / step)))
         return abs(found.states()["-1.0"].pose.position_W[2] - truth)
 
     assert error(1.0 / 960.0) / error(1.0 / 1920.0) == pytest.approx(4.0, abs=0.4)
@@ -147,7 +147,7 @@ def test_what_lies_on_a_slope_slides_down_it_and_does_not_lift_off_by_its_fricti
     pose = Pose((0.5 * THICKNESS * sin(angle), 0.0, 0.5 * THICKNESS * cos(angle)), about((0.0, 1.0, 0.0), angle))
     found = begun([Placed(Brick("plank", Box(SIZE), MASS), pose)], [floor], 0.5)
     assert found is not None
-    assert all(found.goes_on(STEP) for _ in range(96))
+    assert all(found.advance(STEP) for _ in range(96))
     way, speed = slides(angle, share * tan(angle), 0.1, GRAVITY)
     state = found.states()["plank"]
     x, _, z = (after - before for after, before in zip(state.pose.position_W, pose.position_W, strict=True))
@@ -221,12 +221,12 @@ def test_an_unlike_v_begins_to_part_as_newton_and_euler_say_of_its_two_planks(nu
     assert feet == pytest.approx(truth, rel=1e-5)
 
 
-def test_a_slip_is_followed_until_a_foot_meets_what_stands_about() -> None:
+def test_a_slip_is_followed_until_a_foot_hits_a_standing_brick() -> None:
     def last(gap: float) -> float:
         foot = LENGTH * cos(radians(60.0))
         block = Placed(Brick("block", Box((0.02, 0.02, 0.02)), MASS), Pose((-foot - 0.01 - gap, 0.0, 0.01)))
         found, _ = leaning("ladder", Leaning(*KAPLA, radians(60.0), 0.1), 0.0, (block,))
-        while found.goes_on(STEP):
+        while found.advance(STEP):
             pass
         return LENGTH * (cos(angle_of(found, "-1.0")) - cos(radians(60.0)))
 
@@ -248,14 +248,14 @@ def test_two_stacks_that_fall_at_once_each_turn_as_a_pendulum_does() -> None:
     stacks = [stepped(0.0), [replace_size(one, short) for one in stepped(1.0)]]
     both = begun([*stacks[0], *stacks[1]], [floor], 0.5)
     assert both is not None
-    assert all(both.goes_on(STEP) for _ in range(35))
+    assert all(both.advance(STEP) for _ in range(35))
     for stack in stacks:
         assembly = Assembly((floor,), 0.5, GRAVITY)
         verdict = as_it_begins(assembly, assembly.add_all(stack))
         assert verdict.motion is not None
         alone = toppling_of(assembly.problem(), verdict.motion, GRAVITY, stack[:1], (floor,))
         assert alone is not None
-        assert all(alone.goes_on(STEP) for _ in range(35))
+        assert all(alone.advance(STEP) for _ in range(35))
         (name, truth), *_ = alone.states().items()
         state = both.states()[name]
         assert degrees(alone.angle) > 3.0
@@ -279,12 +279,12 @@ def test_it_is_not_known_how_a_brick_begins_that_would_take_along_one_that_is_to
     for falling, known in (({"0 high", "rider"}, True), ({"0 high"}, False)):
         found = frictional_motion_of(assembly.problem(), falling, GRAVITY, (), (floor,), assembly.friction)
         assert found is not None
-        assert found.goes_on(STEP) is known
+        assert found.advance(STEP) is known
 
 
 def test_a_v_without_friction_keeps_its_energy() -> None:
     found, bricks = leaning("V", Leaning(*KAPLA, radians(60.0), 0.0), 0.3)
-    assert all(found.goes_on(STEP) for _ in range(70))
+    assert all(found.advance(STEP) for _ in range(70))
     lost = gained = 0.0
     for one in bricks:
         state = found.states()[one.brick.id]
@@ -306,7 +306,7 @@ def rocking(width: float, tilt: float, step: float) -> FrictionalMotion:
     assembly.add_all([block])
     found = frictional_motion_of(assembly.problem(), {"block"}, GRAVITY, (), (floor,), assembly.friction)
     assert found is not None
-    assert found.goes_on(step)
+    assert found.advance(step)
     return found
 
 
@@ -316,7 +316,7 @@ def peaks(found: FrictionalMotion, count: int, step: float) -> list[float]:
     tilts = [0.0, degrees(2.0 * asin(found.states()["block"].pose.orientation[1]))]
     lands = False
     while len(risen) < count:
-        assert found.goes_on(step)
+        assert found.advance(step)
         tilts = [tilts[-1], degrees(2.0 * asin(found.states()["block"].pose.orientation[1]))]
         lands = lands or tilts[0] * tilts[1] < 0.0
         if lands and abs(tilts[1]) < abs(tilts[0]) and tilts[0] * tilts[1] > 0.0:
@@ -357,12 +357,12 @@ def test_how_high_a_block_rocks_does_not_hang_on_when_in_a_step_it_lands() -> No
         assert peaks(rocking(0.03, 4.0, step), 2, step) == pytest.approx(housner(0.03, 4.0, 2), rel=0.01)
 
 
-def test_a_landing_may_jolt_what_stands_by_micrometres() -> None:
+def test_an_impact_may_move_standing_bricks_by_micrometres() -> None:
     of, friction, step = structure(over_an_edge, 8), 0.65108, 0.25 * STEP
     found = begun(placed(of), planes(of, friction), friction)
     assert found is not None
     assert found.states().keys() == {"plank"}
-    assert all(found.goes_on(step) for _ in range(110))  # its other long edge meets the block after 22 ms
+    assert all(found.advance(step) for _ in range(110))  # its other long edge meets the block after 22 ms
 
 
 def time_to(way: float, of: Structure, friction: float, step: float) -> float:
@@ -373,7 +373,7 @@ def time_to(way: float, of: Structure, friction: float, step: float) -> float:
     shapes = {one.brick.id: one.brick.shape for one in placed(of)}
     far = before = 0.0
     while far < way:
-        assert found.goes_on(step)
+        assert found.advance(step)
         steps, before = steps + 1, far
         corners = {name: corners_W(shapes[name], state.pose) for name, state in found.states().items()}
         far = max(dist(a, b) for n in corners for a, b in zip(starts[n], corners[n], strict=True))

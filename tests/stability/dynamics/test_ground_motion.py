@@ -1,14 +1,14 @@
-"""How the ground moves: what it gives a step, how strong it will be, and when it passes a bound."""
+"""Ground motion: mean over a step, future extremes, and the time at which it leaves a range."""
 
 from math import asin, cos, inf, pi
 
 import pytest
 
-from stability.dynamics.ground_motion import Course, GroundMotion, Recorded, Sine
+from stability.dynamics.ground_motion import Course, GroundMotion, SineCourse, TabulatedCourse
 
 ALONG_X = (1.0, 0.0, 0.0)
-PULSE = Recorded(((0.0, 5.0), (0.2, 5.0), (0.2, -3.0), (0.4, -1.0)))
-SINE = Sine(4.0, 2.5, 0.7)
+PULSE = TabulatedCourse(((0.0, 5.0), (0.2, 5.0), (0.2, -3.0), (0.4, -1.0)))
+SINE = SineCourse(4.0, 2.5, 0.7)
 
 
 def moving(course: Course, begins: float = 1.0) -> GroundMotion:
@@ -36,7 +36,7 @@ def test_a_ground_that_has_not_begun_or_is_over_accelerates_no_more() -> None:
         assert moving(course).mean(1.7, 1.0) == pytest.approx(0.0)
 
 
-def test_what_is_still_to_come_is_told_with_the_rest_after_it() -> None:
+def test_future_extremes_include_the_rest_after_the_motion() -> None:
     assert moving(PULSE).extremes(0.0) == (-3.0, 5.0)
     assert moving(PULSE).extremes(1.3) == pytest.approx((-2.0, 0.0))
     assert moving(PULSE).extremes(1.5) == (0.0, 0.0)
@@ -54,5 +54,5 @@ def test_a_bound_is_passed_at_a_jump_and_on_a_slope() -> None:
     assert moving(PULSE).leaves(-inf, 4.9, 0.0) == 1.0
     assert moving(PULSE).leaves(-2.9, 6.0, 0.0) == 1.2
     assert moving(PULSE).leaves(-2.9, 6.0, 1.3) == inf
-    rising = moving(Recorded(((0.0, 0.0), (2.0, 4.0))))
+    rising = moving(TabulatedCourse(((0.0, 0.0), (2.0, 4.0))))
     assert rising.leaves(-1.0, 3.0, 0.0) == pytest.approx(2.5)

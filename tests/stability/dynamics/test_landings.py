@@ -1,4 +1,4 @@
-"""What lands: only what still falls is asked where it meets that."""
+"""Landings: only falling bricks are compared with a landed one."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def cube(name: str, x: float, height: float) -> tuple[Placed, BodyState]:
 
 
 @pytest.mark.parametrize(("above", "asked"), [(0, 0), (1, 5)])
-def test_of_a_column_that_lands_no_brick_is_asked_about_the_others_of_it(
+def test_bricks_of_a_landing_column_are_not_compared_with_each_other(
     monkeypatch: pytest.MonkeyPatch, above: int, asked: int
 ) -> None:
     #   A column of five drops by a centimetre: in sqrt(2 * 0.01 / 9.81) = 45.2 ms. One more may come after it.
@@ -37,7 +37,7 @@ def test_of_a_column_that_lands_no_brick_is_asked_about_the_others_of_it(
     monkeypatch.setattr(contact_points, "_drop", counted)
     steps = 0
     while not dropping.take_landed():
-        assert dropping.goes_on(STEP)
+        assert dropping.advance(STEP)
         steps += 1
     assert steps == 46
     assert len(calls) == asked

@@ -1,4 +1,4 @@
-"""What begins to move, and how: closed forms of bodies that begin to turn about an edge."""
+"""Initial motion: closed forms of bodies that start to turn about an edge."""
 
 from math import hypot
 
@@ -45,7 +45,7 @@ def turn_of(motion: Motion, bricks: dict[BodyId, Placed], edge_W: Vec3) -> float
     return spin[1]
 
 
-def test_a_plank_that_carries_what_tips_over_it_begins_to_tip_with_it() -> None:
+def test_a_plank_starts_to_tip_with_the_brick_that_tips_over_it() -> None:
     #              |---p4---|      p3 and p4 tip over the end of p2, for 99 mm > 40 mm + L/2 - but p2 to p4 have their
     #        |---p3---|            centre at 79 mm, far beyond the end of p1 at L/2, and tip with more vigour
     #    |---p2---|
@@ -59,7 +59,7 @@ def test_a_plank_that_carries_what_tips_over_it_begins_to_tip_with_it() -> None:
     assert found.reason == "p2, p3, p4 tip over p1"
 
 
-def test_the_smallest_part_that_falls_is_less_than_what_begins_to_move() -> None:
+def test_the_smallest_falling_part_is_smaller_than_the_moving_one() -> None:
     assembly = Assembly()
     first = assembly.add_all(stacked(0.0, 0.04, 0.074, 0.128))
     assert first.moving == ("p3", "p4")

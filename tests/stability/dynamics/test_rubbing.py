@@ -1,4 +1,4 @@
-"""Coulomb friction on a brick that slides under what presses on it, at one point or several."""
+"""Coulomb friction on a brick that slides under applied forces at one point or several."""
 
 from math import hypot
 

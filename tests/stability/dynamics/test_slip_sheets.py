@@ -1,4 +1,4 @@
-"""What slides on a slip sheet, and the sheet below it: each by the friction of its own contact, without an engine."""
+"""Slides on a slip sheet and of the sheet, each by the friction of its own contact, without an engine."""
 
 from math import cos, radians, sin
 
@@ -44,7 +44,7 @@ def begun(friction: GivenFriction, thick: float) -> FrictionalMotion:
 def ways(friction: GivenFriction, thick: float = 0.02) -> dict[str, float]:
     """How far downhill each brick that moves has come [m]."""
     motion = begun(friction, thick)
-    assert all(motion.goes_on(STEP) for _ in range(STEPS))
+    assert all(motion.advance(STEP) for _ in range(STEPS))
     started = {placed.brick.id: placed.pose.position_W for placed in on_slope(thick)}
     return {name: (state.pose.position_W[0] - started[name][0]) / cos(SLOPE) for name, state in motion.states().items()}
 
@@ -55,7 +55,7 @@ def way(acceleration: float) -> float:
 
 
 @pytest.mark.parametrize("thick", [0.02, 0.0002])  # the second is thinner than the gap that a block bridges
-def test_a_block_slides_down_its_sheet_by_what_the_friction_of_the_two_leaves(thick: float) -> None:
+def test_a_block_slides_down_its_sheet_by_the_friction_of_the_two(thick: float) -> None:
     gone = ways(Friction(0.9, between={("sheet", "block"): 0.1}), thick)
     assert gone == {"block": pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)}
 
@@ -73,7 +73,7 @@ def test_what_only_slides_lands_nowhere_and_so_takes_whole_steps(monkeypatch: py
     assert taken == [STEP] * STEPS
 
 
-def test_a_sheet_slides_with_what_lies_on_it_by_its_friction_on_the_ground() -> None:
+def test_a_sheet_slides_with_its_load_by_its_friction_on_the_ground() -> None:
     gone = ways(Friction(0.9, between={("sheet", GROUND): 0.1}))
     expected = pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)
     assert gone == {"block": expected, "sheet": expected}

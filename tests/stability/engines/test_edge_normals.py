@@ -88,7 +88,7 @@ def test_edges_that_cross_push_across_both(crossing: float) -> None:
     lower = lowest_or_highest(Pose((0.0, 0.0, 0.0), roll), up)
     upper = lowest_or_highest(Pose((0.0, 0.0, 0.0), multiply(turn, roll)), (-up[0], -up[1], -up[2]))
     boxes = block(SIZE, upper), block(SIZE, lower)
-    for beside in (0.0, 0.2 * LENGTH, -0.4 * LENGTH):  # where somebody begins to look
+    for beside in (0.0, 0.2 * LENGTH, -0.4 * LENGTH):  # start of the search
         assert list(true_normals(*boxes, (beside, 0.0, 0.0), BOTH_ROUNDED))[-1] == pytest.approx(up, abs=1e-6)
 
 

@@ -17,7 +17,7 @@ NEARLY = 0.003  # [m] between the two at first
 
 
 def after_hit(shot: Pose, velocity_W: Vec3) -> dict[BodyId, BodyState]:
-    """What a plank thrown from a pose, and the one at rest in the origin, do 40 ms later, without gravity."""
+    """Return the states of a thrown plank and of a plank at rest in the origin after 40 ms, without gravity."""
     world = PyBulletWorld.opened(MOVING, 0.0, 0.5, heaviest=MASS)
     world.add_brick(Brick("target", Box(SIZE), MASS), Pose((0.0, 0.0, 0.0)))
     world.add_brick(Brick("shot", Box(SIZE), MASS), shot, velocity_W)
@@ -95,7 +95,7 @@ def finely_stepped(beside: float) -> float:
     return fine * MOVING.time_step
 
 
-def test_steps_stay_fine_for_as_long_again_where_a_plank_still_pushes_what_it_hit() -> None:
+def test_sub_steps_continue_while_a_plank_pushes_the_brick_that_it_hit() -> None:
     first = MOVING.first_steps * MOVING.time_step
     assert finely_stepped(beside=2.0 * LENGTH) == pytest.approx(first)
     assert finely_stepped(beside=0.0) == pytest.approx(2.0 * first)

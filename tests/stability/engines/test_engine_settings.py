@@ -1,4 +1,4 @@
-"""Each engine has settings of its own; a few things all of them know, so that nobody else has to ask which it is."""
+"""Settings of the engines: own settings of each, and common methods for code that does not depend on the engine."""
 
 from dataclasses import fields
 from itertools import combinations
@@ -45,7 +45,7 @@ def test_settings_name_the_class_of_their_worlds(system: str) -> None:
     assert callable(resolve_name(settings.world).opened)
 
 
-def test_settings_tell_themselves_in_words() -> None:
+def test_settings_have_a_text_summary() -> None:
     assert STOCK.summary() == (
         "step 1/240 s, 50 iterations, contact ERP 0.2, breaking threshold 0.02 of half a diagonal, scale 1, "
         "friction anchor off, damping 0.04 linear and 0.04 angular"

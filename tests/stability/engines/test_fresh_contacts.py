@@ -1,4 +1,4 @@
-"""Contacts of what turns or slides have the normals of how it lies, at every step."""
+"""Contacts of turning and sliding bricks have the normals of the current pose at every step."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ import pytest
 
 from stability.engines.edge_normals import BoxPair, true_normals, wrong_normals
 from stability.engines.pybullet import PyBulletWorld
-from stability.engines.pybullet.contacts import find_all_points, find_contacts_anew
+from stability.engines.pybullet.contacts import find_all_points, refresh_contacts
 from stability.geometry.box import Box
 from stability.geometry.box_distance import block
 from stability.geometry.vectors import about, multiply
@@ -160,14 +160,14 @@ def test_what_is_found_anew_of_a_box_loses_nothing_but_its_forces() -> None:
         engine.add_brick(Brick("plank", Box(SIZE), MASS), Pose((0.0, 0.0, THICKNESS / 2.0)))
         for _ in range(3):
             engine.step()
-        find_contacts_anew(engine.bricks, ["plank"])
+        refresh_contacts(engine.bricks, ["plank"])
         assert engine.contacts("plank") == []
         engine.step()
         assert sum(point.normal_force for point in engine.contacts("plank")) == pytest.approx(MASS * GRAVITY, rel=0.01)
 
 
 def spin_after_sliding_over_an_edge(speed: float, friction: float) -> float:
-    """What a plank turns at when it leaves an edge that it slid over [rad/s], by its equations of motion.
+    """Return the spin of a plank when it leaves an edge that it slid over [rad/s], by its equations of motion.
 
     At the speed it has got so far that the torque of gravity about the edge overcomes that of friction. It leaves when
     its end has passed the edge, or when nothing presses any more. Steps of two microseconds.
@@ -204,7 +204,7 @@ def test_a_plank_that_slides_over_an_edge_tips_as_fast_as_its_equations_of_motio
     assert spin == pytest.approx(spin_after_sliding_over_an_edge(speed, friction), rel=0.05)
 
 
-def test_what_a_look_asks_of_contacts_is_what_all_are_told_but_for_friction() -> None:
+def test_contact_points_without_friction_equal_the_full_ones() -> None:
     with world(friction=0.5) as engine:
         engine.add_brick(Brick("below", Box(SIZE), MASS), Pose((0.0, 0.0, 0.5 * THICKNESS)))
         engine.add_brick(Brick("above", Box(SIZE), MASS), Pose((0.02, 0.0, 1.5 * THICKNESS)), (0.3, 0.1, 0.0))
@@ -215,7 +215,7 @@ def test_what_a_look_asks_of_contacts_is_what_all_are_told_but_for_friction() ->
         assert engine.groups.touching("above", engine.time()) == [replace(each, friction_W=AT_REST) for each in told]
 
 
-def test_a_pair_of_boxes_tells_the_same_normals_at_each_point_whatever_was_asked_before() -> None:
+def test_cached_pairs_of_boxes_give_the_same_normals() -> None:
     leaning = Pose((0.0, 0.0, 0.03), about((0.0, 1.0, 0.0), 0.7))
     one, other = block(SIZE, leaning), block(SIZE, Pose((0.02, 0.001, -0.0151), about((1.0, 0.0, 0.0), 0.02)))
     pair, radii = BoxPair(one, other), (1e-4, 1e-4)

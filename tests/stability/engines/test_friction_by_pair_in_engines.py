@@ -1,4 +1,4 @@
-"""Slip sheets in engines: whatever friction two bodies are said to have, an engine plays, or tells what it had."""
+"""Slip sheets in engines: an engine has the requested friction of each pair, or records the error."""
 
 from collections.abc import Mapping
 from math import atan, cos, radians, sin
@@ -8,7 +8,7 @@ import pytest
 
 from stability.contact_law import Friction, Rule
 from stability.engines.lazy_world import stepped_world
-from stability.engines.mujoco.pair_frictions import Rubbing, pair_frictions
+from stability.engines.mujoco.pair_frictions import GeomFriction, pair_frictions
 from stability.engines.protocol import World, wrong_friction_of
 from stability.engines.scene_scale import SceneScale
 from stability.geometry.box import Box
@@ -52,7 +52,7 @@ def slid(system: str, friction: Friction, names: Mapping[BodyId, float]) -> dict
 
 
 def way(friction: float) -> float:
-    """By what friction leaves of gravity, in TIME from rest [m]."""
+    """Return the slide by gravity minus friction in TIME from rest [m]."""
     return 0.5 * GRAVITY * (sin(SLOPE) - friction * cos(SLOPE)) * TIME**2
 
 
@@ -128,11 +128,11 @@ def test_where_no_factors_do_for_all_that_touches_pybullet_tells_the_pair_that_i
     wrong = wrong_friction_of(world)
     world.close()
     assert wrong is not None
-    assert {wrong.one, wrong.other} <= {"left", "right", "top", GROUND}
-    assert wrong.had != pytest.approx(wrong.asked, rel=0.01)
+    assert {wrong.first, wrong.second} <= {"left", "right", "top", GROUND}
+    assert wrong.actual != pytest.approx(wrong.requested, rel=0.01)
 
 
-def test_where_factors_do_for_a_ring_nothing_is_told() -> None:
+def test_a_ring_with_exact_factors_records_no_friction_error() -> None:
     world = ring(Friction(0.4, between={("left", "top"): 0.1, ("right", "top"): 0.1}))
     for _ in range(20):
         world.step()
@@ -143,7 +143,7 @@ def test_where_factors_do_for_a_ring_nothing_is_told() -> None:
 
 def test_one_coefficient_for_all_asks_nothing_of_pairs() -> None:
     told = pair_frictions(Friction(0.5), [FLOOR], ["a", "b"])
-    assert told.shapes == {GROUND: Rubbing(ROUGH, 1), "a": Rubbing(0.5), "b": Rubbing(0.5)}
+    assert told.shapes == {GROUND: GeomFriction(ROUGH, 1), "a": GeomFriction(0.5), "b": GeomFriction(0.5)}
     assert told.pairs == ()
 
 

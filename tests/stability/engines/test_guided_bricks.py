@@ -1,4 +1,4 @@
-"""Bricks that somebody outside moves go their way in every engine, whatever they meet, and are as before afterwards."""
+"""Prescribed motion of bricks in every engine: independent of contacts, and free again afterwards."""
 
 import pytest
 
@@ -37,7 +37,7 @@ def in_a_step(world: World) -> float:
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_what_is_carried_weighs_nothing_and_pushes_what_it_meets(system: str) -> None:
+def test_a_carried_brick_has_no_weight_and_pushes_others(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.03), (0.05, 0.0, 0.02))
     world.prescribed.guided["b0"] = Guided((0.05, 0.0, 0.0))
     passed(world, 0.5)
@@ -60,7 +60,7 @@ def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
 
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
-    #   Two cubes of one mass: what hits the other at v goes on with it at v / 2, and both slide v^2 / 8 mu g.
+    #   Two cubes of equal mass: after a hit at v both move at v / 2 and slide v^2 / 8 mu g.
     world = world_of(system, (0.0, 0.0, 0.02), (0.0401, 0.0, 0.02))
     world.prescribed.guided["b0"] = Guided((0.0, 0.0, 0.0))
     passed(world, 0.05)
@@ -82,7 +82,7 @@ def test_what_is_slid_keeps_its_weight_and_falls_off_an_edge(system: str) -> Non
     world.close()
 
 
-def test_a_motion_that_is_slid_is_along_what_is_free_as_it_was() -> None:
+def test_a_slid_brick_keeps_its_motion_along_the_free_direction() -> None:
     world = world_of("tuned", (0.0, 0.0, 0.3))
     passed(world, 0.05)
     own = world.states(["b0"])["b0"]

@@ -105,7 +105,7 @@ def test_a_brick_that_was_taken_out_does_not_come_into_the_engine_that_is_opened
     world.close()
 
 
-def test_the_first_step_opens_an_engine_in_which_what_is_frozen_stays_and_the_rest_falls() -> None:
+def test_the_first_step_opens_an_engine_in_which_only_awake_bricks_fall() -> None:
     opened = Opened()
     world = opened.world()
     for name, height in (("held", 1.0), ("loose", 2.0), ("woken", 3.0)):
@@ -165,7 +165,7 @@ def test_joined_bricks_fall_as_one_and_may_be_frozen_again_when_they_are_parted(
     assert states["top"].velocity_W[2] == pytest.approx(0.0, abs=0.1)  # it lies on the other
 
 
-def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come_near() -> None:
+def test_a_world_absorbs_moving_and_frozen_bricks_of_another() -> None:
     opened = Opened()
     one, other = opened.world(), opened.world()
     for world, x in ((one, 0.0), (other, 0.5)):
@@ -199,7 +199,7 @@ def test_a_world_goes_on_with_what_moved_and_what_stood_in_another_that_has_come
 def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_again() -> None:
     opened = Opened()
     world = opened.world()
-    world.engine.give_back()  # there is none
+    world.engine.close_engine()  # there is none
     for name, x in (("a", 0.0), ("b", 0.5), ("falls on", 1.0)):
         world.add_brick(Brick(name, Box(SIZE), 0.012), Pose((x, 0.0, 1.0)))
     for _ in range(96):
@@ -207,7 +207,7 @@ def test_a_world_that_gives_its_engine_back_opens_another_when_something_moves_a
     world.freeze("a")
     world.freeze("b")
     before = world.states(["a", "b", "falls on"])
-    world.engine.give_back()
+    world.engine.close_engine()
     assert world.states(before) == before
     assert world.time() == pytest.approx(0.1)
     assert not world.contacts("a")

@@ -1,4 +1,4 @@
-"""An engine is told of what moves and of what that may touch soon, and is stepped as those bricks ask for."""
+"""The engine contains only moving bricks and their neighbourhood, and its settings follow these bricks."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
@@ -67,7 +67,7 @@ def test_what_stands_far_away_is_not_in_the_engine() -> None:
     world.close()
 
 
-def test_what_flies_meets_what_stands_however_far_away_that_was() -> None:
+def test_a_flying_brick_hits_distant_standing_bricks() -> None:
     opened = Opened()
     world = opened.world()
     row(world, 4)
@@ -82,7 +82,7 @@ def test_what_flies_meets_what_stands_however_far_away_that_was() -> None:
     world.close()
 
 
-def test_neighbours_are_told_as_far_away_as_they_are_asked_for() -> None:
+def test_neighbours_are_found_up_to_the_requested_distance() -> None:
     world = Opened().world()
     row(world, 9)
     world.wake("4")
@@ -130,7 +130,7 @@ def test_what_comes_to_stand_while_something_moves_is_met_as_well() -> None:
     world.close()
 
 
-def test_a_group_is_parted_in_the_engine_that_is_opened_anew_for_what_comes_at_the_same_moment() -> None:
+def test_a_group_is_unwelded_in_a_reopened_engine() -> None:
     world = Opened().world()
     for name, y in (("a", 0.0), ("b", 0.06)):
         world.add_brick(cube(name), Pose((0.0, y, 0.0)), (1.0, 0.0, 0.0))

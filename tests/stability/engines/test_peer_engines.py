@@ -1,4 +1,4 @@
-"""The adapters of MuJoCo and SAPIEN: what is asked for is what the engine does. Each is tried where it is installed."""
+"""Adapters of MuJoCo and SAPIEN against closed forms, for each engine that is installed."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -90,7 +90,7 @@ def test_free_fall_covers_half_g_t_squared(opened: Opened) -> None:
         assert engine.time() == pytest.approx(t)
 
 
-def test_steps_are_split_until_what_is_fast_gets_no_further_than_allowed(opened: Opened) -> None:
+def test_fast_bodies_split_steps_to_limit_their_travel(opened: Opened) -> None:
     #   Split in two, a step of dt falls g t dt / 4 further than the parabola, not g t dt / 2.
     with opened() as engine:
         settings = engine.settings
@@ -154,7 +154,7 @@ def test_a_plank_slides_on_a_slope_steeper_than_the_angle_of_friction(
 
 def test_two_planks_that_meet_end_to_end_keep_their_momentum_and_part_slowly(opened: Opened) -> None:
     #   |--a--| ->  |--b--|
-    # No restitution is asked for; but springs, though damped critically, give back a sixth of the speed in MuJoCo.
+    # Restitution is 0, but MuJoCo's critically damped springs return a sixth of the speed.
     with opened(gravity=0.0) as engine:
         engine.add_brick(plank("a"), Pose((0.0, 0.0, 1.0)), (0.5, 0.0, 0.0))
         engine.add_brick(plank("b"), Pose((LENGTH + 0.002, 0.0, 1.0)))
@@ -215,7 +215,7 @@ def test_joined_bricks_stand_with_the_weight_of_all_and_are_no_neighbours(opened
 
 @MUJOCO_ALONE
 def test_parted_bricks_go_on_with_the_motion_that_they_had(opened: Opened) -> None:
-    #   |------|------|      hung over an edge, they turn as one, and what is parted turns on
+    #   |------|------|      over an edge, they turn as one body, and continue to turn when unwelded
     #   |held|
     with opened() as engine:
         engine.add_brick(Brick("held", Box((WIDTH, WIDTH, WIDTH)), MASS), Pose((0.0, 0.0, 0.3)))
@@ -328,7 +328,7 @@ def test_a_fast_plank_does_not_pass_through_another(opened: Opened) -> None:
         assert position(engine, "shot")[0] < 0.2
 
 
-def test_a_run_repeats_to_the_last_bit_whoever_ran_before(opened: Opened) -> None:
+def test_a_run_repeats_bit_for_bit_after_other_runs(opened: Opened) -> None:
     def fallen() -> list[Vec3]:
         with opened() as engine:
             for level in range(6):

@@ -1,4 +1,4 @@
-"""The PyBullet adapter: what is asked for is what the engine does, in the scene's own units, at any scale."""
+"""PyBullet adapter against closed forms, in scene units, at any scale."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -63,7 +63,7 @@ def test_a_plank_set_down_flush_touches_with_its_four_corners_and_presses_with_i
 @SCALES
 @pytest.mark.parametrize(("angle", "slides"), [(24.0, False), (29.0, True)])
 def test_a_plank_slides_on_a_slope_steeper_than_the_angle_of_friction(scale: float, angle: float, slides: bool) -> None:
-    #   atan(0.5) = 26.57 deg: pair friction is what was asked for, not its square
+    #   atan(0.5) = 26.57 deg: pair friction is the requested one, not its square
     tilt = radians(angle)
     with world(scale, friction=0.5, tilt=tilt) as engine:
         engine.add_brick(
@@ -78,7 +78,7 @@ def test_a_plank_slides_on_a_slope_steeper_than_the_angle_of_friction(scale: flo
 @SCALES
 @pytest.mark.parametrize("order", [("lower", "upper"), ("upper", "lower")])
 @pytest.mark.parametrize("asked", ["lower", "upper"])
-def test_friction_on_what_slides_is_against_its_way_whoever_is_asked(
+def test_friction_of_a_sliding_brick_opposes_its_motion_from_both_bodies(
     scale: float, order: tuple[str, str], asked: str
 ) -> None:
     with world(scale) as engine:
@@ -193,7 +193,7 @@ def played(bodies: PyBulletBodies, stability: StackStability, steps: int) -> lis
     return woken
 
 
-def test_the_extension_freezes_the_bricks_of_a_client_that_somebody_else_runs() -> None:
+def test_the_stabilizer_freezes_bricks_of_a_foreign_client() -> None:
     with client_of_somebody() as client:
         _, stability = stacked(client)
         assert sorted(stability.stack) == ["1", "2", "3"]
@@ -201,7 +201,7 @@ def test_the_extension_freezes_the_bricks_of_a_client_that_somebody_else_runs() 
 
 
 @pytest.mark.parametrize("body", [0, 1])
-def test_removing_what_bricks_stand_on_lets_them_fall(body: int) -> None:
+def test_bricks_fall_when_their_support_is_removed(body: int) -> None:
     with client_of_somebody() as client:
         bodies, stability = stacked(client)
         pybullet.removeBody(body, client)
@@ -306,7 +306,7 @@ def test_a_box_turned_within_its_body_is_left_to_the_engines_contact_points() ->
         box(client, 0.2, 0.0, 0.15)  # its centre is 0.1 m beyond the support, which reaches to x = 0.1 m
         bodies = PyBulletBodies(client)
         stability = StackStability(bodies)
-        with pytest.warns(UnknownShapeWarning, match="'1', which is fixed, is a GEOM_BOX that is turned"):
+        with pytest.warns(UnknownShapeWarning, match="fixed body '1': a GEOM_BOX rotated"):
             played(bodies, stability, 60)
         assert stability.stack == {} or bodies.states(["2"])["2"].pose.position_W[2] < 0.14
 

@@ -1,4 +1,4 @@
-"""Bricks with rounded edges: what touches along an edge slips, stands, slides and falls where closed forms say."""
+"""Bricks with rounded edges: edge contacts slip, stand, slide and fall as closed forms predict."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

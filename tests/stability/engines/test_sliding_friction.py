@@ -1,4 +1,4 @@
-"""What slides in the engine of `exact` gives way sideways: Coulomb's friction is against the sliding alone."""
+"""Sliding bricks in the engine of `exact` yield sideways: Coulomb friction opposes only the sliding."""
 
 from math import hypot
 
@@ -33,7 +33,7 @@ def dragged_aside() -> tuple[float, float]:
     return x, y
 
 
-def test_a_plate_that_slides_is_dragged_aside_by_what_slides_across_it() -> None:
+def test_a_sliding_plate_is_dragged_aside_by_a_plate_sliding_across_it() -> None:
     #   below at 1 m/s along x, above at 1 m/s along x and y: friction between them is along y
     engine = PyBulletWorld.opened(MOVING, GRAVITY, FRICTION, MASS)
     try:

@@ -14,13 +14,13 @@ from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
 from tests.engines_at_hand import needs_pybullet
 
-# How exactly PyBullet moves what slips.
+# Accuracy of slips in PyBullet.
 pytestmark = needs_pybullet
 
 LATE, FAST = 2e-3, 0.015  # of times, and of speeds: an engine's are those of the middle of a step
-PROVEN = 1e-4  # of what needs no engine
+PROVEN = 1e-4  # of motions without an engine
 BARE = ENGINES["tuned"]
-BARELY_LATE = 0.02  # with springs at rest, which hold what has hardly begun
+BARELY_LATE = 0.02  # with friction anchors, which hold bricks at the onset of a slip
 
 
 def quick(points: Iterable[tuple[float, ...]], *kept: tuple[float, ...]) -> list[ParameterSet]:
@@ -116,7 +116,7 @@ def test_so_it_does_at_every_angle_in_every_direction(angle: float, length: floa
 @pytest.mark.parametrize("share", [0.98, 1.02])
 @YAWS
 @pytest.mark.parametrize("angle", [60.0, 75.0, 80.0])
-def test_so_does_the_engine_of_exact_by_itself_that_moves_what_leans_in_ways_without_closed_form(
+def test_the_engine_of_exact_also_moves_leaning_bricks_without_closed_form(
     angle: float, yaw: float, share: float
 ) -> None:
     assert falls(Case("V", angle, share, yaw), ENGINES["moving"]) is (share < 1.0)

@@ -57,7 +57,7 @@ def turned_freely(shape: ConvexShape, angular_velocity: Vec3, duration: float) -
     return turn
 
 
-# `stock` damps what spins, and follows what wobbles less well.
+# `stock` damps spins, and follows wobbling less accurately.
 @pytest.mark.parametrize("opened", ["tuned", "exact", "mujoco", "sapien"], indirect=True)
 @pytest.mark.parametrize("shape", [TETRAHEDRON.shape, CARTON], ids=["tetrahedron", "carton"])
 def test_a_solid_that_spins_freely_wobbles_as_its_moments_say(shape: ConvexShape, opened: Opened) -> None:

@@ -1,4 +1,4 @@
-"""What the extension says of a PyBullet world that somebody else runs: shapes it does not know, and its gravity."""
+"""Stabilizers in a foreign PyBullet world: unsupported shapes, and gravity."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -44,7 +44,7 @@ def play(bodies: PyBulletBodies, stability: ProvenStability, steps: int = 60) ->
         stability.update()
 
 
-def test_the_first_ball_is_told_and_no_other(client: int) -> None:
+def test_only_the_first_ball_raises_a_warning(client: int) -> None:
     ground(client)
     balls = [ball(client, x) for x in (0.0, 1.0, 2.0)]
     bodies = PyBulletBodies(client)
@@ -52,23 +52,23 @@ def test_the_first_ball_is_told_and_no_other(client: int) -> None:
         play(bodies, stability := ProvenStability(bodies, friction=0.25))
     assert stability.awake() == balls
     (one,) = told
-    assert "body '1', a brick, is a GEOM_SPHERE" in str(one.message)
+    assert "unsupported shape of brick '1': a GEOM_SPHERE" in str(one.message)
 
 
-def test_fixed_ground_of_a_shape_that_is_not_known_is_told_with_the_remedy(client: int) -> None:
+def test_fixed_ground_of_unsupported_shape_raises_a_warning_with_a_remedy(client: int) -> None:
     ball(client, 0.0, mass=0.0)
     top = brick(client, 0.25)
     bodies = PyBulletBodies(client)
-    with pytest.warns(UnknownShapeWarning, match="'0', which is fixed, is a GEOM_SPHERE.*`planes=`"):
+    with pytest.warns(UnknownShapeWarning, match="unsupported shape of fixed body '0': a GEOM_SPHERE.*`planes=`"):
         play(bodies, stability := ProvenStability(bodies, friction=0.25))
     assert stability.awake() == [top]
 
 
-def test_a_brick_whose_mass_is_off_its_middle_is_told(client: int) -> None:
+def test_a_brick_with_an_offset_mass_raises_a_warning(client: int) -> None:
     ground(client)
     brick(client, 0.05, collisionFramePosition=[0.02, 0, 0])
     bodies = PyBulletBodies(client)
-    with pytest.warns(UnknownShapeWarning, match="off the middle of its frame"):
+    with pytest.warns(UnknownShapeWarning, match="offset from the origin of its frame"):
         play(bodies, ProvenStability(bodies, friction=0.25))
 
 
@@ -90,32 +90,32 @@ def test_gravity_is_that_of_the_engine(client: int) -> None:
 
 @pytest.mark.parametrize("method", [ProvenStability, StackStability])
 @pytest.mark.parametrize(
-    ("of_the_engine", "given", "told"),
+    ("of_the_engine", "given", "message"),
     [
-        ((0.0, 0.0, 0.0), None, "no gravity: set it before"),
-        ((1.0, 0.0, -9.81), None, r"\(1, 0, -9.81\) m/s2: proofs are for gravity along -z alone"),
-        ((0.0, 0.0, 9.81), None, "along -z alone"),
-        ((0.0, 0.0, -1.62), 9.81, "gravity=9.81 is not that of the engine, 1.62 m/s2"),
+        ((0.0, 0.0, 0.0), None, "no gravity: set it first"),
+        ((1.0, 0.0, -9.81), None, r"\(1, 0, -9.81\) m/s2: proofs require gravity along -z"),
+        ((0.0, 0.0, 9.81), None, "require gravity along -z"),
+        ((0.0, 0.0, -1.62), 9.81, "gravity=9.81 differs from the engine's 1.62 m/s2"),
     ],
 )
-def test_gravity_that_cannot_be_reckoned_with_is_refused(
+def test_unsupported_gravity_is_rejected(
     method: Callable[..., object],
     of_the_engine: tuple[float, float, float],
     given: float | None,
-    told: str,
+    message: str,
     client: int,
 ) -> None:
     pybullet.setGravity(*of_the_engine, client)
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         method(PyBulletBodies(client), gravity=given)
 
 
-def test_who_applies_the_weights_gives_the_gravity(client: int) -> None:
+def test_a_caller_that_applies_weights_passes_the_gravity(client: int) -> None:
     pybullet.setGravity(0.0, 0.0, 0.0, client)
     assert ProvenStability(PyBulletBodies(client), gravity=3.7).assembly.gravity == 3.7
 
 
-def test_gravity_that_changes_later_is_refused(client: int) -> None:
+def test_a_later_change_of_gravity_is_rejected(client: int) -> None:
     bodies = PyBulletBodies(client)
     play(bodies, stability := ProvenStability(bodies, planes=[Plane("floor", (0, 0, 0), (0, 0, 1), 0.5)]), steps=1)
     pybullet.setGravity(0.0, 0.0, -1.62, client)

@@ -1,4 +1,4 @@
-"""How finely a scene is stepped follows from what is awake in it; a quiet scene of equal bricks pays for nothing."""
+"""Sub-steps follow from the awake bricks; a quiet scene of equal bricks has none."""
 
 from dataclasses import replace
 from math import ceil, inf

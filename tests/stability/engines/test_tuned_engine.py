@@ -1,4 +1,4 @@
-"""What bricks do in the engine of `tuned` and of the moving part of `exact`, against closed forms."""
+"""Motion in the engine of `tuned` and of the moving part of `exact`, against closed forms."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

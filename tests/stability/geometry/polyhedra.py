@@ -133,7 +133,7 @@ PLANK = Box(SIZE)
 LOWER_HALF = polyhedron(corner for corner in PLANK.corners if corner[2] < 0.0 or corner[0] < 0.0)
 UPPER_HALF = polyhedron(corner for corner in PLANK.corners if corner[2] > 0.0 or corner[0] > 0.0)
 TETRAHEDRON = polyhedron([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.01, 0.04, 0.0), (0.02, 0.01, 0.03)])
-SAME_PLANK = polyhedron(PLANK.corners)  # told by its corners
+SAME_PLANK = polyhedron(PLANK.corners)  # given by its corners
 SHAPES: dict[str, ConvexShape] = {
     "box": PLANK,
     "box by corners": SAME_PLANK,

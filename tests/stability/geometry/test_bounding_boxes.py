@@ -1,4 +1,4 @@
-"""The boxes around all bricks of a world: who is near whom, and near a half-space."""
+"""Bounding boxes of all bricks of a world: neighbours, and distances to a half-space."""
 
 from math import cos, pi, sin
 
@@ -20,7 +20,7 @@ def row_of_cubes(turn: float = 0.0) -> BoundingBoxes:
 
 
 @pytest.mark.parametrize(("within", "near"), [(0.49, []), (0.51, ["a"]), (1.99, ["a"]), (2.01, ["a", "b"])])
-def test_cubes_in_a_row_are_near_when_asked_as_far_as_the_gap_between_them(within: float, near: list[str]) -> None:
+def test_cubes_in_a_row_are_neighbours_within_the_gap_between_them(within: float, near: list[str]) -> None:
     assert row_of_cubes().neighbours("c", within) == near
 
 

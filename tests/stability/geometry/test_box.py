@@ -78,9 +78,9 @@ def test_a_cube_turns_alike_about_every_axis() -> None:
     assert Box((2.0, 2.0, 2.0)).bounding_radius == pytest.approx(sqrt(3.0))
 
 
-def test_where_only_boxes_are_known_another_shape_is_refused_by_name() -> None:
+def test_unsupported_shapes_are_rejected_by_name() -> None:
     assert as_box(BOX, "the test") is BOX
-    with pytest.raises(UnknownShapeError, match=r"^the test does not know the shape Polyhedron$"):
+    with pytest.raises(UnknownShapeError, match=r"^the test does not support the shape Polyhedron$"):
         as_box(TETRAHEDRON, "the test")
 
 

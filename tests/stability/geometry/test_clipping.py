@@ -62,7 +62,7 @@ def test_a_rectangle_cuts_like_any_polygon(centre: Point2, turn: float) -> None:
 
 
 @given(PLACE, st.floats(-3.0, 3.0))
-def test_what_is_cut_off_and_what_stays_make_up_the_whole(centre: Point2, turn: float) -> None:
+def test_clipped_parts_add_up_to_the_polygon(centre: Point2, turn: float) -> None:
     polygon = turned_rectangle(centre, turn)
     inside = depths(polygon, 0.1)
     parts = [cut(polygon, inside), cut(polygon, [-depth for depth in inside])]

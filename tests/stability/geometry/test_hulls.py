@@ -13,7 +13,7 @@ def test_the_exact_hull_keeps_a_corner_however_little_it_sticks_out(out: float) 
 
 
 @pytest.mark.parametrize(("out", "kept"), [(1e-15, False), (1e-9, True)])
-def test_the_other_hull_drops_what_sticks_out_by_rounding(out: float, kept: bool) -> None:
+def test_the_rounded_hull_drops_corners_that_are_rounding(out: float, kept: bool) -> None:
     assert ((0.5, -out) in hull([*SQUARE, (0.5, -out)])) is kept
 
 

@@ -28,7 +28,7 @@ def filled(bricks: Sequence[Solid]) -> Neighbours[str]:
 
 
 def near(brick: Solid, neighbours: Neighbours[str]) -> list[str]:
-    """What it may touch, whether it is one of them or not."""
+    """Return the bodies that a body may touch, whether it is in the index or not."""
     reach = reach_between(brick.shortest)
     if brick.id in neighbours:
         return neighbours.neighbours(brick.id, reach)

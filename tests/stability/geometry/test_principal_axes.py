@@ -37,7 +37,7 @@ def test_axes_that_are_turned_by_less_than_an_eighth_are_found_where_they_are(
     assert turn == pytest.approx(turned, abs=1e-14)
 
 
-def test_a_tensor_without_products_is_told_as_it_is() -> None:
+def test_a_diagonal_tensor_is_returned_unchanged() -> None:
     assert principal_axes([[3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]]) == (
         (3.0, 1.0, 2.0),
         (0.0, 0.0, 0.0, 1.0),

@@ -1,4 +1,4 @@
-"""What every shape promises, asked of the box and of shapes that only the tests know."""
+"""Protocol of convex shapes, tested with the box and with shapes of the tests."""
 
 from math import sqrt
 

@@ -1,4 +1,4 @@
-"""Turns about axes, back again, and the axes of what is turned."""
+"""Rotations about axes, their inverses, and body axes."""
 
 from math import pi, sqrt
 

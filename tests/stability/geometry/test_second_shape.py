@@ -1,4 +1,4 @@
-"""A shape that the library does not know goes through all that asks shapes only what they promise."""
+"""A foreign shape works in all code that uses only the protocol of shapes."""
 
 from math import cos, pi, radians, sin, sqrt
 
@@ -34,7 +34,7 @@ TO_LOWER: Vec3 = (-LENGTH / 6.0, 0.0, -THICKNESS / 6.0)
 TO_UPPER: Vec3 = (LENGTH / 6.0, 0.0, THICKNESS / 6.0)
 
 
-def test_an_impulse_gives_what_is_askew_the_angular_momentum_that_it_brings() -> None:
+def test_an_impulse_gives_a_tilted_brick_its_angular_momentum() -> None:
     brick, state = Brick("t", TETRAHEDRON, MASS), BodyState(Pose((1.0, 2.0, 3.0), AWRY))
     impulse, at = (0.01, -0.02, 0.03), (1.01, 2.02, 2.99)
     after = pushed(state, brick, impulse, at)
@@ -70,7 +70,7 @@ def test_a_group_knows_which_of_two_halves_a_point_belongs_to() -> None:
         assert found.brick_at(rotate((-x, -y, -z, w), subtract(point, group.pose.position_W))) == half
 
 
-def test_a_wedge_presses_on_what_holds_its_ends_by_where_its_centre_of_mass_is() -> None:
+def test_a_wedge_loads_the_supports_of_its_ends_by_its_centre_of_mass() -> None:
     #   Held at its ends, it gives the thick one two thirds of its weight.
     wedge = Placed(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, 0.0)))
     ends = {"thick": -LENGTH / 3.0, "thin": 2.0 * LENGTH / 3.0}
@@ -125,7 +125,7 @@ def test_a_wedge_turns_about_an_edge_with_the_inertia_that_steiner_gives_it() ->
 
 @pytest.mark.parametrize("coefficient", [0.1, 0.5, 2.0])
 @pytest.mark.parametrize("angle", [0.0, 0.05, 0.3, 0.8])
-def test_a_box_that_is_told_by_its_corners_holds_on_to_its_edge_as_a_box_does(coefficient: float, angle: float) -> None:
+def test_a_box_given_by_corners_balances_on_its_edge_like_a_box(coefficient: float, angle: float) -> None:
     box, same = (holds_together(tipping(shape, coefficient), angle) for shape in (PLANK, SAME_PLANK))
     assert box is same
 
@@ -159,7 +159,7 @@ def test_what_falls_over_its_own_edge_or_corner_slips_when_the_ground_under_it_n
     assert holds_together(part, now - start) is (share > 1.0)
 
 
-def test_what_is_told_by_its_corners_in_any_axes_has_the_energy_and_falls_as_a_box_does() -> None:
+def test_a_box_given_by_corners_in_any_axes_falls_like_a_box() -> None:
     same_plank = polyhedron(rotate(AWRY, corner) for corner in PLANK.corners)
     x, y, z, w = AWRY
     turn: Quaternion = (0.0, 0.6, 0.0, 0.8)
@@ -180,7 +180,7 @@ def test_a_world_that_needs_no_engine_keeps_any_shape() -> None:
     assert world.shape("wedge") is LOWER_HALF
 
 
-def test_a_wedge_of_somebody_elses_stands_on_its_side() -> None:
+def test_a_foreign_wedge_stands_on_its_side() -> None:
     verdict = Assembly().add(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
     assert verdict.stability is Stability.STABLE
 

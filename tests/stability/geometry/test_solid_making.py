@@ -1,4 +1,4 @@
-"""Convex solids against closed forms: volume, centre of mass and moments, and what is no solid."""
+"""Convex solids against closed forms: volume, centre of mass and moments; and rejected input."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -124,7 +124,7 @@ def test_a_solid_in_its_place_reaches_as_far_as_its_corners() -> None:
     assert body.high_W[0] == pytest.approx(1.0 + highest)
 
 
-# --- what is no solid -------------------------------------------------------------------------------------------------
+# --- rejected input ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_a_point_inside_of_the_others_is_refused_by_number() -> None:
 
 
 def test_a_centre_of_mass_outside_is_refused() -> None:
-    with pytest.raises(NotASolidError, match="outside of the solid"):
+    with pytest.raises(NotASolidError, match="outside the solid"):
         solid_of_corners(CUBE, (1.5, 0.5, 0.5))
 
 
@@ -163,8 +163,8 @@ def test_a_centre_of_mass_outside_is_refused() -> None:
     ("faces", "cause"),
     [
         (CUBE_FACES[:-1], "a hole"),
-        ([face[::-1] for face in CUBE_FACES], "look inwards"),
-        ([*CUBE_FACES[:-1], CUBE_FACES[-1][::-1]], "one looks inwards"),
+        ([face[::-1] for face in CUBE_FACES], "are oriented inwards"),
+        ([*CUBE_FACES[:-1], CUBE_FACES[-1][::-1]], "one faces inwards"),
         (CUBE_FACES[:2], "2 faces enclose nothing"),
     ],
 )
@@ -173,7 +173,7 @@ def test_a_mesh_that_is_open_or_inside_out_is_refused(faces: list[tuple[int, ...
         solid_of_mesh(CUBE, faces)
 
 
-def test_a_mesh_with_a_dent_is_refused_with_what_it_lacks_of_its_hull() -> None:
+def test_a_mesh_with_a_dent_is_rejected_with_its_missing_volume() -> None:
     points = [*CUBE, (0.5, 0.5, 0.5)]  # the top is drawn down to the middle: a pyramid of a sixth is missing
     top = [(1, 5, 8), (5, 7, 8), (7, 3, 8), (3, 1, 8)]
     with pytest.raises(NotASolidError, match=r"not convex: corner 9 is inside of its hull; it fills 16\.7 % less"):

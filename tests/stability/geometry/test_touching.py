@@ -1,4 +1,4 @@
-"""What touches: a share of the thinner body."""
+"""Definition of contact: the reach is a share of the thinner body."""
 
 import pytest
 

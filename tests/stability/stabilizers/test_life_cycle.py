@@ -1,4 +1,4 @@
-"""What becomes of bricks is told once, and everybody who looks after them hears it in the same order."""
+"""Life cycle of bricks: observers receive each event once, in a fixed order."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -10,12 +10,12 @@ from stability.stabilizers.protocol import BrickObserver, Observers
 from stability.stabilizers.rest import Refusals, RestLimits, Stillness
 
 EVENTS = ("set_down", "frozen", "woken", "gone")
-STEP = 0.01  # [s], longer than what a brick has to be slow before it may be judged
+STEP = 0.01  # [s], longer than the dwell of a brick before its judgement
 
 
 @dataclass
 class Diary(BrickObserver):
-    """Writes down who was told what."""
+    """Records the events of each observer."""
 
     name: str
     pages: list[tuple[str, str, tuple[BodyId, ...]]] = field(default_factory=list)
@@ -86,6 +86,6 @@ def test_a_refused_brick_is_news_again_as_soon_as_other_bricks_stand_or_not(
     pose = Pose((0.0, 0.0, 0.0))
     refusals = Refusals(lambda _: RestLimits())
     refusals.refuse([("a", pose)], 0.0)
-    assert not refusals.is_news("a", pose, 0.008, STEP)
+    assert not refusals.has_changed("a", pose, 0.008, STEP)
     getattr(refusals, event)(bricks)
-    assert refusals.is_news("a", pose, 0.008, STEP) is news
+    assert refusals.has_changed("a", pose, 0.008, STEP) is news

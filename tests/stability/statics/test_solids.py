@@ -8,7 +8,7 @@ import pytest
 
 from stability.geometry.box import Box, OffCentreBox
 from stability.geometry.convex_solid import scaled
-from stability.geometry.solid_making import Made, prism
+from stability.geometry.solid_making import FramedSolid, prism
 from stability.geometry.vectors import about, add, multiply, rotate, scale
 from stability.model import GROUND, IDENTITY, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stability.problem import Placed, Stability, Tolerances
@@ -23,7 +23,7 @@ OPPOSITE: dict[Stability, Answer] = {Stability.STABLE: "unstable", Stability.UNS
 both_sides = pytest.mark.parametrize(("share", "stands"), [(1.0 - BESIDE, True), (1.0 + BESIDE, False)])
 
 
-def put(name: str, made: Made, origin: Vec3, turn: Quaternion = IDENTITY) -> Placed:
+def put(name: str, made: FramedSolid, origin: Vec3, turn: Quaternion = IDENTITY) -> Placed:
     """A solid with the origin in which it was written in a place."""
     return Placed(Brick(name, made.shape, 1.0), Pose(add(origin, rotate(turn, made.centre_of_mass)), turn))
 

@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from stability.dynamics.ground_motion import Recorded, Sine
+from stability.dynamics.ground_motion import SineCourse, TabulatedCourse
 from stackdsl.timeline import ShakeAction, Timeline
 from tests.scenes import mistakes_of, timeline_of
 
@@ -21,7 +21,7 @@ def shaking(shake: str, rest: str = "") -> tuple[Timeline, ShakeAction]:
 def test_it_begins_when_all_is_built_and_is_watched_from_its_end_on() -> None:
     timeline, shake = shaking(SINE)
     assert (shake.time, shake.motion.begins) == (2.0, 2.0)
-    assert shake.motion.course == Sine(2.0, 3.0, 1.5)
+    assert shake.motion.course == SineCourse(2.0, 3.0, 1.5)
     assert timeline.actions[-1] is shake
     assert timeline.end == pytest.approx(2.0 + 1.5 + timeline.hold)
 
@@ -40,14 +40,14 @@ def test_it_may_begin_at_a_time_or_after_an_event(when: str, time: float) -> Non
 def test_an_amplitude_is_the_way_to_either_side() -> None:
     _, shake = shaking("amplitude: 10 mm, frequency: 3 Hz, for: 1.5 s")
     course = shake.motion.course
-    assert isinstance(course, Sine)
+    assert isinstance(course, SineCourse)
     assert course.most == pytest.approx(0.01 * (6.0 * pi) ** 2)
 
 
 def test_a_table_begins_with_its_first_row_and_along_its_bearing() -> None:
     _, shake = shaking("bearing: 90 deg, table: [[1 s, 0 m/s2], [2 s, -3 m/s2], [2 s, 4 m/s2], [3 s, 0 m/s2]]")
     assert shake.time == shake.motion.begins == 3.0
-    assert shake.motion.course == Recorded(((0.0, 0.0), (1.0, -3.0), (1.0, 4.0), (2.0, 0.0)))
+    assert shake.motion.course == TabulatedCourse(((0.0, 0.0), (1.0, -3.0), (1.0, 4.0), (2.0, 0.0)))
     assert shake.motion.direction_W == (0.0, 1.0, 0.0)
 
 

@@ -141,7 +141,10 @@ def test_a_solid_is_remembered_by_what_its_file_holds(tmp_path: Path) -> None:
     ("text", "cause"),
     [
         (CUBE.replace("f 4 1 5 8\n", ""), "cube.obj: the mesh has a hole"),
-        (CUBE.replace("f 4 1 5 8", "f 8 5 1 4"), "cube.obj: faces 2 and 6 pass their common edge the same way"),
+        (
+            CUBE.replace("f 4 1 5 8", "f 8 5 1 4"),
+            "cube.obj: faces 2 and 6 have their common edge in the same direction",
+        ),
         (CUBE.replace("v 5 5 5", "v 5 five 5"), "cube.obj:7: 'five' is not a number"),
         (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: there is no corner 9: 8 corners are above it"),
         (CUBE.replace("v 5 5 5", "v 3 3 3"), "cube.obj: the solid is not convex: corner 7 is inside of its hull"),

@@ -159,17 +159,17 @@ def test_what_stood_alone_stands_on_beside_what_has_come_near_and_is_pushed_as_b
 # --- what is told of all ----------------------------------------------------------------------------------------------
 
 
-def test_an_engine_is_given_back_where_all_is_at_rest_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_engine_is_closed_when_all_bricks_are_at_rest_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
     given_back: dict[str, float] = {}
-    give_back = NearEngine.give_back
+    close_engine = NearEngine.close_engine
 
     def noted(engine: NearEngine) -> None:
-        for name in engine.put.own.bricks:
+        for name in engine.stored.own.bricks:
             given_back.setdefault(name, engine.clock if engine.world is None else engine.world.time())
-        give_back(engine)
+        close_engine(engine)
         assert engine.world is None
 
-    monkeypatch.setattr(NearEngine, "give_back", noted)
+    monkeypatch.setattr(NearEngine, "close_engine", noted)
     falling = [
         let_go("a", (0.0, 0.0, 0.06)),
         let_go("b", (10.0, 0.0, 0.4)),

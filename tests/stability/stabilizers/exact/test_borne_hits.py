@@ -1,4 +1,4 @@
-"""Hits that friction stops before what is struck has moved by anything."""
+"""Hits that friction absorbs before the struck brick has moved."""
 
 from dataclasses import dataclass
 from math import sqrt
@@ -10,7 +10,7 @@ from stability.geometry.solid_making import solid_of_corners
 from stability.geometry.vectors import scale
 from stability.model import BodyState, Brick, Pose, Vec3
 from stability.stabilizers.approach import Hit
-from stability.stabilizers.exact.hits import Holding, IncomingBrick, friction_stops
+from stability.stabilizers.exact.hits import HoldingForces, IncomingBrick, friction_stops
 from stability.stabilizers.exact.overload import MOVED
 from stability.statics.assembly import Assembly
 from tests.planks import GRAVITY, LENGTH, MASS, THICKNESS, WIDTH, WOOD, column, standing
@@ -38,7 +38,7 @@ def is_stopped(assembly: Assembly, brick: str, coming: Coming) -> bool:
     state = BodyState(start, coming.velocity_W or scale(coming.speed, coming.normal_W))
     beside = [placed for name, placed in assembly.bricks.items() if name != brick]
     hit = Hit("cube", brick, coming.speed, coming.normal_W)
-    return friction_stops(assembly, hit, IncomingBrick(Brick("cube", CUBE, MASS), state), beside, Holding())
+    return friction_stops(assembly, hit, IncomingBrick(Brick("cube", CUBE, MASS), state), beside, HoldingForces())
 
 
 def fastest(above: int) -> float:
@@ -63,7 +63,7 @@ def test_a_plank_hit_near_its_end_gives_way_to_less() -> None:
 
 
 def test_an_edge_under_the_next_plank_is_met_from_the_side_only() -> None:
-    #   What falls along a wall at 2 m/s comes close to every edge between two planks, and hits none of them from above.
+    #   A brick that falls along a wall at 2 m/s comes close to every edge between two planks, but hits none from above.
     along_the_edge = Coming(1.5, (0.0, -sqrt(0.5), -sqrt(0.5)), (0.0, -0.1, -2.0), height=0.5 * THICKNESS)
     assembly = standing(column(31))
     assert is_stopped(assembly, "L11", along_the_edge)
@@ -72,7 +72,7 @@ def test_an_edge_under_the_next_plank_is_met_from_the_side_only() -> None:
 
 def test_what_would_take_a_million_million_courses_ends_with_those_there_are() -> None:
     #   As where a block meets a sliver; counting on beyond the last course took hours.
-    assert not Holding().at_least(standing(column(3)), "L1", 1e12 * MASS * GRAVITY)
+    assert not HoldingForces().at_least(standing(column(3)), "L1", 1e12 * MASS * GRAVITY)
 
 
 def test_what_stands_upright_may_tip_and_is_never_said_to_be_stopped() -> None:

@@ -1,4 +1,4 @@
-"""Hits that are told of, and those that are passed over."""
+"""Hits that are reported, and hits that friction absorbs."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -38,5 +38,5 @@ def test_a_hit_on_a_plank_beside_a_table_is_judged_as_any_other() -> None:
     disturbances = Disturbances(engine, lambda brick: RestLimits(), GRAVITY, dict)  # type: ignore[arg-type]
     slow, fast = (Hit("shot", "L1", speed, (0.0, -1.0, 0.0)) for speed in (0.05, 2.0))
     assembly = standing(poses)
-    assert disturbances._is_borne(assembly, slow, BodyState(aside, (0.0, -0.05, 0.0)))
-    assert not disturbances._is_borne(assembly, fast, BodyState(aside, (0.0, -2.0, 0.0)))
+    assert disturbances._is_absorbed(assembly, slow, BodyState(aside, (0.0, -0.05, 0.0)))
+    assert not disturbances._is_absorbed(assembly, fast, BodyState(aside, (0.0, -2.0, 0.0)))

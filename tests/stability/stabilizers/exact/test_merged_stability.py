@@ -1,4 +1,4 @@
-"""What two extensions watched far apart, one of them watches once it has come near."""
+"""Merging of two stabilizers whose bricks come near to each other."""
 
 from stability.model import BodyState, Pose
 from stability.problem import Stability
@@ -24,7 +24,7 @@ def come_near(one: BoxEngine, other: BoxEngine) -> None:
     one.frozen |= other.frozen
 
 
-def test_what_stood_there_stands_here_with_a_proof_and_what_fell_is_awake() -> None:
+def test_merged_frozen_bricks_keep_a_proof_and_falling_ones_stay_awake() -> None:
     near, here = watched({"a": (0.0, 0.5 * HEIGHT)})
     far, there = watched({"b": (1.0, 0.5 * HEIGHT), "c": (1.07, 1.5 * HEIGHT)})  # more than half of it hangs over
     assert there.awake() == ["c"]
@@ -38,7 +38,7 @@ def test_what_stood_there_stands_here_with_a_proof_and_what_fell_is_awake() -> N
     assert near.frozen == {"a", "b"}
 
 
-def test_what_was_refused_there_is_not_asked_about_here_at_once() -> None:
+def test_merged_refusals_delay_the_next_judgement() -> None:
     near, here = watched({"a": (0.0, 0.5 * HEIGHT)})
     far, there = watched({"b": (1.0, 0.5 * HEIGHT), "c": (1.07, 1.5 * HEIGHT)})
     come_near(near, far)
@@ -55,10 +55,10 @@ def test_what_was_refused_there_is_not_asked_about_here_at_once() -> None:
 
 
 def test_all_that_is_known_of_a_brick_goes_over() -> None:
-    #   What is worked out of shapes and proofs is worked out anew.
+    #   Caches of values from shapes and proofs are not merged.
     homes = {kind: kind.__module__.split(".") for kind in BrickObserver.__subclasses__()}
     kinds = [
         kind for kind, home in homes.items() if home[:2] == ["stability", "stabilizers"] and "published" not in home
     ]
     assert len(kinds) > 8
-    assert {each.__name__ for each in kinds if each.absorb is BrickObserver.absorb} == {"LimitsBySize", "Holding"}
+    assert {each.__name__ for each in kinds if each.absorb is BrickObserver.absorb} == {"LimitsBySize", "HoldingForces"}

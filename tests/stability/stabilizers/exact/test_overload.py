@@ -25,10 +25,10 @@ class Pressing:
     """An engine in which one thing presses on one frozen brick with a force that stays."""
 
     brick: BodyId
-    normal_W: Vec3  # from the frozen brick towards what presses
+    normal_W: Vec3  # from the frozen brick towards the pressing one
     force: float  # [N]
     at_W: Vec3 = (0.0, 0.0, 0.0)
-    friction_W: Vec3 = NO_FRICTION  # on what presses
+    friction_W: Vec3 = NO_FRICTION  # on the pressing brick
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
         point = ContactPoint("pusher", self.brick, self.at_W, self.normal_W, 0.0, self.force, self.friction_W)
@@ -37,9 +37,9 @@ class Pressing:
 
 def gives_way_after(assembly: Assembly, pressing: Pressing) -> float:
     """When it is found first [s]."""
-    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
     for steps in range(1, round(LONG / STEP) + 1):
-        if overloads.found(assembly, ["pusher"], STEP) == [pressing.brick]:
+        if overloads.overloaded(assembly, ["pusher"], STEP) == [pressing.brick]:
             return steps * STEP
     return inf
 
@@ -111,11 +111,11 @@ def test_a_touch_outside_its_core_does_not() -> None:
 def test_a_load_that_lifts_now_and_then_starts_again() -> None:
     beam = standing({"a": lying(1), "b": lying(2, OVERHANG)})
     pressing = Pressing("b", (0.0, 0.0, 1.0), WEIGHT, (EDGE + 0.04, 0.0, 2.0 * THICKNESS))
-    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
     found = []
     for step in range(round(LONG / STEP)):
         pressing.force = 0.0 if step % 10 == 0 else WEIGHT  # enough to tip it
-        found += overloads.found(beam, ["pusher"], STEP)
+        found += overloads.overloaded(beam, ["pusher"], STEP)
     assert found == []
 
 
@@ -127,7 +127,7 @@ def given_way_after_half(assembly: Assembly, meanwhile: Callable[[Overloads], No
     for step in range(steps):
         if step == steps // 2:
             meanwhile(overloads)
-        if overloads.found(assembly, ["pusher"], STEP):
+        if overloads.overloaded(assembly, ["pusher"], STEP):
             return step == steps - 1
     return False
 
@@ -158,25 +158,25 @@ def test_a_push_that_is_over_is_forgotten_as_fast_as_friction_takes_it_up() -> N
     friction = WOOD * WEIGHT
     pressing = pushed_aside("L1", 2.0 * friction)
     assembly = standing({**column(1), "L0": Pose((1.0, 0.0, THICKNESS / 2.0))})
-    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressing, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
     steps = int(sqrt(2.0 * MASS * friction * MOVED * THICKNESS) / friction / STEP)
     for _ in range(10):
         for brick in ["L1"] * steps + ["away"] * steps:  # the push lasts for a while, and is gone for as long
             pressing.brick = brick
-            assert overloads.found(assembly, ["pusher"], STEP) == []
+            assert overloads.overloaded(assembly, ["pusher"], STEP) == []
 
 
 @pytest.mark.parametrize("moving", [["pusher"], ["pusher", "another", "a third", "a fourth"]], ids=["few", "many"])
-def test_what_is_frozen_is_asked_what_presses_on_it_however_many_others_there_are(moving: list[str]) -> None:
-    #   An engine may tell either side of a contact in its own digits; what presses here is told from the wrong place.
+def test_contacts_are_read_from_the_frozen_brick_in_any_crowd(moving: list[str]) -> None:
+    #   The rounding of a contact may depend on the body that is queried; here the pressing body has a wrong position.
     class Turned(Pressing):
         def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
             right = super().contacts(brick)
             return right if brick == self.brick else [replace(point, normal_force=0.0) for point in right]
 
     pressed = Turned("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
-    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
-    assert overloads.found(standing(column(2)), moving, LONG) == ["L1"]
+    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
+    assert overloads.overloaded(standing(column(2)), moving, LONG) == ["L1"]
 
 
 def test_what_presses_on_the_ground_presses_nothing_away() -> None:
@@ -211,7 +211,7 @@ def test_a_tall_post_is_tipped_by_a_push_at_its_top_that_friction_below_would_be
 
 def test_what_two_frozen_bricks_pressed_with_before_they_froze_is_no_load() -> None:
     pressed = Pressing("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
-    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # nothing else of an engine is asked
+    overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
     for moving in (["elsewhere"], ["elsewhere", "far", "away"]):  # fewer than are frozen, and more
-        assert overloads.found(standing(column(2)), moving, LONG) == []
-    assert overloads.found(standing(column(2)), ["pusher"], LONG) == ["L1"]
+        assert overloads.overloaded(standing(column(2)), moving, LONG) == []
+    assert overloads.overloaded(standing(column(2)), ["pusher"], LONG) == ["L1"]

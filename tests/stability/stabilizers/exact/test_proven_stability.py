@@ -1,4 +1,4 @@
-"""The proven extension: on a scripted engine of boxes, and in a PyBullet world that somebody else runs."""
+"""Exact stabilizer on a scripted engine of boxes, and in a foreign PyBullet world."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
@@ -77,7 +77,7 @@ def set_down(engine: BoxEngine, stability: ProvenStability, **at: tuple[int, flo
 
 
 def counterweighted(engine: BoxEngine, stability: ProvenStability) -> Update:
-    """Four bricks of one mass: with d, com of what is above a lies 10 mm inside its end; without d, 15 mm outside."""
+    """Four bricks of equal mass: com above a lies 10 mm inside its end with d, and 15 mm outside without d."""
     #    |d|      |c|
     #    |---beam---|
     # |----a----|
@@ -86,7 +86,7 @@ def counterweighted(engine: BoxEngine, stability: ProvenStability) -> Update:
 
 
 def after(engine: BoxEngine, stability: ProvenStability, seconds: float = 2 * STEP) -> Update:
-    """What a span of time changes."""
+    """Return the update after a duration."""
     last = Update()
     for _ in range(round(seconds / STEP)):
         engine.clock += STEP
@@ -130,9 +130,7 @@ def test_what_is_frozen_while_another_brick_is_refused_says_which_stage_proved_i
     assert update.proof == "load core"
 
 
-def test_what_tips_is_left_to_the_engine_and_what_stands_without_it_stays(
-    engine: BoxEngine, stability: ProvenStability
-) -> None:
+def test_tipping_bricks_wake_and_the_others_stay_frozen(engine: BoxEngine, stability: ProvenStability) -> None:
     #         |--c--|      c brings com of b and c 3 mm beyond the end of a; a alone stands
     #     |--b--|
     # |--a--|
@@ -184,7 +182,7 @@ def test_a_body_that_is_no_box_is_never_frozen(engine: BoxEngine, stability: Pro
     assert stability.awake() == ["ball"]
 
 
-def test_what_was_refused_is_not_asked_again_until_something_changes(
+def test_refused_bricks_are_not_judged_again_before_a_change(
     engine: BoxEngine, stability: ProvenStability, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stability.update()  # looks at the ground
@@ -216,7 +214,7 @@ def test_a_plank_that_comes_to_rest_on_a_frozen_one_wakes_it_if_both_fall(
     assert stability.awake() == ["b", "c"]
 
 
-def test_waking_takes_away_what_others_stand_on(engine: BoxEngine, stability: ProvenStability) -> None:
+def test_waking_a_brick_wakes_bricks_on_it(engine: BoxEngine, stability: ProvenStability) -> None:
     set_down(engine, stability, a=(1, 0.0), b=(2, 0.0), far=(1, 1.0))
     assert stability.wake(["a"]) == ("a", "b")
     assert stability.awake() == ["a", "b"]
@@ -232,9 +230,7 @@ def test_a_woken_brick_is_not_frozen_again_before_it_has_been_still_for_the_hold
     assert after(engine, stability, 1.5).frozen == ("a",)
 
 
-def test_taking_a_brick_or_the_ground_away_wakes_what_stood_on_it(
-    engine: BoxEngine, stability: ProvenStability
-) -> None:
+def test_removing_a_brick_or_the_ground_wakes_bricks_on_it(engine: BoxEngine, stability: ProvenStability) -> None:
     set_down(engine, stability, a=(1, 0.0), b=(2, 0.0))
     del engine.bricks["a"]
     assert after(engine, stability, STEP).woken == ("b",)
@@ -296,7 +292,7 @@ def test_a_brick_that_was_left_to_the_engine_can_be_taken_out_too(engine: BoxEng
     assert verdict.stability is Stability.STABLE
 
 
-def test_without_a_guard_an_update_does_not_look_at_what_is_frozen(
+def test_without_a_guard_an_update_does_not_check_frozen_bricks(
     engine: BoxEngine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
@@ -306,7 +302,7 @@ def test_without_a_guard_an_update_does_not_look_at_what_is_frozen(
     assert set_down(engine, stability, top=(9, 0.0)).frozen == ("top",)
 
 
-# --- in a world that somebody else runs -------------------------------------------------------------------------------
+# --- in a foreign world -----------------------------------------------------------------------------------------------
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a hit reaches: what moves one by one, what rides along as one rigid body, and what stays."""
+"""Region of a hit: bricks that move one by one, bricks that ride as a rigid group, and bricks that stay."""
 
 from math import atan, cos, sin
 
@@ -65,7 +65,7 @@ def test_what_stands_apart_stays() -> None:
     ("along_W", "reached"), [(ALONG_X, "abcde"), (scale(-1.0, ALONG_X), "abcde"), (FROM_BEHIND, "ab")]
 )
 def test_planks_end_to_end_in_line_with_a_hit_wake_with_it(along_W: Vec3, reached: str) -> None:
-    #   ==> |-a-|-b-|-c-|-d-|-e-|      across the line only what touches a is reached
+    #   ==> |-a-|-b-|-c-|-d-|-e-|      across the line only bricks that touch a wake
     row = standing({name: lying(1, x=LENGTH * place) for place, name in enumerate("abcde")})
     assert "".join(hit(row, "a", along_W).one_by_one) == reached
 
@@ -84,7 +84,7 @@ def test_two_hits_are_one_region() -> None:
 
 
 def test_on_a_slope_nothing_rides() -> None:
-    #   Gravity pulls a group down the slope, so what carries it is not pressed by its weight alone.
+    #   Gravity pulls a group down the slope, so its support carries more than its weight.
     tilt = atan(0.1)
     turn = (0.0, sin(tilt / 2), 0.0, cos(tilt / 2))
     up = (sin(tilt), 0.0, cos(tilt))
@@ -94,7 +94,7 @@ def test_on_a_slope_nothing_rides() -> None:
     assert hit(standing(column(6)), "L1").riding != ()
 
 
-def test_in_a_wall_nothing_rides_as_one_body_would_bridge_what_gives_way() -> None:
+def test_no_group_rides_in_a_wall_where_it_would_span_a_yielding_support() -> None:
     #        |--|--|           the two planks of a level above lie on different ones of the level below
     #       |--|--|--|
     #      |--|--|--|--|

@@ -36,14 +36,14 @@ def test_if_nothing_moved_all_go_back_bit_for_bit() -> None:
     assert put_back(was, {"L1": 0.29e-3, "L2": -0.1e-3, "L3": 1e-7}) == was
 
 
-def test_if_something_moved_only_what_crept_goes_back() -> None:
+def test_if_a_brick_moved_only_crept_bricks_return() -> None:
     was = column(3)
     found = put_back(was, {"L1": CREEP, "L2": SHIFT, "L3": 0.1e-3})
     assert found == {"L1": was["L1"], "L2": shifted(was["L2"], SHIFT), "L3": shifted(was["L3"], 0.1e-3)}
 
 
 @pytest.mark.parametrize(("end_moves", "back"), [(0.29e-3, True), (0.33e-3, False)])
-def test_a_turn_counts_by_what_it_moves_the_end_of_a_plank(end_moves: float, back: bool) -> None:
+def test_a_rotation_counts_by_the_motion_of_the_end_of_a_plank(end_moves: float, back: bool) -> None:
     half = end_moves / (LENGTH / 2.0) / 2.0
     rest_poses = RestPoses()
     rest_poses.remember({"L1": column(1)["L1"]})

@@ -85,8 +85,8 @@ def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, rigid_gro
     assert rigid_groups.watched(["L2", "L4"]) == ["L2", "L4"]
 
 
-def test_nothing_rides_where_the_engine_cannot_join() -> None:
-    with pytest.raises(TypeError, match="joins no bricks"):
+def test_no_group_rides_in_an_engine_that_cannot_weld() -> None:
+    with pytest.raises(TypeError, match="cannot weld bricks"):
         RigidGroups(None).weld(TOWER, TOUCHING, THICKNESS)
 
 

@@ -1,4 +1,4 @@
-"""What a hit takes out of an assembly: in a wall the brick that is struck, elsewhere all that it reaches."""
+"""Release of bricks by a hit: in a wall only the struck brick, elsewhere its whole region."""
 
 import pytest
 
@@ -56,7 +56,7 @@ def test_where_something_falls_without_it_a_small_region_is_woken_whole() -> Non
     assert found.forces is None
 
 
-def test_in_a_tower_what_lies_above_rides() -> None:
+def test_in_a_tower_the_bricks_above_ride() -> None:
     assembly = standing(four_stack(range(1, 14)))
     found = woken(assembly, "L3.2")
     assert [len(group) for group in found.riding] == [18]

@@ -1,4 +1,4 @@
-"""Which hits the published method is told of: by strangers, before they happen, once each."""
+"""Direct hits of the published method: by bricks outside the stack, predicted, once each."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ def scene() -> Iterator[Scene]:
     world.close()
 
 
-def test_a_hit_is_told_before_it_happens_with_the_speed_of_the_flight(scene: Scene) -> None:
+def test_a_hit_is_predicted_with_the_speed_of_the_flight(scene: Scene) -> None:
     scene.put("shot", 0.001, (-1.0, 0.0, 0.5))
     (hit,) = scene.hits.coming(["shot"], {"target"})
     assert (hit.by, hit.brick) == ("shot", "target")
@@ -68,7 +68,7 @@ def test_what_is_far_or_slow_or_on_another_way_hits_nothing(scene: Scene, gap: f
     assert scene.coming() == []
 
 
-def test_a_hit_is_told_once_for_an_approach(scene: Scene) -> None:
+def test_a_hit_is_reported_once_per_approach(scene: Scene) -> None:
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == [("shot", "target")]
     scene.world.step()

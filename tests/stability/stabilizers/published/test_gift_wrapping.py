@@ -1,4 +1,4 @@
-"""Sections 3.3.3 and 3.3.4 of the thesis step by step, against the hull in plan that is taken instead (docs/design/contacts.md).
+"""Sections 3.3.3 and 3.3.4 of the thesis step by step, against hulls in plan (docs/design/contacts.md).
 
 The text is followed with z upright: gift wrapping seen from above, a mesh over what it finds, and a ray straight down.
 """
@@ -23,7 +23,7 @@ def left_of(point: Vec3, start: Vec3, end: Vec3) -> float:
 
 
 def gift_wrapped(points: Sequence[Vec3], random: Random) -> list[Vec3]:
-    """The periphery, from the point of lowest x on; clockwise, as what lies to the left of an edge is given the way."""
+    """Return the periphery from the point of lowest x; clockwise, as points to the left of an edge come first."""
     first = min(points)
     periphery = [first]
     while True:
@@ -91,7 +91,7 @@ def test_a_ray_meets_a_mesh_that_is_not_planar_where_the_hull_lies_below() -> No
             x, y = random.uniform(-0.07, 0.07), random.uniform(-0.03, 0.03)
             assert ray_meets_mesh(x, y, periphery) is lies_above((x, y), plan_hull(points))
             met += ray_meets_mesh(x, y, periphery)
-    assert met > len(SEEDS)  # it is asked on both sides
+    assert met > len(SEEDS)  # cases on both sides
 
 
 def test_the_mesh_of_bricks_at_different_heights_is_not_planar() -> None:

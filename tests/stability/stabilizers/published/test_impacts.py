@@ -111,7 +111,7 @@ def test_the_limits_of_a_tower_of_13_levels_worked_out_by_hand(
 
 
 def test_read_at_the_height_of_the_contacts_level_3_gives_way_to_less_than_half_the_speed() -> None:
-    #   What is handed on acts one thickness above the lower face: (t / 2 + 5.7094 t) / 6.7094 = 7.2187 mm: 0.975 m/s.
+    #   The load passed on acts one thickness above the lower face: (t / 2 + 5.7094 t) / 6.7094 = 7.2187 mm: 0.975 m/s.
     stack = four_stack(13)
     readings = Readings(height_acts_at=ActsAt.CONTACT)
     energy = energy_of_load("3-", stack, loads_above(stack, readings), None, GRAVITY, readings)
@@ -156,7 +156,7 @@ def test_a_leaning_brick_is_measured_from_its_pivot() -> None:
     assert energy == pytest.approx(MASS * GRAVITY * 0.04)
 
 
-def test_a_push_counts_as_what_it_would_give_a_free_brick() -> None:
+def test_the_energy_of_a_push_is_that_of_a_free_brick() -> None:
     #   J = m v, so J^2 / (2 m) = m v^2 / 2
     assert energy_of_push(MASS, (0.0, MASS * 3.0, MASS * 4.0)) == pytest.approx(MASS * 12.5)
     assert energy_of_flight(MASS, (3.0, 4.0, 0.0)) == pytest.approx(MASS * 12.5)

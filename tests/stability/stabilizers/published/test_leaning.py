@@ -107,7 +107,7 @@ def test_friction_on_an_edge_under_a_plank_does_nothing_because_nothing_slides_t
         assert not holds(over_an_edge(angle, reach, limit - 1e-6, edge, slant), load)
 
 
-def test_a_plank_that_falls_away_from_what_it_touches_is_held_as_if_it_pushed() -> None:
+def test_a_plank_that_falls_away_from_its_contact_is_held_as_if_it_pushed() -> None:
     #   The published fault behind its Fig. 14: the sign of the normal force is looked at nowhere.
     angle = radians(80.0)
     brick = ladder(angle, 0.3, 0.3)
@@ -167,7 +167,7 @@ def test_the_centre_of_a_patch_is_that_of_its_area() -> None:
 
 
 def changed(brick: LeaningBrick, load: CarriedLoad, change: Change, lengths: float = 1.0) -> LeaningForces:
-    """The forces after a linear map of space by which lengths grow so many times."""
+    """Return the forces after a linear map of space that scales lengths."""
 
     def area(old: LeaningArea) -> LeaningArea:
         x, y, z = (part / lengths for part in change(old.normal_W))

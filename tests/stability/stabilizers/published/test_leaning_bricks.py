@@ -1,4 +1,4 @@
-"""Leaning bricks in the published extension: who is frozen, who is woken, and what is not seen."""
+"""Leaning bricks in the published stabilizer: freezing, waking, and the limits of the model."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class StillWorld:
     boxes: dict[BodyId, Vec3] = field(default_factory=dict)
     at: dict[BodyId, BodyState] = field(default_factory=dict)
     frozen: set[BodyId] = field(default_factory=set)
-    strangers: frozenset[BodyId] = frozenset()  # near to everything, of a shape that nobody knows
+    strangers: frozenset[BodyId] = frozenset()  # near to everything, of unsupported shape
     clock: float = 0.0
     bricks: Mapping[BodyId, float] = field(default_factory=dict)
 
@@ -144,14 +144,14 @@ def test_a_leaning_plank_is_woken_when_its_block_is_taken_away() -> None:
     assert stability.update().woken == ("plank",)
 
 
-def test_a_leaning_plank_is_woken_when_somebody_moves_its_block() -> None:
+def test_a_leaning_plank_wakes_when_its_block_is_moved() -> None:
     world = leaning_on_a_post()
     stability = judged(world)
     world.at["post"] = BodyState(Pose((-0.03, 0.0, 0.04)))
     assert stability.update().woken == ("plank", "post")
 
 
-def test_a_leaning_plank_puts_no_weight_on_what_it_leans_on() -> None:
+def test_a_leaning_plank_puts_no_weight_on_its_support() -> None:
     #   Leaning contacts and base contacts do not know of each other: so published, and so wrong.
     stability = judged(leaning_on_a_post())
     assert stability.loads["post"].mass == pytest.approx(0.012)
@@ -186,7 +186,7 @@ def test_a_plank_does_not_lean_on_one_that_moves() -> None:
     assert stability.update().frozen == ()
     world.at["right"] = right
     stability.set_down(["left", "right"])
-    world.clock += 10.0  # a brick that was refused where it is, is not asked at every step
+    world.clock += 10.0  # a refused brick is not tested at every step
     assert stability.update().frozen == ("left", "right")
 
 
@@ -216,7 +216,7 @@ def leaning_away(friction: float = 0.5) -> StillWorld:
     return world
 
 
-def test_a_plank_stays_frozen_when_what_it_leans_on_has_never_been_in_the_stack() -> None:
+def test_a_plank_stays_frozen_on_a_support_outside_the_stack() -> None:
     #   The one that leans away falls before it is judged, and the other hangs in the air: published as "sticky" bricks.
     world = leaning_away()
     stability = StackStability(world, planes=world.planes)
@@ -229,7 +229,7 @@ def test_a_plank_stays_frozen_when_what_it_leans_on_has_never_been_in_the_stack(
     assert stability.update().woken == ("held",)
 
 
-def test_next_to_a_shape_that_nobody_knows_nothing_leans() -> None:
+def test_no_brick_leans_near_an_unsupported_shape() -> None:
     world = inverted_v()
     world.strangers = frozenset({"robot"})
     judged(world)
@@ -238,7 +238,7 @@ def test_next_to_a_shape_that_nobody_knows_nothing_leans() -> None:
 
 def test_a_plank_over_two_peaks_is_carried_by_planks_that_lean() -> None:
     #    ____
-    #    /\/\    no more than two contacts count: what lies on a brick does not hold it
+    #    /\/\    at most two contacts count: a brick on top does not hold it
     angle = radians(70.0)
     world = StillWorld()
     for name, x in (("a", -0.05), ("b", 0.05)):

@@ -69,7 +69,7 @@ def test_where_parts_act_on_two_supports_and_on_more_is_read_apart(acts_at: Acts
 
 
 def merged(readings: Readings) -> tuple[str, ...]:
-    """What fails of two parallel planks on the ground with one across their ends."""
+    """Return the failing bricks of two parallel planks on the ground with one across their ends."""
     out = (LENGTH - WIDTH) / 2.0
 
     def lies_on(on: str, x: float, y: float, half: tuple[float, float]) -> ContactArea:
@@ -119,7 +119,7 @@ def test_the_published_shares_would_not_have_passed_that() -> None:
     assert sum(share.mass for share in found) != pytest.approx(3.0, rel=0.05)
 
 
-# --- what leans -------------------------------------------------------------------------------------------------------
+# --- leaning bricks ---------------------------------------------------------------------------------------------------
 
 
 def across(x: float, z: float) -> tuple[Vec3, Vec3]:
@@ -149,7 +149,7 @@ def test_the_press_on_a_wall_is_the_torque_over_the_lever_and_the_sine_of_the_an
     degrees: float,
 ) -> None:
     #   Torque W x; lever L; angle of the lever to the force 90 deg, to gravity 90 deg - angle, to the normal the angle.
-    #   What presses square to the lever is projected onto the normal by the sine of the angle.
+    #   The force perpendicular to the lever is projected onto the normal by the sine of the angle.
     angle = radians(degrees)
     square = MASS * middle(angle) / LENGTH * sin(angle)
     for read, sine in ((Square.FORCE, 1.0), (Square.GRAVITY, cos(angle)), (Square.NORMAL, sin(angle))):

@@ -1,4 +1,4 @@
-"""The extension on a scripted engine: who is frozen, who is woken, and when."""
+"""Published stabilizer on a scripted engine: freezing and waking of bricks."""
 
 from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field
@@ -168,7 +168,7 @@ def column(engine: ScriptedEngine, stability: StackStability) -> None:
     assert stability.awake() == []
 
 
-def test_taking_a_brick_out_of_the_engine_wakes_what_rested_on_it() -> None:
+def test_removing_a_brick_from_the_engine_wakes_bricks_on_it() -> None:
     engine = ScriptedEngine()
     stability = StackStability(engine)
     column(engine, stability)
@@ -176,7 +176,7 @@ def test_taking_a_brick_out_of_the_engine_wakes_what_rested_on_it() -> None:
     assert after_a_step(engine, stability).woken == ("b", "c")
 
 
-def test_a_brick_that_is_said_to_be_taken_out_wakes_what_rested_on_it_at_once() -> None:
+def test_announcing_a_removed_brick_wakes_bricks_on_it_immediately() -> None:
     engine = ScriptedEngine()
     stability = StackStability(engine, guard=False)
     column(engine, stability)
@@ -187,7 +187,7 @@ def test_a_brick_that_is_said_to_be_taken_out_wakes_what_rested_on_it_at_once() 
     assert stability.is_frozen("a")
 
 
-def test_taking_the_table_away_wakes_what_stood_on_it() -> None:
+def test_removing_the_table_wakes_bricks_on_it() -> None:
     engine = ScriptedEngine()
     stability = StackStability(engine)
     column(engine, stability)
@@ -198,9 +198,7 @@ def test_taking_the_table_away_wakes_what_stood_on_it() -> None:
 @pytest.mark.parametrize(
     ("moved", "woken"), [("ground", ("a", "b", "c")), ("a", ("a", "b", "c")), ("b", ("b", "c")), ("c", ("c",))]
 )
-def test_what_somebody_else_moves_or_pushes_is_woken_with_all_that_rests_on_it(
-    moved: BodyId, woken: tuple[BodyId, ...]
-) -> None:
+def test_externally_moved_or_pushed_bricks_wake_with_all_on_them(moved: BodyId, woken: tuple[BodyId, ...]) -> None:
     engine = ScriptedEngine()
     stability = StackStability(engine)
     column(engine, stability)
@@ -224,7 +222,7 @@ def test_bricks_set_down_at_rest_are_tested_before_any_step() -> None:
     assert stability.update().frozen == ("a",)
 
 
-def test_taking_a_counterweight_away_wakes_what_it_held() -> None:
+def test_removing_a_counterweight_wakes_bricks_that_it_held() -> None:
     #   |w|    |x|      w is set first; without it, com of beam and x lies 15 mm out, and the post ends at 10 mm
     #    |--beam--|
     #      |post|

@@ -151,7 +151,7 @@ def test_merge_case_3_takes_the_torque_about_the_other_supports_nearest_contact_
 
 
 def handed_on(apart: float, half: float, centre: float) -> tuple[float, float]:
-    """Of a load of 1 at `centre`, what two supports so far apart are given: weight, and moment about their middle [m].
+    """Return the shares of a load of 1 at `centre` on two supports: weight, and moment about their middle [m].
 
     With the supports at -a and +a, their edges h from there, half a width b across, and the load at c, Eq. 7 to 9 give
     the two hypot(a - h - c, b) and hypot(a - h + c, b), both over hypot(2 a - h, b), at -a and +a.
