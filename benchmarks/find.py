@@ -11,7 +11,7 @@ from rich.table import Table
 
 from benchmarks.figures.data import Row
 from benchmarks.figures.recording import parser, record
-from stackdsl.studies.find_limit import Want, Wish, find_in
+from stackdsl.studies.find_limit import LimitRequest, Want, find_in
 from tests.stackdsl.studies.known_limits import KNOWN, Known
 
 
@@ -19,7 +19,7 @@ def found(known: Known) -> Row:
     """What is found of a scene: how far the further of both sides is off, relative to the truth, and the cost."""
     case, truth = known.case(), known.limit()
     began = process_time()
-    finding = find_in(case, "known", Wish(known.want, known.name))
+    finding = find_in(case, "known", LimitRequest(known.want, known.name))
     taken = process_time() - began
     assert finding.stands is not None
     assert finding.beyond is not None

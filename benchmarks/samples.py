@@ -19,7 +19,7 @@ from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.ensembles import Chunk, Drawing, drawn_alone, judged_chunk
 from stackdsl.language.yaml.source import parse
 from stackdsl.sampling.placement_errors import PlacementSampler
-from stackdsl.sampling.sample_outcomes import SampleOutcome, asked_anew
+from stackdsl.sampling.sample_outcomes import SampleOutcome, Way, judge_sample
 from stackdsl.sampling.samples import Draws, build_plan_of
 from stackdsl.simulation.known_systems import unplayable
 
@@ -55,10 +55,9 @@ def tower(layout: str, workers: int) -> Row:
         "samples": found.drawn,
         "stood": found.stood,
         "undecided": found.unknown,
-        **{
-            way.replace(" ", "_"): found.ways.get(way, 0)
-            for way in ("forces passed on", "a fall passed on", "asked anew")
-        },
+        "forces_passed_on": found.ways.get(Way.FORCES, 0),
+        "a_fall_passed_on": found.ways.get(Way.FALL, 0),
+        "asked_anew": found.ways.get(Way.ANEW, 0),
         "wall_s": wall,
         "workers": workers,
         "cpu_ms_a_sample": 1000.0 * found.cpu_time / found.drawn,
@@ -74,7 +73,7 @@ def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
     design = build_plan_of(case.timeline)
     for sample in range(0, SAMPLES, SAMPLES // COLD):
         one = Draws(case.scenario.seed, case.scenario.scenario, sample, 1)
-        yield together[sample], asked_anew(design, PlacementSampler(design, one).build().placed(0))
+        yield together[sample], judge_sample(design, PlacementSampler(design, one).build().placed(0))
 
 
 def engines(count: int) -> Rows:

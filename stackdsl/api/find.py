@@ -1,7 +1,7 @@
 """The largest or the least number with which a case stands, and what its margin depends on, for programs."""
 
 from stackdsl.checking.cases import Case
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SearchError, Want, Wish, find_in
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 
 __all__ = ["FoundLimit", "SearchError", "Sensitivities", "find", "sensitivities"]
@@ -30,7 +30,7 @@ def find(
     if not FINEST <= within <= 1.0:
         raise ValueError(f"within is a share of the limit, from {FINEST:g} to 1, not {within!r}")
     ((want, name),) = given
-    return find_in(case, case.name, Wish(want, name, from_, to, within, bearing))
+    return find_in(case, case.name, LimitRequest(want, name, from_, to, within, bearing))
 
 
 def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:

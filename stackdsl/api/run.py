@@ -18,7 +18,7 @@ from stackdsl.checking.results import snapshot_of
 from stackdsl.compiler.checks import requirements_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.golden import check_golden, keeper_of
-from stackdsl.judging.judge import compare_with_truth, judge, known_of
+from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
 from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
@@ -174,7 +174,7 @@ def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> 
     if not isinstance(case, Case):
         hint = "a scenario plays itself, by its `play`" if hasattr(case, "play_all") else "see `Scenario.cases`"
         raise TypeError(f"expected a case, of `Scenario.cases` or `gather`, not {type(case).__name__}; {hint}")
-    return Run(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system), on_event))
+    return Run(case, play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), on_event))
 
 
 def _row(name: str, track: BrickTrack) -> Row:

@@ -15,7 +15,7 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import PendingStore, content, obsolete, remove_obsolete, text_digest
 from stackdsl.goldens.snapshot import Identity
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.results import ClaimOutcome, GoldenStatus, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
@@ -199,8 +199,8 @@ class _Played:
 
     def _task(self, case: Case) -> Task:
         playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)
-        is_known = known_of(case.scenario, case.system)
-        return Task(played_or_blocked, (playing, case.timeline, case.system, is_known), runs * self.terms.time_limit)
+        may_stop = stop_condition_of(case.scenario, case.system)
+        return Task(played_or_blocked, (playing, case.timeline, case.system, may_stop), runs * self.terms.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
         return checked(self.cases[index], result, self.goldens, self.terms.must_claim)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
-from stackdsl.judging.judge import Refinement, held_against_refined, with_numerical_collapse
+from stackdsl.judging.judge import Refinement, compare_with_refined, with_numerical_collapse
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
-from stackdsl.simulation.runner import Known, never_stop_early, play
+from stackdsl.simulation.runner import StopCondition, never_stop_early, play
 from stackdsl.simulation.systems import System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Event, Trace
@@ -26,23 +26,23 @@ Played = TypeVar("Played")
 def play_case(
     timeline: Timeline,
     system: str,
-    is_known: Known = never_stop_early,
+    may_stop: StopCondition = never_stop_early,
     on_event: Callable[[Event], None] = lambda event: None,
     recorder: "Recorder | None" = None,
 ) -> Trace:
     """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
     with _limited(timeline):
-        return _played(timeline, system_named(system), is_known, on_event, recorder)
+        return _played(timeline, system_named(system), may_stop, on_event, recorder)
 
 
 def _played(
     timeline: Timeline,
     system: System,
-    is_known: Known,
+    may_stop: StopCondition,
     on_event: Callable[[Event], None],
     recorder: "Recorder | None",
 ) -> Trace:
-    trace = with_numerical_collapse(play(timeline, system, on_event, is_known, recorder), timeline, system)
+    trace = with_numerical_collapse(play(timeline, system, on_event, may_stop, recorder), timeline, system)
     wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
     if not wanted or trace.statics is None:
         return trace
@@ -72,15 +72,15 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
         return error.blocked
 
 
-def play_refined(timeline: Timeline, name: str, is_known: Known = never_stop_early) -> Refinement:
+def play_refined(timeline: Timeline, name: str, may_stop: StopCondition = never_stop_early) -> Refinement:
     """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
-    trace = play_case(timeline, name, is_known)
+    trace = play_case(timeline, name, may_stop)
     if trace.cost.steps == 0:
         return Refinement(trace)
     system = system_named(name).refined()
     try:
         with _limited(timeline):
-            fine = with_numerical_collapse(play(timeline, system, is_known=is_known), timeline, system)
+            fine = with_numerical_collapse(play(timeline, system, may_stop=may_stop), timeline, system)
     except BlockedPlacementError as error:
         raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
-    return held_against_refined(trace, fine, as_played(timeline, system.modification))
+    return compare_with_refined(trace, fine, as_played(timeline, system.modification))

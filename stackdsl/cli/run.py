@@ -20,7 +20,7 @@ from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE
 from stackdsl.cli.terminal import counted, tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.text import claim_lines, event_text, run_text
 from stackdsl.report.warnings import ensemble_lines
@@ -199,7 +199,7 @@ class _Live:
             mistakes = [why_nothing(self.selection, gathered.cases, [self.file])]
             tell(mistakes[0])
         self.code = exit_code(Report((), gathered.diagnostics)) if gathered.diagnostics else ExitCode.OK
-        self.page.tell_mistakes(mistakes)
+        self.page.show_mistakes(mistakes)
 
     def _play(self) -> bool:
         """Play what there is; whether it came to its end, and nothing else is there to be played."""
@@ -237,7 +237,7 @@ class _Playing:
     def play(self) -> bool:
         """Preview, play and judge all cases; False if something else was there to be played before that was done."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
-        self.page.tell_doing("playing" if able else "")
+        self.page.show_activity("playing" if able else "")
         for number in able[:1]:  # who works on several looks at the first
             self.page.show(number, preview(self.cases[number]))
         for number in able:
@@ -249,7 +249,7 @@ class _Playing:
             raise KeyboardInterrupt
         if TaskStatus.NOT_RUN in {result.status for result in pool.results}:
             return False
-        self.page.tell_doing("")
+        self.page.show_activity("")
         return True
 
     def _is_playable(self, number: int, case: Case) -> bool:
@@ -269,9 +269,9 @@ class _Playing:
         match result.value:
             case Played():
                 self.found[number] = result.value.result
-                self.page.show(number, result.value.told)
+                self.page.show(number, result.value.json)
                 if len(self.found) == len(self.cases):
-                    self.page.tell_doing("working out margins")
+                    self.page.show_activity("working out margins")
                 write(f"{case.name}\n{result.value.text}\n\n")
             case Blocked():
                 self._held_up(number, held_up(case, result.value))
@@ -285,7 +285,7 @@ class _Playing:
         self.found[number] = result
         if result.mistake is not None:
             complain([result.mistake])
-            self.page.tell_mistakes((*self.page.mistakes, diagnostic_text(result.mistake)))
+            self.page.show_mistakes((*self.page.mistakes, diagnostic_text(result.mistake)))
 
 
 # `stackdsl run`: plays one file and tells what happens as it happens.
@@ -337,13 +337,13 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
     if case.is_sampled and keeping.recorder() is None:
         return _sampled(case)
     try:
-        is_known = known_of(case.scenario, case.system)
+        may_stop = stop_condition_of(case.scenario, case.system)
         recorder = keeping.recorder()
 
         def told(event: Event) -> None:
             write(event_text(event, all_names))
 
-        trace = play_case(case.timeline, case.system, is_known, told, recorder)
+        trace = play_case(case.timeline, case.system, may_stop, told, recorder)
     except BlockedPlacementError as error:
         result = held_up(case, error.blocked)
         complain(filter(None, [result.mistake]))

@@ -40,7 +40,7 @@ from stackdsl.report.studies import (
     survival_json,
     survival_lines,
 )
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, SearchError, Want, Wish, find_in
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.wording import how_many
 
@@ -138,7 +138,7 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     wanted += [(Want.MOST, name) for name in most]
     if not wanted:
         raise click.UsageError("say what to find, such as --largest step, --least friction or --most levels")
-    wishes = [Wish(want, name.strip(), low, high, accuracy, bearing) for want, name in wanted]
+    wishes = [LimitRequest(want, name.strip(), low, high, accuracy, bearing) for want, name in wanted]
     questions = (
         (name, _limit(name, case, wish)) for wish in wishes for name, case in request.variants(wish.name).items()
     )
@@ -147,7 +147,7 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     return ExitCode.USAGE if code is ExitCode.OK and not found else code
 
 
-def _limit(name: str, case: Case, wish: Wish) -> Iterator[FoundLimit]:
+def _limit(name: str, case: Case, wish: LimitRequest) -> Iterator[FoundLimit]:
     """What is found of a case that can be asked; why it cannot is told."""
     try:
         with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:

@@ -15,7 +15,7 @@ from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.report.studies import sweep_csv, sweep_json, sweep_lines
 from stackdsl.simulation.known_systems import unplayable
-from stackdsl.studies.sweep import SweepError, SweptCase, sweep, told
+from stackdsl.studies.sweep import SweepError, SweptCase, sweep, swept_cases
 from stackdsl.studies.sweep_plan import NothingToSweepError, SweepPlan, plan_of
 from stackdsl.studies.sweep_rows import Counts, RowsError
 from stackdsl.studies.sweep_workers import NoClusterError, Workers, dask_cluster, own_processes
@@ -128,7 +128,7 @@ class _UnderWay:
         except KeyboardInterrupt:
             tell("interrupted")
             code = ExitCode.INTERRUPTED
-        found = told(self.plan, self.counts)
+        found = swept_cases(self.plan, self.counts)
         self._tell(found)
         failed = code is ExitCode.OK and any(each.failed for each in found)
         return ExitCode.CRASHED if failed else code

@@ -1,1 +1,1 @@
-"""Trace -> outcomes, and what statics say of a run; how each kind of claim is judged, the kind itself says."""
+"""Trace -> outcomes, and proofs of a timeline by statics; each kind of claim has its own `judge`."""

@@ -1,7 +1,7 @@
 """Fails a scenario in which something falls before the first impact, unless a claim expects it.
 
-A wall that falls while it is built meets `falls: {count: <= 5}` as well as one that a throw hardly touches. So that is
-a failure of its own, unless a claim expects the fall, such as `collapses` or `verdict: unstable`.
+A wall that falls while it is built passes `falls: {count: <= 5}` just as a wall that a throw hardly touches. So an
+early fall is a separate failure, unless a claim expects it, such as `collapses` or `verdict: unstable`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,23 +21,23 @@ from stackdsl.timeline import Action, HoldAction, Placement, time_of_arrival
 from stackdsl.trace import Event, EventKind, Trace
 from stackdsl.wording import level_text, names_text
 
-EARLY = 0.05  # [s] how much before its aim what is thrown or dropped may meet the structure
+EARLY = 0.05  # [s] by which a thrown or dropped brick may hit the structure before its planned time of arrival
 
 
 @dataclass(frozen=True, slots=True)
 class FirstLoad:
-    """The first thing that is done to the structure, other than building it."""
+    """The first impact or shaking after the build."""
 
-    name: str  # such as `impact 1, a throw,`
+    name: str  # such as `impact 1 (throw)`
     span: Span
     begins: float  # [s]
-    met: float  # when what flies may first meet the structure; otherwise when it begins [s]
+    met: float  # earliest contact of a flying brick with the structure; otherwise the same as `begins` [s]
 
 
-def fallen_before_impacts(
+def falls_before_impacts(
     trace: Trace, expected: Iterable[ClaimKind], scenario: Scenario, source: Source
 ) -> Iterator[ClaimOutcome]:
-    """The failure of what fell before the first impact though no claim expects it; nothing where none did."""
+    """Yield a failure if bricks fell before the first impact and no claim expects that."""
     fell = trace.collapse
     if fell is None or not (scenario.impacts or scenario.world.shake is not None):
         return
@@ -56,15 +56,15 @@ def fallen_before_impacts(
         return
     where = f"{level_text(fell.level, fell.step)} at {gave_way:.3f} s"
     measured = (
-        f"it gave way at {where}, before {first.name} at {first.begins:g} s: {names_text(in_order(fallen))}; what is "
-        "expected of that says nothing then; if it is meant to fall, expect it, such as by `collapses: any`"
+        f"it gave way at {where}, before {first.name} at {first.begins:g} s: {names_text(in_order(fallen))}; claims "
+        "about the impact are then meaningless; if it is meant to fall, add a claim such as `collapses: any`"
     )
     margin = gave_way - first.met
     yield ClaimOutcome(f"until {first.name}", "that it stands", measured, margin, "s", passed=False, span=first.span)
 
 
 def _loads(built: Built, scenario: Scenario, source: Source) -> Iterator[FirstLoad]:
-    """All that is done to the structure. A hand that holds a brick does something only as it lets go."""
+    """Yield every impact and the shaking. A hand that holds a brick loads the structure only when it lets go."""
     actions: list[tuple[int, Action]] = [
         (moment.turn - 1, action) for moment, action in done(built, scenario, source).actions
     ]
@@ -89,7 +89,7 @@ def _impact(number: int, begins: float, met: float, scenario: Scenario, source: 
 
 
 def woken_before(trace: Trace) -> Event | None:
-    """When what fell was last told to, and why."""
+    """Return the last wake event of the brick that fell first, with its reason; of any brick if that has none."""
     if trace.collapse is None:
         return None
     events = [e for e in trace.events if e.kind is EventKind.WOKEN and e.time <= trace.collapse.time and e.reason]
@@ -98,7 +98,7 @@ def woken_before(trace: Trace) -> Event | None:
 
 
 def proof_of_fall(trace: Trace, woken: Event | None) -> Verdict | None:
-    """The proof that what fell had to; None if there is none, or if what is proven is of something else."""
+    """Return the proof that the bricks that fell had to fall; None if there is none, or it is about another fall."""
     if trace.collapse is None or trace.numerical:
         return None
     if trace.disproof is not None:

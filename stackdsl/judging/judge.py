@@ -1,4 +1,4 @@
-"""Trace -> outcomes: compares each claim with what happened, with the margin to its threshold."""
+"""Trace -> outcomes: judges each claim, with the margin to its threshold."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,7 +6,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from stability.problem import Stability
-from stackdsl.judging.before_impacts import fallen_before_impacts
+from stackdsl.judging.before_impacts import falls_before_impacts
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.claims.claim_result import ClaimResult
@@ -15,7 +15,7 @@ from stackdsl.language.variants import Variant, repeated
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
 from stackdsl.results import Change, ClaimOutcome, changes, observations
 from stackdsl.simulation.known_systems import system_named
-from stackdsl.simulation.runner import Known, never_stop_early
+from stackdsl.simulation.runner import StopCondition, never_stop_early
 from stackdsl.simulation.systems import Method, System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 
 
 def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
-    """Whether what still moves could make a claim come out otherwise."""
+    """Return whether bricks that still move could change the result of a claim."""
     return bool(trace.moving or trace.unsettled) and not stated.final_once_watched and not stated.is_decided(trace)
 
 
-def still_moving(found: ClaimResult, trace: Trace) -> ClaimResult:
-    """The finding, with why it is none."""
+def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
+    """Return the result as failed, with the bricks that still move and how much longer to watch."""
     why = []
     if count := len(trace.moving):
         why.append(f"still moving at the end of the watch: {how_many(count, 'brick')}")
@@ -45,7 +45,7 @@ def still_moving(found: ClaimResult, trace: Trace) -> ClaimResult:
         )
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
     advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
-    return ClaimResult(f"{found.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=found.numbers)
+    return ClaimResult(f"{result.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=result.numbers)
 
 
 # Numerical effects of a run: a collapse that statics disproves, and what a finer resolution changes.
@@ -56,28 +56,28 @@ REMOVED = "at half the step and twice the iterations it stands"
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """A run, and each of its observations beside the same of the refined run; none where no step was taken."""
+    """A run, and each observation in it and in the refined run; no changes if the engine took no step."""
 
     trace: Trace
     changes: tuple[Change, ...] = ()
 
 
 def with_numerical_collapse(trace: Trace, timeline: Timeline, system: System) -> Trace:
-    """The trace, its collapse marked where statics of the scene as it is played disprove it.
+    """Return the trace, with its collapse marked as numerical if statics of the scene as played disprove it.
 
-    What `exact` lets fall is proven to.
+    `exact` is skipped: it lets bricks fall only by a proof.
     """
     if trace.collapse is None or system.method is Method.PROVEN:
         return trace
-    from stackdsl.judging.proofs import held_against_statics  # noqa: PLC0415 -- statics brings numpy
+    from stackdsl.judging.proofs import compare_with_statics  # noqa: PLC0415 -- statics brings numpy
 
-    return held_against_statics(trace, as_played(timeline, system.modification))
+    return compare_with_statics(trace, as_played(timeline, system.modification))
 
 
-def held_against_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refinement:
-    """The run and its changes; a collapse that is gone with refined settings is marked as numerical.
+def compare_with_refined(trace: Trace, fine: Trace, timeline: Timeline) -> Refinement:
+    """Return the run and its changes; mark a collapse as numerical if it does not occur with refined settings.
 
-    Not so if what fell is proven to fall: then the refined run is wrong, or too slow to show it.
+    A collapse that statics prove is not marked: then the refined run is wrong, or too slow to show it.
     """
     if trace.collapse is not None and fine.collapse is None and not _proven_to_fall(timeline, trace.collapse):
         trace = replace(trace, numerical=", and ".join(filter(None, [trace.numerical, REMOVED])))
@@ -93,38 +93,40 @@ def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
 # Fails claims that depend on motion to which the engine has added energy.
 
 
-def hangs_on_fault(stated: ClaimKind, trace: Trace) -> bool:
-    """Whether the result of a claim may depend on energy that the engine added."""
+def depends_on_energy_fault(stated: ClaimKind, trace: Trace) -> bool:
+    """Return whether the result of a claim may depend on energy that the engine added."""
     before = trace.before_fault
     if before is None or stated.of_the_engine:
         return False
-    nothing_to_come = before.collapse is not None or not before.undone
-    return not (nothing_to_come and stated.is_decided(before))
+    nothing_follows = before.collapse is not None or not before.undone
+    return not (nothing_follows and stated.is_decided(before))
 
 
-def unreliable(found: ClaimResult, trace: Trace) -> ClaimResult:
-    """The finding, with why it is none."""
-    measured = f"{found.measured}; {UNRELIABLE}: {energy_fault(trace.energy_gained)}"
-    return ClaimResult(measured, -inf, "", passed=False, numbers=found.numbers)
+def unreliable(result: ClaimResult, trace: Trace) -> ClaimResult:
+    """Return the result as failed, with the energy that the engine added."""
+    measured = f"{result.measured}; {UNRELIABLE}: {energy_fault(trace.energy_gained)}"
+    return ClaimResult(measured, -inf, "", passed=False, numbers=result.numbers)
 
 
-# Trace -> outcomes: each expectation held against what happened, with the margin to its threshold.
+# Trace -> outcomes: one outcome per claim.
 
 
 def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, system: str) -> tuple[ClaimOutcome, ...]:
-    """The outcome of every expectation that speaks of this system, in the order of the file.
+    """Return the outcome of every expectation that applies to this system, in the order of the file.
 
-    And at the end the failure of what fell before the first impact, if no claim expects that.
+    The last outcome is a failure if bricks fell before the first impact and no claim expects that.
     """
-    asked = [(("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)]
-    claims = [claim.stated for claim in (*(claim for _, claim in asked), *scenario.truth)]
-    return (*_outcomes(asked, trace, variant, source), *fallen_before_impacts(trace, claims, scenario, source))
+    expectations = [
+        (("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)
+    ]
+    expected = [claim.stated for claim in (*(claim for _, claim in expectations), *scenario.truth)]
+    return (*_outcomes(expectations, trace, variant, source), *falls_before_impacts(trace, expected, scenario, source))
 
 
 def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
-    """The expectations that speak of a system, by number.
+    """Return the expectations that apply to a system, with their numbers.
 
-    What only statics can tell is not asked of a system that proves nothing: peers meet scenarios not meant for them.
+    Claims that need statics are left out for a system without proofs, as peers also run scenarios written for `exact`.
     """
     proves = system_named(system).method is Method.PROVEN
     return [
@@ -137,78 +139,76 @@ def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
 def judge_shares(
     ensemble: Ensemble, scenario: Scenario, variant: Variant, source: Source, system: str
 ) -> tuple[tuple[ClaimOutcome, ...], tuple[ClaimOutcome, ...], tuple["Decision", ...]]:
-    """Of many samples, the outcomes of expectations and of what is known from outside.
+    """Judge the shares of many samples: return outcomes of `expect`, outcomes of `truth`, decisions on `expect`.
 
-    And what is decided of the expectations, for whoever asks whether more samples are needed; see `shares`.
+    The decisions tell the caller whether more samples are needed; see `stackdsl.judging.statistics`.
     """
-    from stackdsl.judging.statistics import judged  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
+    from stackdsl.judging.statistics import judge_share  # noqa: PLC0415 -- it brings scipy, and few scenarios have samples
 
     expected = [(("expect", number), claim) for number, claim in expected_of(scenario, system)]
-    known = [(("truth", number), claim) for number, claim in enumerate(scenario.truth)]
+    truth = [(("truth", number), claim) for number, claim in enumerate(scenario.truth)]
     outcomes, decisions = [], []
-    for path, claim in (*expected, *known):
-        found, decision = judged(claim.stated, ensemble, scenario.confidence)
-        outcomes.append(_told(path, claim, found, variant, source))
+    for path, claim in (*expected, *truth):
+        result, decision = judge_share(claim.stated, ensemble, scenario.confidence)
+        outcomes.append(_outcome(path, claim, result, variant, source))
         decisions.append(decision)
-    cut = len(expected)
-    return tuple(outcomes[:cut]), tuple(outcomes[cut:]), tuple(decisions[:cut])
+    count = len(expected)
+    return tuple(outcomes[:count]), tuple(outcomes[count:]), tuple(decisions[:count])
 
 
 def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, source: Source) -> tuple[ClaimOutcome, ...]:
-    """The same for the answers known from outside; what only statics can tell is passed over where none was asked."""
-    asked = [
+    """Return the outcomes of the claims of `truth`; those that need statics are skipped if the run has no verdict."""
+    claims = [
         (("truth", number), claim)
         for number, claim in enumerate(scenario.truth)
         if _of_one_run(claim) and (trace.statics is not None or not claim.stated.needs_statics)
     ]
-    return _outcomes(asked, trace, variant, source)
+    return _outcomes(claims, trace, variant, source)
 
 
 def _of_one_run(claim: Claim) -> bool:
-    """Whether a claim is none of a share of samples: of the design by itself, played once, that says nothing."""
+    """Return whether a claim is about one run rather than about a share of samples."""
     return claim.stated.wanted_share is None
 
 
 def _outcomes(
-    asked: Sequence[tuple[KeyPath, Claim]], trace: Trace, variant: Variant, source: Source
+    claims: Sequence[tuple[KeyPath, Claim]], trace: Trace, variant: Variant, source: Source
 ) -> tuple[ClaimOutcome, ...]:
-    return tuple(_outcome(path, claim, trace, variant, source) for path, claim in asked)
+    return tuple(_outcome(path, claim, _result(claim.stated, trace), variant, source) for path, claim in claims)
 
 
-def _outcome(path: KeyPath, claim: Claim, trace: Trace, variant: Variant, source: Source) -> ClaimOutcome:
-    return _told(path, claim, _found(claim.stated, trace), variant, source)
-
-
-def _told(path: KeyPath, claim: Claim, found: ClaimResult, variant: Variant, source: Source) -> ClaimOutcome:
+def _outcome(path: KeyPath, claim: Claim, result: ClaimResult, variant: Variant, source: Source) -> ClaimOutcome:
     kind = claim.kind
     place = (*path, kind)
     expected = as_written(repeated(_at(source.values, place), _at(variant.values, place)))
     span = source.key_span_of(place)
-    return ClaimOutcome(kind, expected, found.measured, found.margin, found.unit, found.passed, span, found.numbers)
+    return ClaimOutcome(
+        kind, expected, result.measured, result.margin, result.unit, result.passed, span, result.numbers
+    )
 
 
-def _found(stated: ClaimKind, trace: Trace) -> ClaimResult:
+def _result(stated: ClaimKind, trace: Trace) -> ClaimResult:
     if trace.numerical and stated.requires_physical_collapse:
         return _numerical(trace)
-    found = stated.judge(trace)
-    if hangs_on_fault(stated, trace):
-        return unreliable(found, trace)
-    return still_moving(found, trace) if may_still_change(stated, trace) else found
+    result = stated.judge(trace)
+    if depends_on_energy_fault(stated, trace):
+        return unreliable(result, trace)
+    return still_moving(result, trace) if may_still_change(stated, trace) else result
 
 
 def _numerical(trace: Trace) -> ClaimResult:
-    """What a claim about a collapse comes to if there was none but the solver's."""
+    """Return the failed result of a claim about a collapse that only the solver caused."""
     return ClaimResult(f"a numerical collapse: {trace.numerical}", -inf, "", passed=False)
 
 
 def _at(values: Plain, path: KeyPath) -> Plain:
     for step in path:
-        values = values[step]  # type: ignore[index]  # the path of a claim that was validated
+        values = values[step]  # type: ignore[index]  # the path of a validated claim
     return values
 
 
 def as_written(value: Plain) -> str:
-    """A value of the file on one line, without the brackets."""
+    """Return a value of the file as one line, without brackets."""
     if isinstance(value, dict):
         return ", ".join(f"{key} {as_written(part)}" for key, part in value.items())
     if isinstance(value, list):
@@ -216,24 +216,24 @@ def as_written(value: Plain) -> str:
     return str(value)
 
 
-# Decides whether every claim is decided. Each kind of claim says when later events cannot change it.
+# Stop condition of a run: every claim is decided. Each kind of claim knows when later events cannot change it.
 
 
 @dataclass(frozen=True, slots=True)
-class AllKnown:
-    """Whether each of some claims comes to what it comes to, whatever else happens; pickled with a run."""
+class AllDecided:
+    """Stop condition: no later event can change the result of any of these claims; pickled with a run."""
 
     claims: tuple[ClaimKind, ...]
 
     def __call__(self, trace: Trace) -> bool:
-        """Of a run so far that has collapsed."""
+        """Return whether all claims are decided by a run so far that has collapsed."""
         return all(claim.is_decided(trace) for claim in self.claims)
 
 
-def known_of(scenario: Scenario, system: str) -> Known:
-    """When all is known that is expected of a run on a system, and that is compared with what is known from outside.
+def stop_condition_of(scenario: Scenario, system: str) -> StopCondition:
+    """Return the stop condition of a run on a system: all claims of `expect` and `truth` are decided.
 
-    Where nothing is expected, everything is worth seeing.
+    A scenario without expectations never stops early.
     """
     expected = [claim.stated for _, claim in expected_of(scenario, system) if claim.stated.wanted_share is None]
     if not expected:
@@ -241,4 +241,4 @@ def known_of(scenario: Scenario, system: str) -> Known:
     proves = system_named(system).method is Method.PROVEN
     compared = [claim.stated for claim in scenario.truth if proves or not claim.stated.needs_statics]
     compared = [stated for stated in compared if stated.wanted_share is None]
-    return AllKnown((*expected, *compared))
+    return AllDecided((*expected, *compared))

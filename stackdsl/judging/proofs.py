@@ -1,4 +1,4 @@
-"""Timeline -> proofs: what statics says of every placement, with margins, without an engine."""
+"""Timeline -> proofs: a verdict of statics after every placement, and margins, without an engine."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,9 +21,9 @@ from stability.statics.initial_motion import lets_go
 from stackdsl.timeline import Handled, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import Trace, VerdictMargins
 
-# Timeline -> proofs: what statics says of each placement, without any engine.
+# Timeline -> proofs: a verdict after each placement, without an engine.
 #
-# What falls, and where something dropped comes to lie, only an engine can tell. From there on nothing is judged.
+# Only an engine can follow a fall or find where a dropped brick comes to rest. Nothing after that is judged.
 
 
 DISPROVED = "statics prove that it stands"
@@ -34,25 +34,25 @@ class JudgedGroup:
     """Bricks set down together."""
 
     bricks: tuple[BodyId, ...]
-    verdict: Verdict  # of all that stands, with them
-    stages: Mapping[BodyId, Stage | None]  # what proved each of them then; later bricks may bring in another proof
+    verdict: Verdict  # of the whole assembly, these bricks included
+    stages: Mapping[BodyId, Stage | None]  # stage that proved each of them then; later bricks may change the proof
 
 
 @dataclass(frozen=True, slots=True)
 class Proofs:
-    """What was judged, in order of time."""
+    """Verdicts of a build, in order of time."""
 
     judged: tuple[JudgedGroup, ...]
-    assembly: Assembly  # all that was judged
-    verdict: Verdict  # of all that was judged; of a fall, with what begins to move and how, if that was wanted
-    done: int = 0  # of the actions of the timeline, those that were judged
+    assembly: Assembly  # after the last judged action
+    verdict: Verdict  # of `assembly`; of a fall, with the bricks that begin to move and how, if `names_smallest`
+    done: int = 0  # number of judged actions, from the first of the timeline on
 
 
 def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
-    """Judge every action as `exact` does, up to the first one that leaves anything to the engine.
+    """Judge every action as `exact` does, up to the first one that needs an engine.
 
-    With `names_smallest` a fall is proven by as few bricks as are found to fall, which of a heap takes seconds, and the
-    verdicts are told `as_it_begins`: that is what everybody is told of it, and what an engine is given.
+    With `names_smallest` a fall is proven by the smallest set of bricks found, which takes seconds for a heap, and the
+    verdicts describe the motion `as_it_begins`, as reports show it and as an engine receives it.
     """
     assembly = timeline.world.assembly()
     judged: list[JudgedGroup] = []
@@ -67,8 +67,8 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:
-            coming = [Placed(placement.brick, placement.pose) for placement in set_down]
-            verdict = assembly.add_all(coming, names_smallest=names_smallest)
+            added = [Placed(placement.brick, placement.pose) for placement in set_down]
+            verdict = assembly.add_all(added, names_smallest=names_smallest)
             if names_smallest:
                 verdict = as_it_begins(assembly, verdict)
             done += len(moment)
@@ -80,10 +80,10 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
     return Proofs(tuple(judged), assembly, last, done)
 
 
-def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
-    """The trace; a collapse before which every structure was proven to stand is marked as numerical.
+def compare_with_statics(trace: Trace, timeline: Timeline) -> Trace:
+    """Return the trace, with its collapse marked as numerical if every structure before it was proven to stand.
 
-    One that had to come has the proof of it. Neither is said of one that could come as well as not.
+    If statics prove the collapse, the trace gets that proof. A collapse that statics leave open is not marked.
     """
     proofs = proofs_until(timeline, trace.collapse.time) if trace.collapse is not None else None
     if proofs is None:
@@ -97,25 +97,25 @@ def held_against_statics(trace: Trace, timeline: Timeline) -> Trace:
 
 
 def stands_until(timeline: Timeline, time: float) -> bool:
-    """Whether all that was built is proven to stand, after everything that was done up to a time [s]."""
+    """Return whether the structure is proven to stand after every action up to a time [s]."""
     return verdict_until(timeline, time).stability is Stability.STABLE
 
 
 def verdict_until(timeline: Timeline, time: float) -> Verdict:
-    """The first verdict that is not STABLE, of all that was built up to a time [s], or STABLE.
+    """Return the first verdict up to a time [s] that is not STABLE, or else STABLE.
 
-    UNDECIDED from the first thing on that only an engine can follow: what is dropped, thrown or pushed.
+    UNDECIDED if an action before that needs an engine: a drop, a throw or a push.
     """
     proofs = proofs_until(timeline, time)
     if proofs is None:
         return Verdict(
-            Stability.UNDECIDED, reason="something is dropped, thrown or pushed, which only an engine can follow"
+            Stability.UNDECIDED, reason="a brick is dropped, thrown or pushed, which only an engine can follow"
         )
     return proofs.verdict
 
 
 def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
-    """What is proven of all that was built up to a time [s]; None where only an engine can follow what was done."""
+    """Return the proofs of the build up to a time [s]; None if an action before that needs an engine."""
     timeline = timeline.as_set_down()
     done = tuple(action for action in timeline.actions if action.time <= time)
     if not done or any(leaves_to_engine(action) for action in done):
@@ -123,34 +123,32 @@ def proofs_until(timeline: Timeline, time: float) -> Proofs | None:
     return proofs_of(replace(timeline, actions=done))
 
 
-# Timeline -> what is built in the end, as one design that statics can be asked about.
+# Timeline -> the finished structure, as one assembly.
 
 
 @dataclass(frozen=True, slots=True)
 class FinishedStructure:
-    """All that is set down and not pulled out again."""
+    """All bricks that are set down and not pulled out again."""
 
     assembly: Assembly
-    left_out: (
-        int  # bricks that are dropped, thrown or let go in the air: where they come to lie only an engine can tell
-    )
+    left_out: int  # bricks dropped, thrown or let go in the air: only an engine can find where they come to rest
 
     @property
     def why_not(self) -> str:
-        """Why nothing can be asked of what stands; empty if it does."""
+        """Reason why the structure cannot be analysed, as it does not stand; empty if it stands."""
         verdict = self.assembly.verdict()
         if not self.assembly.bricks:
-            return "nothing is set down at rest, so there is nothing that statics could judge"
+            return "no brick is set down at rest, so statics has nothing to judge"
         if verdict.stability is not Stability.STABLE:
-            return f"{verdict.stability.upper()}: {verdict.reason}; `stackdsl suggest` looks for what would mend it"
+            return f"{verdict.stability.upper()}: {verdict.reason}; `stackdsl suggest` searches for repairs"
         return ""
 
 
 def finished_structure_of(timeline: Timeline) -> FinishedStructure:
-    """The finished structure of a timeline, all at once."""
+    """Return the finished structure of a timeline, judged as a whole."""
     final = timeline.as_set_down()
-    gone = {name for action in final.actions if isinstance(action, Removal) for name in action.bricks}
-    staying = [placement for placement in final.placements if placement.brick.id not in gone]
+    removed = {name for action in final.actions if isinstance(action, Removal) for name in action.bricks}
+    staying = [placement for placement in final.placements if placement.brick.id not in removed]
     assembly = timeline.world.assembly()
     resting = [Placed(each.brick, each.pose) for each in staying if each.at_rest]
     if resting:
@@ -159,33 +157,33 @@ def finished_structure_of(timeline: Timeline) -> FinishedStructure:
 
 
 def piling_of(timeline: Timeline) -> Piling:
-    """What is set down and pulled out, in the order of the build."""
+    """Return the bricks that are set down and pulled out, in the order of the build."""
     stages: list[list[Placed]] = []
     pulled: dict[int, list[BodyId]] = {}
-    there: set[BodyId] = set()
+    present: set[BodyId] = set()
     for moment in timeline.as_set_down().moments():
         if isinstance(moment, Removal):
-            # What was dropped or thrown is nowhere that statics know of.
-            pulled.setdefault(len(stages), []).extend(name for name in moment.bricks if name in there)
+            # Statics do not know where a dropped or thrown brick is.
+            pulled.setdefault(len(stages), []).extend(name for name in moment.bricks if name in present)
         elif isinstance(moment, tuple):
             stage = [Placed(each.brick, each.pose) for each in moment if each.at_rest]
             stages += [stage] if stage else []
-            there.update(placed.brick.id for placed in stage)
+            present.update(placed.brick.id for placed in stage)
     stages += [[]] if len(stages) in pulled else []
     world = timeline.world
-    gone = {turn: names for turn, names in pulled.items() if names}
-    return Piling(world.planes, world.friction, world.gravity, stages, gone, world.tolerances)
+    removed = {turn: names for turn, names in pulled.items() if names}
+    return Piling(world.planes, world.friction, world.gravity, stages, removed, world.tolerances)
 
 
-# Margins of the proof that a structure stands, computed on request: each is a program of its own.
+# Margins of the proof that a structure stands, computed on request: each solves a separate program.
 
 
 ALL = ("acceleration", "tilt", "friction", "placement")
-MOST_FOR_PROGRAMS = 60  # bricks; beyond, margins and remedies take many seconds and come only when asked for
+MOST_FOR_PROGRAMS = 60  # bricks; above, margins and remedies take many seconds and are computed only on request
 
 
 def margins_of(trace: Trace, wanted: Collection[str]) -> VerdictMargins:
-    """Some margins of what stands frozen at the end of a run."""
+    """Return the requested margins of the bricks that are frozen at the end of a run."""
     standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
     if trace.world is None or not standing:
         return VerdictMargins()
@@ -195,28 +193,28 @@ def margins_of(trace: Trace, wanted: Collection[str]) -> VerdictMargins:
 
 
 def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> VerdictMargins:
-    """Some margins of an assembly; none of one that is not proven to stand."""
+    """Return the requested margins of an assembly; none if it is not proven to stand."""
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return VerdictMargins()
     problem = assembly.problem()
-    found = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else VerdictMargins()
+    margins = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else VerdictMargins()
     if "friction" in wanted:
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
-        found = replace(found, friction=least_friction(problem).coefficient, roughest=roughest)
+        margins = replace(margins, friction=least_friction(problem).coefficient, roughest=roughest)
     if "placement" in wanted:
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
-        found = replace(found, placement=placed.value, joint=placed.limit)
+        margins = replace(margins, placement=placed.value, joint=placed.limit)
     if "guaranteed" in wanted:
-        can_happen = outcome(problem, assembly.forces())
-        found = replace(found, guaranteed=can_happen.guaranteed, certainty=can_happen.reason)
+        rest = outcome(problem, assembly.forces())
+        margins = replace(margins, guaranteed=rest.guaranteed, certainty=rest.reason)
     if "squeezed" in wanted:
-        found = replace(found, squeezed=separating_motion(problem) is None)
-    return found
+        margins = replace(margins, squeezed=separating_motion(problem) is None)
+    return margins
 
 
 def weakest_of(assembly: Assembly) -> Weakest | None:
-    """Which mechanism opens first; None of what is not proven to stand, or is held on all sides."""
+    """Return the mechanism that opens first; None if the assembly is not proven to stand, or is held on all sides."""
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     return weakest(assembly.problem(), assembly.gravity)
@@ -234,68 +232,75 @@ def _shaken(problem: Problem, gravity: float) -> VerdictMargins:
 # The acceleration that a structure survives, by bearing, proven without an engine.
 
 
-MOST_FOR_WEAKEST = 300  # bricks; beyond, the worst of all bearings takes many times as long as those that are asked for
-ALIKE = 1e-6  # share by which a mechanism must give way sooner than the weakest one does to be named in its place
-ALONG = 1e-12  # cosine below which a mechanism bounds nothing in a direction
+MOST_FOR_WEAKEST = 300  # bricks; above, the worst of all bearings takes many times as long as the requested bearings
+ALIKE = 1e-6  # share by which a mechanism must give way sooner than the weakest one to be named in its place
+ALONG = 1e-12  # cosine below which a mechanism gives no bound along a bearing
 
 
 @dataclass(frozen=True, slots=True)
-class Along:
-    """What is survived along one bearing."""
+class BearingSurvival:
+    """The horizontal acceleration that an assembly survives along one bearing."""
 
-    bearing: float  # that bricks are pulled along, from +x towards +y [rad]
-    survived: float  # proven [g]; inf if nothing gives way
-    fails: float  # proven to bring something down [g]; inf if nothing is proven to
-    tilt: float  # of the whole, downwards along the bearing, that is survived [rad]
-    gives_way: str  # what comes down first, and how, in words; empty if nothing is proven to
+    bearing: float  # of the pull on the bricks, from +x towards +y [rad]
+    survived: float  # acceleration that is proven to be survived [g]; inf if nothing gives way
+    fails: float  # acceleration that is proven to bring bricks down [g]; inf if none is
+    tilt: float  # survived tilt of the whole scene, downwards along the bearing [rad]
+    gives_way: str  # first mechanism, in words; empty if none is proven
 
 
 @dataclass(frozen=True, slots=True)
 class Survival:
-    """All bearings around, from +x on, and what is weakest of all bearings, these or others."""
+    """Bearings all around, from +x on, and the weakest mechanism over all bearings, also those in between."""
 
-    along: Sequence[Along]
-    weakest: Weakest | None  # None if nothing gives way, or of more bricks than `MOST_FOR_WEAKEST`
+    along: Sequence[BearingSurvival]
+    weakest: Weakest | None  # None if nothing gives way, or with more bricks than `MOST_FOR_WEAKEST`
 
     @property
-    def worst(self) -> Along:
-        """Of these bearings, where least is survived; the first of several."""
+    def worst(self) -> BearingSurvival:
+        """The bearing of `along` with the least survived acceleration; the first of several."""
         least = min(each.survived for each in self.along)
         return next(each for each in self.along if each.survived <= least * (1.0 + ALIKE))
 
 
 def survival_of(
-    assembly: Assembly, count: int, accuracy: float, known: Callable[[int], None] = lambda _: None
+    assembly: Assembly, count: int, accuracy: float, on_progress: Callable[[int], None] = lambda _: None
 ) -> Survival | None:
-    """What an assembly survives along `count` bearings, each to a relative accuracy; None if it is not proven to stand.
+    """Return the survived acceleration along `count` bearings; None if the assembly is not proven to stand.
 
-    `known` is told of how many bearings enough is known, as it goes on.
+    `accuracy` is relative. `on_progress` is called with the number of bearings that are finished.
     """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     problem = assembly.problem()
-    found = by_bearing(problem, count, accuracy, assembly.gravity, known=known)
-    if found is None:
+    bearings = by_bearing(problem, count, accuracy, assembly.gravity, known=on_progress)
+    if bearings is None:
         return None
     first = weakest(problem, assembly.gravity) if len(assembly.bricks) <= MOST_FOR_WEAKEST else None
-    told: dict[int, str] = {}  # words are the same for all bearings at which the same motion gives way
-    return Survival(tuple(_along(problem, each, first, told) for each in found), first)
+    texts: dict[int, str] = {}  # by motion, as several bearings share one
+    return Survival(tuple(_along(problem, each, first, texts) for each in bearings), first)
 
 
-def _along(problem: Problem, each: Survived, first: Weakest | None, told: dict[int, str]) -> Along:
-    """One bearing. No less is survived along it than in the worst of all, whose mechanism bounds all others."""
+def _along(problem: Problem, each: Survived, first: Weakest | None, texts: dict[int, str]) -> BearingSurvival:
+    """Return the result of one bearing, bounded on both sides by the weakest mechanism of all bearings.
+
+    No bearing survives less than the worst one, and the weakest mechanism also limits every bearing near its own.
+    """
     if first is None:
-        return Along(each.bearing, each.value, each.upper, tilt(each.value), _words(problem, each.motion, told))
+        return BearingSurvival(
+            each.bearing, each.value, each.upper, tilt(each.value), _description(problem, each.motion, texts)
+        )
     survived, turn = max(each.value, first.acceleration), cos(each.bearing - first.bearing)
     bound = first.fails / turn if turn > ALONG else inf
     if bound > each.upper * (1.0 + ALIKE):
-        return Along(each.bearing, survived, each.upper, tilt(survived), _words(problem, each.motion, told))
-    return Along(each.bearing, survived, min(bound, each.upper), tilt(survived), first.gives_way)
+        return BearingSurvival(
+            each.bearing, survived, each.upper, tilt(survived), _description(problem, each.motion, texts)
+        )
+    return BearingSurvival(each.bearing, survived, min(bound, each.upper), tilt(survived), first.gives_way)
 
 
-def _words(problem: Problem, motion: Motion | None, told: dict[int, str]) -> str:
+def _description(problem: Problem, motion: Motion | None, texts: dict[int, str]) -> str:
     if motion is None:
         return ""
-    if id(motion) not in told:
-        told[id(motion)] = described(problem, motion)
-    return told[id(motion)]
+    if id(motion) not in texts:
+        texts[id(motion)] = described(problem, motion)
+    return texts[id(motion)]

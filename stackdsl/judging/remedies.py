@@ -15,107 +15,110 @@ from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.timeline import Action, Placement, Timeline
 from stackdsl.wording import rounded_up
 
-# Bisection between a number for which a property holds and one for which it does not.
+# Bisection between a number for which a property holds and a number for which it fails.
 #
-# Whether it holds may be open close to the limit, as it is on the limit itself. Then both sides are closed in on what
-# is open, and what comes out is still certain on either side.
+# The property may be undecided at the limit and close to it. Then the bisection runs from both sides towards the first
+# undecided number, and both ends of the bracket stay certain.
 
 
 MOST_HALVINGS: Final = 100
-OPEN: Final = 0.25  # of the width: so near to what is open both sides go
+OPEN: Final = 0.25  # of the tolerance: distance of either side to an undecided number
 
-Holds: TypeAlias = Callable[[float], bool | None]  # None where that cannot be said
+Holds: TypeAlias = Callable[[float], bool | None]  # None if undecided
 
 
 @dataclass(frozen=True, slots=True)
 class Bracket:
-    """Two numbers between which it changes; both were asked for."""
+    """A number for which a property holds and a number for which it fails; both were tried."""
 
     holds: float
     fails: float
-    is_open: bool = False  # whether a number between them was asked for, and could not be judged
+    is_open: bool = False  # whether a number between them was tried and is undecided
 
     @property
     def width(self) -> float:
-        """How far apart they are, relative to the larger; of zero and zero, nothing."""
+        """Relative distance of the two numbers; 0 if both are zero."""
         size = max(abs(self.holds), abs(self.fails))
         return abs(self.holds - self.fails) / size if size else 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class BracketTolerance:
-    """How near to each other both sides of a limit are to be."""
+    """Distance of both sides of a bracket at which the bisection ends."""
 
-    within: float  # a share of the larger of both
-    whole: bool = False  # of whole numbers: next to each other
-    nothing: float = 0.0  # a width that always is narrow; where the limit is at zero, no share of it is
+    within: float  # as a share of the larger of both
+    whole: bool = False  # whether only whole numbers are tried, so that the sides end next to each other
+    nothing: float = 0.0  # an absolute distance that always suffices, for a limit at zero
 
     def is_of(self, one: float, other: float) -> bool:
-        """Whether two numbers are as near as that."""
+        """Return whether two numbers are within the tolerance."""
         close = 1.0 if self.whole else max(self.nothing, self.within * max(abs(one), abs(other)))
         return abs(one - other) <= close
 
     def middle(self, one: float, other: float) -> float:
-        """A number between two."""
+        """Return the middle of two numbers, rounded down if `whole`."""
         middle = 0.5 * (one + other)
         return float(floor(middle)) if self.whole else middle
 
 
-def narrowed(holds: float, fails: float, closeness: BracketTolerance, asked: Holds) -> Bracket:
-    """The bracket halved down until both sides are close enough, or close to what is open."""
+def narrow_bracket(holds: float, fails: float, closeness: BracketTolerance, holds_at: Holds) -> Bracket:
+    """Return the bracket, halved until both sides are close to each other, or close to an undecided number."""
     for _ in range(MOST_HALVINGS):
         if closeness.is_of(holds, fails):
             break
         middle = closeness.middle(holds, fails)
-        answer = asked(middle)
-        if answer is None:
+        is_held = holds_at(middle)
+        if is_held is None:
             closer = replace(closeness, within=OPEN * closeness.within)
             return Bracket(
-                _closed_in(holds, middle, closer, lambda value: asked(value) is True),
-                _closed_in(fails, middle, closer, lambda value: asked(value) is False),
+                _closed_in(holds, middle, closer, lambda value: holds_at(value) is True),
+                _closed_in(fails, middle, closer, lambda value: holds_at(value) is False),
                 is_open=True,
             )
-        holds, fails = (middle, fails) if answer else (holds, middle)
+        holds, fails = (middle, fails) if is_held else (holds, middle)
     return Bracket(holds, fails)
 
 
-def _closed_in(certain: float, unsure: float, closeness: BracketTolerance, is_so: Callable[[float], bool]) -> float:
-    """The number next to what is open for which it is still certain."""
+def _closed_in(
+    certain: float, undecided: float, closeness: BracketTolerance, is_certain: Callable[[float], bool]
+) -> float:
+    """Return the number nearest to an undecided one that is still certain."""
     for _ in range(MOST_HALVINGS):
-        if closeness.is_of(certain, unsure):
+        if closeness.is_of(certain, undecided):
             break
-        middle = closeness.middle(certain, unsure)
-        certain, unsure = (middle, unsure) if is_so(middle) else (certain, middle)
+        middle = closeness.middle(certain, undecided)
+        certain, undecided = (middle, undecided) if is_certain(middle) else (certain, middle)
     return certain
 
 
-# The least change of one number with which a property holds, shown from both sides.
+# The least change of one number with which a property holds.
 #
-# The number is tried further and further away, on either side, until it holds; between that and the last number for
-# which it did not, the limit is halved down. What is handed out was tried itself: it holds there, and not just before.
+# Numbers further and further away are tried on either side until the property holds. Bisection then finds the limit
+# between that number and the last one that failed. Every result was itself tried: the property holds there, and fails
+# just before.
 
 
-CLOSE: Final = 1e-6  # of the number's size: sides of a limit this near to each other show it
-DIGITS: Final = 4  # of a limit as people are told it, where it holds with so many
+CLOSE: Final = 1e-6  # of the number: distance of both sides of a limit at which the bisection ends
+DIGITS: Final = 4  # significant digits of a reported limit, if the property holds there
 
 
 @dataclass(frozen=True, slots=True)
 class NumberLimit:
-    """The nearest number on one side for which it holds."""
+    """The nearest number on one side for which a property holds."""
 
-    value: float  # it holds here
-    beyond: float  # it does not here
-    least: bool  # whether it holds from `value` upwards, rather than down to it
+    value: float  # the property holds here
+    beyond: float  # and fails here
+    least: bool  # whether it holds from `value` upwards, rather than up to `value`
 
 
 def limits(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> tuple[NumberLimit, ...]:
-    """The limits on both sides of a number for which something does not hold.
+    """Return the limits on both sides of a number for which a property fails.
 
-    `steps`: how far away it is tried, each more than the one before; a limit further than the last is not found. Of a
-    `whole` number, whole ones are tried.
+    `steps` are increasing distances at which numbers are tried; a limit beyond the last is not found. With `whole`,
+    only whole numbers are tried.
     """
-    found = (_on_side(number, [sign * step for step in steps], whole, holds) for sign in (-1.0, 1.0))
-    return tuple(limit for limit in found if limit is not None)
+    nearest = (_on_side(number, [sign * step for step in steps], whole, holds) for sign in (-1.0, 1.0))
+    return tuple(limit for limit in nearest if limit is not None)
 
 
 def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -> NumberLimit | None:
@@ -124,22 +127,22 @@ def _on_side(number: float, steps: Sequence[float], whole: bool, holds: Holds) -
         tried = number + step
         held = holds(tried)
         if held:
-            return _shown(tried, fails, whole, holds)
+            return _limit_between(tried, fails, whole, holds)
         if held is False:
             fails = tried
     return None
 
 
-def _shown(held: float, fails: float, whole: bool, holds: Holds) -> NumberLimit | None:
-    """The limit between a number for which it holds and one for which it does not; None if it cannot be shown."""
-    found = narrowed(held, fails, BracketTolerance(CLOSE, whole), holds)
+def _limit_between(held: float, fails: float, whole: bool, holds: Holds) -> NumberLimit | None:
+    """Return the limit between a number that holds and one that fails; None if undecided numbers keep them apart."""
+    bracket = narrow_bracket(held, fails, BracketTolerance(CLOSE, whole), holds)
     if whole:
-        return _limit(found.holds, found.fails)
-    return _told(found.holds, found.fails, holds) if found.width <= 2.0 * CLOSE else None
+        return _limit(bracket.holds, bracket.fails)
+    return _rounded(bracket.holds, bracket.fails, holds) if bracket.width <= 2.0 * CLOSE else None
 
 
-def _told(held: float, fails: float, holds: Holds) -> NumberLimit:
-    """The limit in few digits, if it holds there: the nearest such number, or the next on the side that holds."""
+def _rounded(held: float, fails: float, holds: Holds) -> NumberLimit:
+    """Return the limit rounded to `DIGITS`, to nearest or else towards the side that holds; exact if neither holds."""
     largest = max(abs(held), abs(fails))
     unit = 10.0 ** (floor(log10(largest)) + 1 - DIGITS) if largest > 0.0 else 1.0
     inwards = unit if held > fails else -unit
@@ -157,19 +160,19 @@ def _limit(held: float, fails: float) -> NumberLimit:
 
 # Changes with which a falling scenario stands: numbers, friction, a counterweight. Each is tried.
 #
-# Numbers of the file and friction are asked to let everything stand that statics can judge; a counterweight, everything
-# up to and with what falls, as more may fall after it.
+# With another number or more friction, the whole build that statics can judge must stand. With a counterweight, the
+# build must stand up to and including the step that falls now; a later step may still fall.
 
 
 MOST_KNOBS: Final = 8
-MOST_FRICTIONS: Final = 5  # moments, one after the other, that may ask for more than those before
+MOST_FRICTIONS: Final = 5  # steps of the build, one after the other, that may need more friction than those before
 MOST_COUNTERWEIGHTS: Final = 5  # that are tried by a verdict, the least first
-HEAVIEST: Final = 1e3  # times the mass of all that there is: what needs more is told as none
+HEAVIEST: Final = 1e3  # times the mass of all bricks: a heavier counterweight is not reported
 
 
 @dataclass(frozen=True, slots=True)
 class OtherNumber:
-    """A number of the file, and the nearest with which everything stands."""
+    """A number of the file, and the nearest value with which everything stands."""
 
     knob: ScenarioNumber
     limit: NumberLimit
@@ -179,9 +182,9 @@ class OtherNumber:
 class MoreFriction:
     """The least friction with which everything stands."""
 
-    factor: float  # on all coefficients; inf if no friction is enough, by proof
-    coefficient: float  # the same of brick on brick
-    alike: bool  # whether all coefficients are one
+    factor: float  # on all coefficients; inf if it is proven that no friction is enough
+    coefficient: float  # between bricks, with that factor
+    alike: bool  # whether all coefficients are equal
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,22 +192,22 @@ class HeavierBrick:
     """The least counterweight: a brick that is heavier from the start."""
 
     brick: BodyId
-    mass: float  # more of it [kg]
-    next_to_fall: tuple[BodyId, ...]  # what then falls later; empty if everything stands
+    mass: float  # to add to the brick [kg]
+    next_to_fall: tuple[BodyId, ...]  # bricks that then fall at a later step; empty if everything stands
 
 
 @dataclass(frozen=True, slots=True)
 class Remedies:
-    """What would help, each tried."""
+    """Changes with which a falling scenario stands; each was tried."""
 
     numbers: tuple[OtherNumber, ...] = ()
-    friction: MoreFriction | None = None  # None where neither an amount nor that none is enough could be proven
-    counterweight: HeavierBrick | None = None  # None where none was found
-    nothing_rises: bool = False  # in the fall, so that no counterweight on a brick holds it, by proof
+    friction: MoreFriction | None = None  # None if no amount is proven to be enough, nor that none is
+    counterweight: HeavierBrick | None = None  # None if none was found
+    nothing_rises: bool = False  # whether no brick rises in the fall, which proves that no counterweight helps
 
 
 def remedies_of(knobs: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
-    """The remedies of a timeline whose `proofs` end with a fall."""
+    """Return the remedies of a timeline whose `proofs` end with a fall."""
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
@@ -218,19 +221,19 @@ def remedies_of(knobs: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> R
 
 
 def _verdict(timeline: Timeline) -> tuple[Stability, tuple[BodyId, ...]]:
-    """Of all that statics can judge of a timeline, and what moves if it falls."""
+    """Return the verdict on the part of a timeline that statics can judge, and the bricks that move in a fall."""
     verdict = proofs_of(timeline, names_smallest=False).assembly.verdict()
     return verdict.stability, verdict.moving
 
 
 def _stands(timeline: Timeline | None) -> bool | None:
-    """None where it is no scenario, or too close to its limit to say."""
+    """Return whether a timeline stands; None if it is missing or undecided."""
     stability = Stability.UNDECIDED if timeline is None else _verdict(timeline)[0]
     return None if stability is Stability.UNDECIDED else stability is Stability.STABLE
 
 
 def _numbers(knobs: ScenarioNumbers, moving: set[BodyId]) -> Iterator[OtherNumber]:
-    for _, knob in zip(range(MOST_KNOBS), knobs.found(moving), strict=False):
+    for _, knob in zip(range(MOST_KNOBS), knobs.numbers(moving), strict=False):
 
         def holds(value: float, knob: ScenarioNumber = knob) -> bool | None:
             return _stands(knobs.timeline(knob, value))
@@ -239,7 +242,7 @@ def _numbers(knobs: ScenarioNumbers, moving: set[BodyId]) -> Iterator[OtherNumbe
 
 
 def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
-    """As much as the worst moment asks for: the next to fall is asked until nothing does."""
+    """Return the friction that the worst step needs: raise it for the next step that falls, until none does."""
     factor = 1.0
     world = timeline.world
     written, usual, alike = world.roughest, as_friction(world.friction).usual, world.rubs_alike
@@ -260,20 +263,21 @@ def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
 
 
 def in_three_digits(too_little: float, enough: float) -> list[float]:
-    """The numbers of three digits to try for a limit between these two, the least first; the last is enough.
+    """Return numbers of three digits to try for a limit between these two, the least first; the last is enough.
 
-    A limit of 150 is proven to lie between 149.9999 and 150.0001, and 151 is more than it takes.
+    For example, a limit of 150 is proven to lie between 149.9999 and 150.0001; rounding up only the second gives 151,
+    more than is needed.
     """
     return sorted({float(rounded_up(number)) for number in (too_little, enough) if number > 0.0})
 
 
 def masses_of(weight: Counterweight, gravity: float) -> list[float]:
-    """The masses to try as a counterweight [kg], the least first."""
+    """Return the masses to try as a counterweight [kg], the least first."""
     return in_three_digits(weight.too_little / gravity, weight.weight / gravity)
 
 
 def with_friction(timeline: Timeline, factor: float) -> Timeline:
-    """A timeline with all coefficients of friction times a factor."""
+    """Return a timeline with all coefficients of friction times a factor."""
     world = timeline.world
     planes = tuple(replace(plane, friction=factor * plane.friction) for plane in world.planes)
     friction = world.friction
@@ -282,17 +286,17 @@ def with_friction(timeline: Timeline, factor: float) -> Timeline:
 
 
 def rising_in(verdict: Verdict) -> Sequence[BodyId]:
-    """The bricks that rise in a fall: more weight on any other leaves the motion as much power, or gives it more."""
+    """Return the bricks that rise in a fall; weight on any other brick does not reduce the power of the motion."""
     motion = verdict.motion
     return [name for name, (velocity, _) in sorted(motion.velocity.items()) if velocity[2] > 0.0] if motion else []
 
 
 def _counterweight(timeline: Timeline, proofs: Proofs, rising: Sequence[BodyId]) -> HeavierBrick | None:
-    """The least that holds what falls, on any brick that rises."""
+    """Return the least counterweight on a rising brick that prevents the fall."""
     problem, gravity = proofs.assembly.problem(), timeline.world.gravity
-    found = [weight for brick in rising if (weight := counterweight(problem, brick)) is not None]
+    weights = [weight for brick in rising if (weight := counterweight(problem, brick)) is not None]
     total = sum(placed.brick.mass for placed in problem.bricks.values())
-    for weight in sorted(found, key=lambda each: (each.weight, each.brick))[:MOST_COUNTERWEIGHTS]:
+    for weight in sorted(weights, key=lambda each: (each.weight, each.brick))[:MOST_COUNTERWEIGHTS]:
         for mass in masses_of(weight, gravity):
             if mass > HEAVIEST * total:
                 return None
@@ -308,14 +312,14 @@ def _mass_of(timeline: Timeline, brick: BodyId) -> float:
 
 
 def with_mass(timeline: Timeline, brick: BodyId, mass: float) -> Timeline:
-    """A timeline with a brick of another mass [kg]."""
+    """Return a timeline with another mass of a brick [kg]."""
 
-    def other(action: Action) -> Action:
+    def changed(action: Action) -> Action:
         if not isinstance(action, Placement) or action.brick.id != brick:
             return action
         return replace(action, brick=replace(action.brick, mass=mass))
 
-    return replace(timeline, actions=tuple(map(other, timeline.actions)))
+    return replace(timeline, actions=tuple(map(changed, timeline.actions)))
 
 
 # Changes with which a falling build stands: shifts, counterweights, friction, props. Each is tried.
@@ -333,47 +337,53 @@ class FallingBuild:
 
     @property
     def verdict(self) -> Verdict:
-        """Of what falls."""
+        """The verdict of the fall."""
         return self.proofs.verdict
 
 
-def suggestions(asked: FallingBuild, piling: Piling, known: Callable[[], None]) -> Iterator[Suggestion]:
-    """All that was found, as it is found: what takes a moment first, and then shifts, the least first."""
+def suggestions(build: FallingBuild, piling: Piling, on_progress: Callable[[], None]) -> Iterator[Suggestion]:
+    """Yield changes as they are found: quick ones first, then shifts, the least first.
+
+    `on_progress` is called after each trial.
+    """
     fall = piling.first_fall()
     if fall is None or fall[1].stability is not Stability.UNSTABLE:
         return
-    yield from _counterweights(asked, piling, fall[0])
-    friction = more_friction(asked.timeline, asked.proofs)
+    yield from _counterweights(build, piling, fall[0])
+    friction = more_friction(build.timeline, build.proofs)
     if friction is not None and friction.factor < float("inf"):
         yield friction
-    props = propping(piling, lambda _: known())
+    props = propping(piling, lambda _: on_progress())
     if props is not None:
         yield props
-    yield from _shifts(Shifting(piling, known), fall[0], asked.verdict)
+    yield from _shifts(Shifting(piling, on_progress), fall[0], build.verdict)
 
 
 def _shifts(shifting: Shifting, turn: int, verdict: Verdict) -> Iterator[BrickShift | SeveralShifts]:
-    """The least shift of each brick on which one is enough, or several; an interruption keeps those that are found."""
+    """Yield the least shift of every brick for which one is enough, or else shifts of several bricks.
+
+    An interruption by the user still yields the shifts found so far.
+    """
     shifts: list[BrickShift] = []
-    pressed: KeyboardInterrupt | None = None
+    interruption: KeyboardInterrupt | None = None
     try:
         for brick in shifting.candidates(turn, verdict):
-            found = shifting.least(brick, {})
-            shifts += [found] if found is not None else []
+            shift = shifting.least(brick, {})
+            shifts += [shift] if shift is not None else []
     except KeyboardInterrupt as error:
-        pressed = error
+        interruption = error
     yield from sorted(shifts, key=lambda each: (each.length, each.brick))
-    if pressed is not None:
-        raise pressed
+    if interruption is not None:
+        raise interruption
     if not shifts and (several := shifting.several()) is not None:
         yield several
 
 
-def _counterweights(asked: FallingBuild, piling: Piling, first: int) -> Iterator[HeavierBrick]:
-    """On each brick on which one is enough, the least first, each tried."""
-    problem, gravity = asked.proofs.assembly.problem(), asked.timeline.world.gravity
-    found = [weight for brick in rising_in(asked.verdict) if (weight := counterweight(problem, brick)) is not None]
-    for weight in sorted(found, key=lambda each: (each.weight, each.brick)):
+def _counterweights(build: FallingBuild, piling: Piling, first: int) -> Iterator[HeavierBrick]:
+    """Yield a counterweight for every brick on which one is enough, the least first; each was tried."""
+    problem, gravity = build.proofs.assembly.problem(), build.timeline.world.gravity
+    weights = [weight for brick in rising_in(build.verdict) if (weight := counterweight(problem, brick)) is not None]
+    for weight in sorted(weights, key=lambda each: (each.weight, each.brick)):
         for mass in masses_of(weight, gravity):
             fall = replace(piling, stages=_heavier(piling, weight.brick, mass)).first_fall(names_smallest=True)
             if fall is None or fall[0] > first:

@@ -1,10 +1,9 @@
-"""Shares of samples held against what is wanted of them: with exact intervals, as few samples as decide, and no guess.
+"""Judges claims about shares of samples, with exact confidence intervals and as few samples as decide.
 
-The interval is that of Clopper and Pearson: whatever the true share is, it lies inside at least as often as one wants
-to be sure. To look again and again and to stop as soon as one likes what one sees would spoil that. So the looks are
-fixed before, at the number of samples that is planned, its half, its quarter and so on, and they share what one may be
-wrong by: each is made as sure as it takes for all of them to be right together (Bonferroni), which holds however the
-looks depend on each other.
+The interval is that of Clopper and Pearson: it contains the true share at least as often as the confidence requires,
+whatever that share is. Looking repeatedly and stopping at the first favourable result would break this guarantee. So
+the looks are fixed beforehand, at the planned number of samples, its half, its quarter and so on, and each look gets an
+equal part of the permitted error (Bonferroni). This holds for any dependence between the looks.
 """
 
 from dataclasses import dataclass
@@ -18,12 +17,12 @@ from stackdsl.language.claims.claim_result import PERCENT, ClaimResult
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Ensemble, Measure
 
-FIRST_LOOK = 100  # samples; fewer decide little
-MOST_MORE = 10**12  # samples; so many will never be drawn
+FIRST_LOOK = 100  # samples; fewer rarely decide
+MOST_MORE = 10**12  # samples; more are never drawn
 
 
 class Decision(Enum):
-    """What samples say of a share that is wanted."""
+    """Whether a share is within its wanted bounds, by the samples so far."""
 
     HOLDS = "holds"
     FAILS = "fails"
@@ -32,56 +31,56 @@ class Decision(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Between which a share lies, as surely as was asked for."""
+    """Confidence interval of a share."""
 
     low: float
     high: float
 
 
 def looks(planned: int) -> tuple[int, ...]:
-    """After how many samples it is asked whether they decide; the last is all that are planned."""
-    found = [planned]
-    while found[-1] >= 2 * FIRST_LOOK:
-        found.append((found[-1] + 1) // 2)
-    return tuple(reversed(found))
+    """Return the numbers of samples after which claims are judged; the last is `planned`."""
+    counts = [planned]
+    while counts[-1] >= 2 * FIRST_LOOK:
+        counts.append((counts[-1] + 1) // 2)
+    return tuple(reversed(counts))
 
 
 def error_of_a_look(planned: int, confidence: float) -> float:
-    """How often one look may be wrong, so that all together are as seldom wrong as is asked for."""
+    """Return the permitted error of one look, such that all looks together have the given confidence."""
     return (1.0 - confidence) / len(looks(planned))
 
 
 def interval(least: int, most: int, count: int, error: float) -> Interval:
-    """The interval of Clopper and Pearson of a share, of which between `least` and `most` of `count` samples are."""
+    """Return the Clopper-Pearson interval of a share that between `least` and `most` of `count` samples belong to."""
     low = float(betaincinv(least, count - least + 1, 0.5 * error)) if least > 0 else 0.0
     high = float(betaincinv(most + 1, count - most, 1.0 - 0.5 * error)) if most < count else 1.0
     return Interval(low, high)
 
 
 def decided(wanted: Tolerance, between: Interval) -> Decision:
-    """Whether all shares of an interval are as wanted, or none is."""
+    """Return HOLDS if every share of an interval is within the bounds, FAILS if none is, OPEN otherwise."""
     if wanted.holds(between.low) and wanted.holds(between.high):
         return Decision.HOLDS
     within = Tolerance(between.low, between.high, low_open=False, high_open=False, text="")
     return Decision.OPEN if wanted.meets(within) else Decision.FAILS
 
 
-def judged(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[ClaimResult, Decision]:
-    """What a claim of a share comes to."""
+def judge_share(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[ClaimResult, Decision]:
+    """Return the result of a claim about a share, and whether it is decided."""
     wanted = stated.wanted_share
-    assert wanted is not None  # other claims are refused where there are samples
+    assert wanted is not None  # validation refuses other claims in a scenario with samples
     count, least = ensemble.drawn, _holding(stated, ensemble)
     error = error_of_a_look(ensemble.planned, confidence)
     between = interval(least, least + ensemble.unknown, count, error)
-    found = decided(wanted, between)
+    decision = decided(wanted, between)
     share = f"{_percent(between.low)} .. {_percent(between.high)} %"
     unknown = f", and {ensemble.unknown} may or may not" if ensemble.unknown else ""
     measured = f"{share} ({least} of {count} samples{unknown})"
-    if found is Decision.OPEN:
+    if decision is Decision.OPEN:
         measured = f"undecided: {measured}; {_more(wanted, ensemble, least, error)}"
-    margin = _margin(wanted, between, found)
+    margin = _margin(wanted, between, decision)
     numbers = (Measure(PERCENT * least / count, _limit(wanted.low), _limit(wanted.high), "%"),)
-    return ClaimResult(measured, PERCENT * margin, "%", found is Decision.HOLDS, numbers), found
+    return ClaimResult(measured, PERCENT * margin, "%", decision is Decision.HOLDS, numbers), decision
 
 
 def _holding(stated: ClaimKind, ensemble: Ensemble) -> int:
@@ -97,14 +96,14 @@ def _limit(bound: float) -> float | None:
     return None if isinf(bound) else PERCENT * bound
 
 
-def _margin(wanted: Tolerance, between: Interval, found: Decision) -> float:
-    """How far the interval is from the nearest bound: positive inside; how far it reaches beyond, where it does."""
+def _margin(wanted: Tolerance, between: Interval, decision: Decision) -> float:
+    """Return the distance of the interval to the nearest bound: positive inside the bounds, negative outside."""
     least = min(wanted.margin(between.low), wanted.margin(between.high))
-    return max(wanted.margin(between.low), wanted.margin(between.high)) if found is Decision.FAILS else least
+    return max(wanted.margin(between.low), wanted.margin(between.high)) if decision is Decision.FAILS else least
 
 
 def _more(wanted: Tolerance, ensemble: Ensemble, least: int, error: float) -> str:
-    """How many samples more would decide, if the share stays what it is."""
+    """Return a text with the number of further samples that would decide, if the share stays the same."""
     needed = samples_needed(wanted, least / ensemble.drawn, ensemble.unknown / ensemble.drawn, error)
     if isinf(needed):
         return "no number of samples would decide a share so close to the limit"
@@ -112,7 +111,10 @@ def _more(wanted: Tolerance, ensemble: Ensemble, least: int, error: float) -> st
 
 
 def samples_needed(wanted: Tolerance, share: float, unknown: float, error: float) -> float:
-    """About how many samples decide, of which this share holds and of which another is unknown; inf where none do."""
+    """Return about how many samples decide; inf if no number does.
+
+    `share` of the samples belong to the share that is judged, and `unknown` of them may.
+    """
 
     def decides(count: int) -> bool:
         least = round(share * count)
@@ -132,5 +134,5 @@ def samples_needed(wanted: Tolerance, share: float, unknown: float, error: float
 
 
 def _round(count: int) -> str:
-    """Two digits of a number, and then zeros."""
+    """Return a number rounded to two digits."""
     return f"{int(float(f'{count:.2g}')):,}"

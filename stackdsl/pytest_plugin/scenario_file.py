@@ -15,7 +15,7 @@ from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, compare_with_golden, held_up, judged, snapshot_of
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
 from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, ScenarioWarning
 from stackdsl.report.diagnostics import diagnostic_text
@@ -85,7 +85,7 @@ class ScenarioItem(pytest.Item):
         case = self.case
         if case.is_sampled:
             return self._sampled()
-        trace = played_or_blocked(play_case, case.timeline, case.system, known_of(case.scenario, case.system))
+        trace = played_or_blocked(play_case, case.timeline, case.system, stop_condition_of(case.scenario, case.system))
         if isinstance(trace, Blocked):
             return held_up(case, trace)
         result = judged(case, trace)

@@ -13,7 +13,7 @@ from stability.analysis.building_order import BuildingOrder
 from stability.analysis.removal_order import Longest, Pull, Soonest
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts
 from stability.problem import Stability
-from stackdsl.judging.proofs import Along, Survival
+from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
 from stackdsl.judging.statistics import Interval
 from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json, weakest_text
@@ -407,7 +407,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         yield f"  {_span(rows):>20}  {_range([row.survived for row in rows]):>16} g  {rows[0].gives_way}".rstrip()
 
 
-def _alike(along: Sequence[Along]) -> list[list[Along]]:
+def _alike(along: Sequence[BearingSurvival]) -> list[list[BearingSurvival]]:
     """Neighbours at which the same gives way; those around +x come first, as one."""
     runs = [list(rows) for _, rows in groupby(along, key=lambda each: each.gives_way)]
     if len(runs) > 1 and runs[0][0].gives_way == runs[-1][0].gives_way:
@@ -415,7 +415,7 @@ def _alike(along: Sequence[Along]) -> list[list[Along]]:
     return runs
 
 
-def _span(rows: Sequence[Along]) -> str:
+def _span(rows: Sequence[BearingSurvival]) -> str:
     first, last = (f"{degrees(row.bearing):.4g}" for row in (rows[0], rows[-1]))
     return f"towards {first} deg" if len(rows) == 1 else f"{first} to {last} deg"
 
@@ -452,7 +452,7 @@ def survival_json(survivals: Sequence[tuple[str, Survival]]) -> dict[str, Any]:
     return {"format": FORMAT, "cases": cases}
 
 
-def _survival_row(each: Along) -> dict[str, float | str | None]:
+def _survival_row(each: BearingSurvival) -> dict[str, float | str | None]:
     numbers = (degrees(each.bearing), each.survived, each.fails, degrees(each.tilt))
     return dict(zip(SURVIVAL_COLUMNS, (*map(_finite_margin, numbers), each.gives_way), strict=True))
 

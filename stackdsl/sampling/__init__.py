@@ -1,1 +1,1 @@
-"""Many samples of one scenario: what hands and materials make of it, and what becomes of each."""
+"""Random samples of one scenario: placement errors, uncertain variables, and the outcome of each sample."""

@@ -1,9 +1,9 @@
-"""Hands set brick on brick, each a little off: where all bricks lie in many samples of one design.
+"""Poses of all bricks in many samples of one design, with placement errors that accumulate over the height.
 
-A unit belongs where it lies in the design as seen from what it is set on: as that is shifted and turned, so is it; on
-several, in the middle of where each would have it. Its own error comes on top, so errors add up over the height, as
-they do in real hands that look at the brick below. It is let down from above until it touches. Where it would lie in a
-brick beside it, hands feel that and try again: the error is drawn anew.
+The target of a unit follows its supports: it is shifted and turned with them, and on several supports it is the mean of
+their targets. The unit's own error is added, so errors add up over the height, as for a person who aligns each brick
+with the one below. The unit is lowered until it touches. If it would overlap a brick beside it, its error is drawn
+again, as a person would feel the brick and try again.
 """
 
 from collections.abc import Iterator
@@ -23,25 +23,25 @@ from stability.problem import Placed
 from stackdsl.sampling.samples import BuildPlan, DesignedBrick, Draws, Unit
 from stackdsl.timeline import ErrorSpread
 
-DIGITS: Final = 12  # of a metre, and of a turn: below what processors agree on in roots and sines
+DIGITS: Final = 12  # of positions [m] and angles [rad]: rounding removes differences between processors
 HALF_DIGITS: Final = 15  # of sine and cosine
 ATTEMPTS: Final = 50  # to set down a unit beside others
-FORGIVEN: Final = 1e-4  # [m] as deep as this bricks may lie in each other; less, where that is too deep to touch
+FORGIVEN: Final = 1e-4  # [m] permitted overlap of bricks; less, if such an overlap is too deep for a contact
 
 
 @dataclass
 class PlacementSampler:
-    """Where all bricks lie in some samples; a row a brick, a column a sample. Frame of the scene."""
+    """Poses of all bricks in a batch of samples: arrays (bricks, samples), in the frame of the scene."""
 
     design: BuildPlan
     draws: Draws
     x: Array = field(init=False)  # of the centre of mass [m]
     y: Array = field(init=False)
-    turn: Array = field(init=False)  # about the upright, from the design [rad]
-    lift: Array = field(init=False)  # from the height in the design [m]
-    fits: Mask = field(init=False)  # whether all found a place in a sample
-    _reached: list[float] = field(default_factory=list)  # by brick: how far it lies from its place at most [m]
-    _spans: list[tuple[float, float]] = field(default_factory=list)  # by brick: the least and the highest of it [m]
+    turn: Array = field(init=False)  # yaw relative to the design [rad]
+    lift: Array = field(init=False)  # height relative to the design [m]
+    fits: Mask = field(init=False)  # (samples,), whether every unit has free space
+    _reached: list[float] = field(default_factory=list)  # by brick: largest horizontal distance from the design [m]
+    _spans: list[tuple[float, float]] = field(default_factory=list)  # by brick: lowest and highest point [m]
 
     def __post_init__(self) -> None:
         shape = (len(self.design.parts), self.count)
@@ -50,31 +50,31 @@ class PlacementSampler:
 
     @property
     def count(self) -> int:
-        """How many samples there are."""
+        """Number of samples."""
         return self.draws.count
 
     def build(self) -> "PlacementSampler":
-        """Set down all units, one after the other."""
+        """Set down all units, one after the other; return this sampler."""
         for moment in self.design.moments:
             for unit in moment.units:
                 self._set_down(unit)
         return self
 
-    # --- where a unit goes --------------------------------------------------------------------------------------------
+    # --- placement of a unit ------------------------------------------------------------------------------------------
 
     def _set_down(self, unit: Unit) -> None:
-        belongs = self._belongs(unit)
-        self._put(unit, belongs, attempt=0, where=np.ones(self.count, dtype=bool))
+        target = self._target(unit)
+        self._put(unit, target, attempt=0, where=np.ones(self.count, dtype=bool))
         crowded = self._crowded(unit)
         for attempt in range(1, ATTEMPTS):
             if unit.jitter is None or not crowded.any():
                 break
-            self._put(unit, belongs, attempt, crowded)
+            self._put(unit, target, attempt, crowded)
             crowded &= self._crowded(unit)
         self.fits &= ~crowded
 
-    def _belongs(self, unit: Unit) -> Array:
-        """(3, samples) where the centre of a unit belongs [m], and how far it is turned there [rad]."""
+    def _target(self, unit: Unit) -> Array:
+        """Return the target of a unit: x and y of its centre [m], and yaw [rad]; shape (3, samples)."""
         x, y = unit.centre
         places = [np.broadcast_to(np.array([[x], [y], [0.0]]), (3, self.count))] if unit.grounded else []
         for number in unit.supports:
@@ -86,13 +86,13 @@ class PlacementSampler:
         middle: Array = np.add.reduce(places) / len(places)
         return middle
 
-    def _put(self, unit: Unit, belongs: Array, attempt: int, where: Mask) -> None:
-        """Put a unit in its place in some samples, with its error, and let it down."""
+    def _put(self, unit: Unit, target: Array, attempt: int, where: Mask) -> None:
+        """Put a unit at its target plus its error in the samples of a mask, and lower it."""
         jitter, (x, y) = unit.jitter, unit.centre
-        place = belongs
+        place = target
         if jitter is not None:
             drawn = self.draws.uniform(unit.parts[0].name, attempt)
-            place = belongs + np.stack(
+            place = target + np.stack(
                 [_error(jitter.position, drawn[0]), _error(jitter.position, drawn[1]), _error(jitter.yaw, drawn[2])]
             )
         turn = np.round(place[2], DIGITS)
@@ -117,7 +117,7 @@ class PlacementSampler:
     # --- heights ------------------------------------------------------------------------------------------------------
 
     def _lift(self, part: DesignedBrick, unit: Unit) -> Array:
-        """How much higher than in the design a brick touches what is below it [m]."""
+        """Return the height at which a brick touches a support, relative to the design [m]."""
         lift = np.full(self.count, -part.low)  # down to the ground
         below = [other for other in self._near(part, unit) if other.high <= part.low + part.reach(other)]
         for other in sorted(below, key=lambda each: (-self._spans[each.number][1], each.number)):
@@ -134,16 +134,16 @@ class PlacementSampler:
         for sample in range(self.count):
             under = in_place(other.placed.brick.shape, self.pose(other, sample))
             high = max(0.0, other.high + float(self.lift[other.number, sample]) - part.low) + part.high - part.low
-            from_there = self.pose(part, sample)
-            x, y, z = from_there.position_W
-            above = in_place(part.placed.brick.shape, Pose((x, y, z + high), from_there.orientation))
+            pose = self.pose(part, sample)
+            x, y, z = pose.position_W
+            above = in_place(part.placed.brick.shape, Pose((x, y, z + high), pose.orientation))
             met = meeting(above, under, (0.0, 0.0, -1.0), 0.0)
             if met is not None:
                 lifts[sample] = high - met[0]
         return lifts
 
     def touching(self, part: DesignedBrick) -> Iterator[tuple[DesignedBrick, Mask]]:
-        """What a brick that lies flat rests on, and in which samples; not the ground."""
+        """Yield the supports of a brick that lies flat, with the samples in which they touch; without the ground."""
         bottom = part.low + self.lift[part.number]
         for other in self._near(part, None):
             reach = part.reach(other)
@@ -157,17 +157,17 @@ class PlacementSampler:
                 yield other, over
 
     def on_ground(self, part: DesignedBrick) -> Mask:
-        """In which samples a brick lies on the ground."""
+        """Return the samples in which a brick lies on the ground, as a mask."""
         return self.design.is_bridged(part.low + self.lift[part.number], reach_between(part.thickness))
 
-    # --- what is in the way -------------------------------------------------------------------------------------------
+    # --- overlaps -----------------------------------------------------------------------------------------------------
 
     def _crowded(self, unit: Unit) -> Mask:
-        """In which samples a unit lies in a brick or in a wall."""
-        found = np.zeros(self.count, dtype=bool)
+        """Return the samples in which a unit overlaps a brick or a wall, as a mask."""
+        crowded = np.zeros(self.count, dtype=bool)
         for part in unit.parts:
             for other in self._near(part, unit):
-                found |= self._overlaps(part, other)
+                crowded |= self._overlaps(part, other)
             for plane in self.design.planes[1:]:
                 away = part.placed.pose.position_W
                 nearest = sum((a - p) * n for a, p, n in zip(away, plane.point_W, plane.normal_W, strict=True))
@@ -175,8 +175,8 @@ class PlacementSampler:
                     continue
                 for sample in range(self.count):
                     body = in_place(part.placed.brick.shape, self.pose(part, sample))
-                    found[sample] |= above_plane(body, plane).gap < -FORGIVEN
-        return found
+                    crowded[sample] |= above_plane(body, plane).gap < -FORGIVEN
+        return crowded
 
     def _overlaps(self, part: DesignedBrick, other: DesignedBrick) -> Mask:
         forgiven = min(LIMIT_ITSELF * FORGIVEN, part.reach(other))
@@ -196,7 +196,7 @@ class PlacementSampler:
         return deep
 
     def _near(self, part: DesignedBrick, unit: Unit | None) -> Iterator[DesignedBrick]:
-        """The bricks that were set down before a unit, and that one of it may be above, or beside, in some sample."""
+        """Yield the bricks set down before a unit that its brick may be above or beside in some sample."""
         first = unit.parts[0].number if unit is not None else part.number
         x, y, _ = part.placed.pose.position_W
         for other in self.design.parts[:first]:
@@ -205,7 +205,7 @@ class PlacementSampler:
             if (x - ox) ** 2 + (y - oy) ** 2 <= reach**2:
                 yield other
 
-    # --- places -------------------------------------------------------------------------------------------------------
+    # --- poses --------------------------------------------------------------------------------------------------------
 
     def _outline(self, part: DesignedBrick) -> SampledRectangle:
         assert part.flat is not None
@@ -215,14 +215,14 @@ class PlacementSampler:
         return SampledRectangle((one, two), self.x[n], self.y[n], ux * cos - uy * sin, uy * cos + ux * sin)
 
     def _around(self, part: DesignedBrick) -> SampledRectangle:
-        """The outline of a brick in plan, or a square that it fits in."""
+        """Return the outline of a brick in plan, or a bounding square."""
         if part.flat is not None:
             return self._outline(part)
         n, one = part.number, np.ones(self.count)
         return SampledRectangle((part.radius, part.radius), self.x[n], self.y[n], one, 0.0 * one)
 
     def pose(self, part: DesignedBrick, sample: int) -> Pose:
-        """Where a brick is in a sample, in the frame of the scene."""
+        """Return the pose of a brick in a sample, in the frame of the scene."""
         x, y, lift, turn = (float(rows[part.number, sample]) for rows in (self.x, self.y, self.lift, self.turn))
         half = 0.5 * turn
         yaw = (0.0, 0.0, round(float(np.sin(half)), HALF_DIGITS), round(float(np.cos(half)), HALF_DIGITS))
@@ -230,7 +230,7 @@ class PlacementSampler:
         return Pose((x, y, designed.position_W[2] + lift), multiply(yaw, designed.orientation))
 
     def placed(self, sample: int) -> list[Placed]:
-        """All bricks of a sample, in W, in the order of the hands."""
+        """Return all bricks of a sample, in W, in order of placement."""
         poses = [self.pose(part, sample) for part in self.design.parts]
         if self.design.tilt != IDENTITY:
             tilt = self.design.tilt
@@ -238,7 +238,7 @@ class PlacementSampler:
         return [Placed(part.placed.brick, pose) for part, pose in zip(self.design.parts, poses, strict=True)]
 
     def flat(self) -> FlatSamples:
-        """All bricks as outlines, where all lie flat."""
+        """Return the outlines of all bricks in plan; only if all lie flat."""
         outlines = [self._outline(part) for part in self.design.parts]
         cos, sin = np.stack([o.cos for o in outlines]), np.stack([o.sin for o in outlines])
         return FlatSamples([o.half for o in outlines], self.x, self.y, cos, sin)
@@ -247,5 +247,5 @@ class PlacementSampler:
 def _error(spread: ErrorSpread | None, drawn: Array) -> Array:
     if spread is None:
         return np.zeros_like(drawn)
-    made: Array = spread.width * (ndtri(drawn) if spread.kind == "normal" else 2.0 * drawn - 1.0)
-    return np.round(made, DIGITS)
+    error: Array = spread.width * (ndtri(drawn) if spread.kind == "normal" else 2.0 * drawn - 1.0)
+    return np.round(error, DIGITS)

@@ -31,51 +31,51 @@ from stackdsl.language.variants import Variant, diagnostics_of, resampled
 from stackdsl.language.yaml.source import Plain
 from stackdsl.timeline import ErrorSpread, Jitter, Placement, Timeline
 
-# What is built, brick by brick in the order of the hands: what each belongs on, and what it may meet.
+# The build plan: bricks in order of placement, each with its supports.
 
 
 @dataclass(frozen=True, slots=True)
 class DesignedBrick:
-    """One brick as it is designed, in the frame of the scene: level ground at z = 0."""
+    """One brick of the design, in the frame of the scene, where the ground is level at z = 0."""
 
-    number: int  # in the order of the hands
+    number: int  # in order of placement
     placed: Placed
-    flat: tuple[float, float, float, float] | None  # in plan: direction of the first side, half lengths [m]; else None
-    low: float  # of its lowest and highest point [m]
-    high: float
-    radius: float  # that it fits in, in plan [m]
+    flat: tuple[float, float, float, float] | None  # direction of its first side in plan, half lengths [m]; or tilted
+    low: float  # height of its lowest point [m]
+    high: float  # height of its highest point [m]
+    radius: float  # of a bounding circle in plan [m]
     thickness: float  # [m]
-    rests_on: tuple[Contact, ...]  # the contacts that carry it
+    rests_on: tuple[Contact, ...]  # contacts with its supports
     jitter: Jitter | None
 
     @property
     def name(self) -> BodyId:
-        """What the brick is called."""
+        """The name of the brick."""
         return self.placed.brick.id
 
     def reach(self, other: "DesignedBrick") -> float:
-        """From which the two still touch [m]."""
+        """Return the largest gap at which two bricks touch [m]."""
         return reach_between(self.thickness, other.thickness)
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """Bricks that hands set down as one: alone, or two that lean on each other."""
+    """Bricks that are set down together: a single one, or two that lean on each other."""
 
     parts: tuple[DesignedBrick, ...]
-    supports: tuple[int, ...]  # the bricks that it belongs on
-    grounded: bool  # whether it belongs on the ground as well, or stands free
+    supports: tuple[int, ...]  # numbers of the bricks that carry it
+    grounded: bool  # whether it also rests on the ground, or on nothing
     centre: tuple[float, float]  # the mean of its bricks, in plan [m]
 
     @property
     def jitter(self) -> Jitter | None:
-        """The errors that it is set down with."""
+        """The placement errors of the unit."""
         return self.parts[0].jitter
 
 
 @dataclass(frozen=True, slots=True)
 class BuildStage:
-    """What comes at one time, and is judged together."""
+    """Units that are placed at one time and judged together."""
 
     units: tuple[Unit, ...]
     level: int  # under construction
@@ -83,7 +83,7 @@ class BuildStage:
 
 @dataclass(frozen=True)
 class BuildPlan:
-    """A structure to be built by hands, unit by unit."""
+    """A design as a sequence of units."""
 
     moments: tuple[BuildStage, ...]
     planes: tuple[Plane, ...]  # in the frame of the scene
@@ -94,27 +94,27 @@ class BuildPlan:
     tolerances: Tolerances
 
     def is_bridged(self, gap: Array, reach: float) -> Mask:
-        """Whether what lies so far above something [m] touches it, with the reach of the two [m]."""
+        """Return whether a brick touches its support across a gap [m], given the reach of the two [m]."""
         touches: Mask = gap <= gap_bridged(reach, 1.0, self.tolerances.within)
         return touches
 
     def assembly(self) -> Assembly:
-        """An empty site."""
+        """Return an assembly without bricks."""
         return Assembly(self.planes_W, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     @cached_property
     def parts(self) -> tuple[DesignedBrick, ...]:
-        """All bricks in the order of the hands."""
+        """All bricks in order of placement."""
         return tuple(part for moment in self.moments for unit in moment.units for part in unit.parts)
 
     @property
     def is_flat(self) -> bool:
-        """Whether all are boxes that lie flat on what is level."""
+        """Whether the ground is level and all bricks are boxes that lie flat."""
         return self.tilt == IDENTITY and all(part.flat is not None for part in self.parts)
 
 
 def build_plan_of(timeline: Timeline) -> BuildPlan:
-    """The design of what a timeline sets down."""
+    """Return the build plan of a timeline."""
     world = timeline.world
     tilt = _tilt(world.planes[0])
     back = inverse(tilt)
@@ -122,7 +122,7 @@ def build_plan_of(timeline: Timeline) -> BuildPlan:
     structure = Structure(planes, (), world.friction, world.gravity, world.tolerances)
     moments, count = [], 0
     for moment in timeline.as_set_down().moments():
-        assert isinstance(moment, tuple)  # only what is set down may be sampled
+        assert isinstance(moment, tuple)  # validation allows samples only of scenarios that just set bricks down
         level = next((each.level for each in reversed(moment) if each.builds), moment[-1].level)
         units = []
         for group in _upwards(_units(moment)):
@@ -144,7 +144,7 @@ def _units(moment: Sequence[Placement]) -> list[list[Placement]]:
 
 
 def _upwards(units: Sequence[list[Placement]]) -> list[list[Placement]]:
-    """What comes at one time, from the lowest on: neither names nor the author's order decide what is set on what."""
+    """Sort the units of one time by height, so that each comes after its supports, whatever the order in the file."""
     return sorted(units, key=lambda unit: min((p.pose.position_W[2], *p.pose.position_W[:2]) for p in unit))
 
 
@@ -176,7 +176,7 @@ def _part(number: int, placed: Placed, structure: Structure, jitter: Jitter | No
 
 
 def _tilt(ground: Plane) -> Quaternion:
-    """The turn that leans the upright as the ground's normal leans."""
+    """Return the rotation from the vertical to the normal of the ground."""
     x, y, z = ground.normal_W
     lean = hypot(x, y)
     return IDENTITY if lean == 0.0 else about((-y / lean, x / lean, 0.0), acos(max(-1.0, min(1.0, z))))
@@ -192,20 +192,20 @@ def _turned(plane: Plane, turn: Quaternion) -> Plane:
     return Plane(plane.id, rotate(turn, plane.point_W), rotate(turn, plane.normal_W), plane.friction)
 
 
-# Random numbers by counting: what is drawn for a sample depends on what it is for, and on nothing drawn before.
+# Counter-based random numbers: they depend on their purpose only, not on earlier draws.
 #
-# Philox turns a key and a counter into bits. The key is a digest of seed, scenario and subject (a brick, or a
-# variable), the counter is the number of the sample, and of the attempt where the first does not do. So a sample is the
-# same on every machine, in every order, and whatever else is drawn.
+# Philox maps a key and a counter to bits. The key is a digest of seed, scenario and subject (a brick or a variable).
+# The counter has the number of the sample and of the attempt. So a sample is the same on every machine, in any order of
+# evaluation, and whichever other numbers are drawn.
 
 
-EACH: Final = 4  # numbers that one count gives
-BITS: Final = 53  # of a double
+EACH: Final = 4  # random numbers per count
+BITS: Final = 53  # of the mantissa of a double
 
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """Samples of a scenario that follow each other."""
+    """A batch of consecutive samples of a scenario."""
 
     seed: int
     scenario: str
@@ -213,7 +213,7 @@ class Draws:
     count: int
 
     def uniform(self, subject: str, attempt: int = 0) -> Array:
-        """(EACH, count) numbers between 0 and 1, neither of them included."""
+        """Return uniform random numbers in the open interval (0, 1), of shape (EACH, count)."""
         digest = sha256(f"{self.seed}\n{self.scenario}\n{subject}".encode()).digest()
         key = np.frombuffer(digest[:16], dtype="<u8").astype(np.uint64)
         counter = np.array([self.first, attempt, 0, 0], dtype=np.uint64)
@@ -222,18 +222,20 @@ class Draws:
         return numbers.reshape(self.count, EACH).T
 
 
-# What is uncertain but the hands: samples of which each is compiled by itself, with values of its own.
+# Samples with uncertain variables: each has its own values and is compiled separately.
 
 
-WITHIN = "draw it within its limits: {normal: 0.5 ± 0.2, least: 0.1}, or one that has them, such as a lognormal one"
-ELSEWHERE = "draw it within limits in which it can be built, such as 5 mm ± 1 mm"
+WITHIN = (
+    "limit the distribution, such as {normal: 0.5 ± 0.2, least: 0.1}, or use a bounded one, such as a lognormal one"
+)
+ELSEWHERE = "limit the distribution to values that can be built, such as 5 mm ± 1 mm"
 
 
 class SampleMistakeError(Exception):
-    """A sample has values that no scenario may have, such as a friction below zero."""
+    """A sample has values that make the scenario invalid, such as a friction below zero."""
 
     def __init__(self, mistake: Diagnostic) -> None:
-        super().__init__(mistake)  # so that it can be sent from process to process
+        super().__init__(mistake)  # as the only argument, so that the exception can be pickled
         self.mistake = mistake
 
     def __str__(self) -> str:
@@ -242,10 +244,10 @@ class SampleMistakeError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What is otherwise than written, in all samples alike."""
+    """Changes of the scenario that are the same in all samples."""
 
-    fixed: Mapping[str, Plain] = field(default_factory=dict)  # variables, and `friction`, with the values they have
-    errors: float = 1.0  # by which the errors of hands are multiplied
+    fixed: Mapping[str, Plain] = field(default_factory=dict)  # values of variables and of `friction`
+    errors: float = 1.0  # factor on all placement errors
 
 
 AS_WRITTEN = Setting()
@@ -253,35 +255,35 @@ AS_WRITTEN = Setting()
 
 @dataclass(slots=True)
 class Picks:
-    """The values of one sample, as an author would write them."""
+    """Draws the values of one sample, as an author would write them."""
 
     draws: Draws  # of one sample
-    values: dict[str, Plain] = field(default_factory=dict)  # by variable, as far as they were asked for
+    values: dict[str, Plain] = field(default_factory=dict)  # drawn so far, by variable
 
     def __call__(self, name: str, each: Distribution) -> Plain:
-        """The value of a variable, whatever others there are."""
-        number = float(self.draws.uniform(f"= {name}")[0, 0])  # no brick is called so
+        """Return the value of a variable; it does not depend on other variables."""
+        number = float(self.draws.uniform(f"= {name}")[0, 0])  # no brick can have this name
         self.values[name] = each.at(number, ndtri)
         return self.values[name]
 
 
 def picks(draws: Draws) -> Iterator[Picks]:
-    """For each sample."""
+    """Yield the values of each sample."""
     for number in range(draws.first, draws.first + draws.count):
         yield Picks(replace(draws, first=number, count=1))
 
 
 def timelines(variant: Variant, draws: Draws, setting: Setting = AS_WRITTEN) -> Iterator[Timeline]:
-    """The timeline of each sample. Raises SampleMistakeError."""
+    """Yield the timeline of each sample. Raises SampleMistakeError if a sample is invalid."""
     for pick in picks(draws):
-        made = timeline_at(variant, setting, pick)
-        if isinstance(made, Diagnostic):
-            raise SampleMistakeError(_of_sample(pick, made, setting) if pick.values else made)
-        yield made
+        timeline = timeline_at(variant, setting, pick)
+        if isinstance(timeline, Diagnostic):
+            raise SampleMistakeError(_of_sample(pick, timeline, setting) if pick.values else timeline)
+        yield timeline
 
 
 def timeline_at(variant: Variant, setting: Setting, pick: Pick = middle) -> Timeline | Diagnostic:
-    """The timeline with some values otherwise than written, or why there is none."""
+    """Return the timeline with changed values, or the first diagnostic if it is invalid."""
     sample, mistaken = resampled(variant, pick, setting.fixed)
     scenario, mistakes = validate(sample.source, sample)
     timeline = None
@@ -289,8 +291,8 @@ def timeline_at(variant: Variant, setting: Setting, pick: Pick = middle) -> Time
         timeline, mistakes = compile_timeline(scenario, sample.source)
     if timeline is not None:
         return _with_errors(timeline, setting.errors)
-    told = [*diagnostics_of([(sample.source, mistaken)]), *mistakes]
-    first = told[0] if told else Diagnostic("SD104", sample.source.span_of(()), "it cannot be built")
+    diagnostics = [*diagnostics_of([(sample.source, mistaken)]), *mistakes]
+    first = diagnostics[0] if diagnostics else Diagnostic("SD104", sample.source.span_of(()), "it cannot be built")
     if not setting.fixed:
         return first
     fixed = ", ".join(f"{name} = {value}" for name, value in setting.fixed.items())
@@ -298,10 +300,10 @@ def timeline_at(variant: Variant, setting: Setting, pick: Pick = middle) -> Time
 
 
 def _of_sample(pick: Picks, mistake: Diagnostic, setting: Setting) -> Diagnostic:
-    which = ", ".join(f"{name} = {value}" for name, value in pick.values.items())
+    values = ", ".join(f"{name} = {value}" for name, value in pick.values.items())
     hint = WITHIN if mistake.code == "SD104" else ELSEWHERE
-    hint = mistake.hint if setting.fixed else hint  # which may be what is out of range
-    return replace(mistake, message=f"sample {pick.draws.first} has {which}: {mistake.message}", hint=hint)
+    hint = mistake.hint if setting.fixed else hint  # the fixed value may be out of range rather than the sample
+    return replace(mistake, message=f"sample {pick.draws.first} has {values}: {mistake.message}", hint=hint)
 
 
 def _with_errors(timeline: Timeline, times: float) -> Timeline:

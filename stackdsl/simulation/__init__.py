@@ -1,1 +1,1 @@
-"""Timeline -> trace: the systems that play a scenario, and everything that is measured meanwhile."""
+"""Timeline -> trace: the systems that play a scenario, and all measurements during a run."""

@@ -1,4 +1,4 @@
-"""What of a scenario takes place after a collapse: what hits the structure, or takes bricks out, but no building."""
+"""Selects the actions that still take place after a collapse: impacts and removals, but no building."""
 
 from collections.abc import Container
 from dataclasses import replace
@@ -8,11 +8,11 @@ from stackdsl.timeline import HoldAction, LetGo, Moment, MoveAction, PushAction,
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
-    """The part of it that still takes place with the bricks that are there; None if none does."""
+    """Return the part of a moment that still takes place, with the bricks that are present; None if none does."""
     match moment:
         case Removal() | HoldAction() | LetGo():
-            there = tuple(brick for brick in moment.bricks if brick in present)
-            return replace(moment, bricks=there) if there else None
+            bricks = tuple(brick for brick in moment.bricks if brick in present)
+            return replace(moment, bricks=bricks) if bricks else None
         case PushAction() | MoveAction():
             return moment if moment.brick in present else None
         case ShakeAction():
@@ -22,10 +22,10 @@ def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
 
 
 def time_of(moment: Moment) -> float:
-    """When it is [s]."""
+    """Return the time of a moment [s]."""
     return moment[0].time if isinstance(moment, tuple) else moment.time
 
 
 def last_arrival(moment: Moment) -> float:
-    """When the last of it reaches the structure [s]."""
+    """Return the time at which the last brick of a moment reaches the structure [s]."""
     return max(time_of_arrival(action) for action in (moment if isinstance(moment, tuple) else (moment,)))

@@ -18,47 +18,45 @@ from stackdsl.timeline import Handled, HoldAction, LetGo, MoveAction
 from stackdsl.trace import Event, EventKind
 from stackdsl.wording import moving_text
 
-# The hands of one run: which bricks are in them, how these move, and what they move by that.
+# The hands of one run: the bricks in them, their prescribed motion, and the bricks that they push.
 #
-# A hand has no body, and is as strong as it has to be. What it carries goes its way, whatever it meets, without
-# turning, and once it is there, nothing moves it. What it slides keeps its weight and all that rests on it, and may tip
-# over an edge: the hand only sees to it that it goes along. Where an engine steps, it is told before each step how fast
-# that is; friction takes some of the speed of what is slid, so that it is given what it lost in the step before as
-# well. Where all else is proven to stand, a brick that is lowered through free air needs no engine: it is put where it
-# is by then.
+# A hand has no body and unlimited strength. A carried brick follows its course without turning, whatever it touches,
+# and is fixed at the end. A slid brick keeps its weight and its load, and may tip over an edge; the hand only
+# prescribes its speed along the course. The engine gets this speed before each step. Friction slows a slid brick, so
+# the speed that it lost in the step before is added. If all other bricks are proven to stand, a brick lowered through
+# free air needs no engine: it is put at its place on the course.
 
 
-AHEAD = 2.0 * SAMPLING  # [s] so long before it is reached, what is in the way is woken
-# Share of its smallest side by which a brick that is pressed may be inside what does not give way. A plank that `stock`
-# pushes is so by 3 %.
+AHEAD = 2.0 * SAMPLING  # [s] before a hand reaches a brick, the brick is woken
+# Share of the smallest side by which a pressed brick may overlap an obstacle. `stock` reaches 3 % with a pushed plank.
 MOST_OVERLAP = 0.15
-# Share of what is new about a loss of speed that is believed at once. Taken for certain it makes a pile of five planks
-# jerk, and those on top lag by 6 of 30 mm; so none does by more than 0.1 mm.
+# Weight of a new measurement of the lost speed. With a weight of 1 a pile of five planks jerks, and those on top lag by
+# 6 of 30 mm; with 0.1 none lags by more than 0.1 mm.
 LEARNS = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class _OnItsWay:
+class _GuidedBrick:
     """A brick that a hand moves."""
 
     move: MoveAction
-    start_W: Vec3  # where its centre was when the hand took it [m]
+    start_W: Vec3  # centre when the hand took it [m]
 
     def at(self, time: float) -> Vec3:
-        """Where its centre is to be at a time [s]."""
+        """Return the prescribed centre at a time [s]."""
         return add(self.start_W, self.move.course.at(time - self.move.time))
 
 
 @dataclass(frozen=True, slots=True)
-class _Told:
-    """What an engine was told of a brick before a step."""
+class _Guidance:
+    """The velocity that the engine was given for a slid brick before a step."""
 
-    centre_W: Vec3  # where it was [m]
+    centre_W: Vec3  # before the step [m]
     velocity_W: Vec3  # [m/s]
-    lost_W: Vec3  # that it was expected to lose [m/s]
+    lost_W: Vec3  # expected loss of velocity [m/s]
 
     def lost(self, centre_W: Vec3, step: float) -> Vec3:
-        """How much of its speed it loses in a step, as far as is known once it has got somewhere in one [s, m/s]."""
+        """Return the new estimate of the loss of velocity [m/s], given the centre after the step [m]."""
         lost_W = subtract(self.velocity_W, scale(1.0 / step, subtract(centre_W, self.centre_W)))
         return add_scaled(self.lost_W, LEARNS, subtract(lost_W, self.lost_W))
 
@@ -69,15 +67,15 @@ class HandMover:
 
     world: World
     watch: BrickTracker
-    answers: StabilizerDriver
+    stabilizer: StabilizerDriver
     log: EventLog
     planes: Sequence[Plane]
     in_hand: dict[BodyId, None] = field(default_factory=dict, init=False)
-    looks: int = field(default=0, init=False)  # at bricks on their way
-    _moving: dict[BodyId, _OnItsWay] = field(default_factory=dict, init=False)
-    _told: dict[BodyId, _Told] = field(default_factory=dict, init=False)  # of what is slid
-    _brought: set[BodyId] = field(default_factory=set, init=False)  # those that are no part of the structure yet
-    _reached: frozenset[BodyId] = field(default=frozenset(), init=False)  # what is woken for them
+    looks: int = field(default=0, init=False)  # number of looks at moved bricks
+    _moving: dict[BodyId, _GuidedBrick] = field(default_factory=dict, init=False)
+    _guidance: dict[BodyId, _Guidance] = field(default_factory=dict, init=False)  # of slid bricks
+    _brought: set[BodyId] = field(default_factory=set, init=False)  # bricks that are not yet part of the structure
+    _reached: frozenset[BodyId] = field(default=frozenset(), init=False)  # bricks that are woken for the hands
 
     @property
     def busy(self) -> bool:
@@ -86,49 +84,49 @@ class HandMover:
 
     @property
     def push(self) -> bool:
-        """Whether any hand moves what is in its way."""
-        return any(not one.move.lowers for one in self._moving.values())
+        """Whether any hand pushes other bricks."""
+        return any(not guided.move.lowers for guided in self._moving.values())
 
     @property
     def steps(self) -> bool:
-        """Whether a hand needs an engine: one that pushes does, and without an extension all do."""
-        return self.push or (bool(self._moving) and self.answers.extension is None)
+        """Whether a hand needs an engine: a pushing hand does, and without an extension every hand does."""
+        return self.push or (bool(self._moving) and self.stabilizer.extension is None)
 
     def busy_for(self) -> float:
-        """For how long some brick is still on its way [s]."""
-        ends = (one.move.time + one.move.course.duration for one in self._moving.values())
+        """Return for how long a brick still moves in a hand [s]."""
+        ends = (guided.move.time + guided.move.course.duration for guided in self._moving.values())
         return max(0.0, max(ends, default=0.0) - self.world.time())
 
     def still_for(self) -> float:
-        """How long no hand needs to be looked at, while nothing else moves [s]."""
+        """Return how long no hand needs a look, while nothing else moves [s]."""
         return SAMPLING if self._moving else inf
 
-    # --- what they begin and end --------------------------------------------------------------------------------------
+    # --- actions ------------------------------------------------------------------------------------------------------
 
-    def act(self, done: Handled) -> None:
-        """Hands begin or end something."""
-        match done:
+    def act(self, action: Handled) -> None:
+        """Begin or end an action of a hand."""
+        match action:
             case MoveAction():
-                self._move(done)
+                self._move(action)
             case HoldAction():
-                self._hold(done)
+                self._hold(action)
             case LetGo():
-                self._let_go(done)
+                self._let_go(action)
 
     def bring(self, brick: BodyId) -> None:
-        """A brick has come in a hand."""
+        """Take a new brick that comes in a hand."""
         self._brought.add(brick)
         self._take(brick)
 
     def _move(self, move: MoveAction) -> None:
         if not move.lowers:
             self.watch.struck()
-            self.log.tell(Event(move.time, EventKind.TAKEN, (move.brick,), moving_text(move.course)))
+            self.log.add(Event(move.time, EventKind.TAKEN, (move.brick,), moving_text(move.course)))
         if move.free_W is None and move.brick not in self.in_hand:
             self._take(move.brick)
         start_W = self.world.states([move.brick])[move.brick].pose.position_W
-        self._moving[move.brick] = _OnItsWay(move, start_W)
-        if move.free_W is None and (not move.lowers or self.answers.extension is None):
+        self._moving[move.brick] = _GuidedBrick(move, start_W)
+        if move.free_W is None and (not move.lowers or self.stabilizer.extension is None):
             self.world.wake(move.brick)
         self._reach()
 
@@ -136,18 +134,18 @@ class HandMover:
         bricks = hold.bricks
         new = tuple(brick for brick in bricks if brick not in self.in_hand and brick not in self._moving)
         if new:
-            self.log.tell(Event(hold.time, EventKind.TAKEN, new, "held"))
+            self.log.add(Event(hold.time, EventKind.TAKEN, new, "held"))
         for brick in bricks:
             self._stop(brick)
             if brick not in self.in_hand:
                 self._keep(brick)
         self._reach()
-        self.answers.held(bricks)
+        self.stabilizer.held(bricks)
 
     def _let_go(self, let_go: LetGo) -> None:
         bricks = let_go.bricks
         brought = self._brought.issuperset(bricks)
-        self.log.tell(Event(let_go.time, EventKind.PLACED if brought else EventKind.LET_GO, bricks))
+        self.log.add(Event(let_go.time, EventKind.PLACED if brought else EventKind.LET_GO, bricks))
         for brick in bricks:
             self._stop(brick)
             if brought:
@@ -159,18 +157,18 @@ class HandMover:
             del self.in_hand[brick]
         if carried:
             self.watch.let_go(carried, self.world.states(carried))
-            self.answers.let_go_by_hands(carried, brought)
+            self.stabilizer.let_go_by_hands(carried, brought)
         self._brought.difference_update(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
-        """These were taken out."""
+    def removed(self, bricks: Collection[BodyId]) -> None:
+        """Forget bricks that were removed."""
         for brick in bricks:
             self.in_hand.pop(brick, None)
             self._moving.pop(brick, None)
 
     def _take(self, brick: BodyId) -> None:
-        """Take a brick that is to be moved."""
-        self.answers.taken(brick)
+        """Take a brick that will be moved."""
+        self.stabilizer.taken(brick)
         self._keep(brick)
 
     def _keep(self, brick: BodyId) -> None:
@@ -180,70 +178,73 @@ class HandMover:
         self.world.freeze(brick)
 
     def _stop(self, brick: BodyId) -> None:
-        """End its way, where it ends."""
-        one = self._moving.pop(brick, None)
-        self._told.pop(brick, None)
+        """End the motion of a brick, at the end of its course."""
+        guided = self._moving.pop(brick, None)
+        self._guidance.pop(brick, None)
         self.world.prescribed.guided.pop(brick, None)
-        if one is None or one.move.free_W is not None:
+        if guided is None or guided.move.free_W is not None:
             return
         self.world.freeze(brick)
-        if one.move.lowers and self.answers.extension is not None:
-            self._put(brick, one.at(inf))
+        if guided.move.lowers and self.stabilizer.extension is not None:
+            self._put(brick, guided.at(inf))
 
-    # --- while they move ----------------------------------------------------------------------------------------------
+    # --- motion -------------------------------------------------------------------------------------------------------
 
     def guide(self) -> None:
-        """Say how fast bricks move in the coming step."""
+        """Prescribe the velocities of guided bricks for the next step."""
         now, step = self.world.time(), self.world.settings.time_step
-        guided = [name for name in self._moving if not self.world.holds(name)]
-        states = self.world.states(guided)
-        for name in guided:
-            one, centre_W = self._moving[name], states[name].pose.position_W
-            velocity_W = scale(1.0 / step, subtract(one.at(now + step), centre_W))
-            if one.move.free_W is not None:
-                lost_W = self._told[name].lost(centre_W, step) if name in self._told else AT_REST
+        names = [name for name in self._moving if not self.world.holds(name)]
+        states = self.world.states(names)
+        for name in names:
+            guided, centre_W = self._moving[name], states[name].pose.position_W
+            velocity_W = scale(1.0 / step, subtract(guided.at(now + step), centre_W))
+            if guided.move.free_W is not None:
+                lost_W = self._guidance[name].lost(centre_W, step) if name in self._guidance else AT_REST
                 velocity_W = add(velocity_W, lost_W)
-                self._told[name] = _Told(centre_W, velocity_W, lost_W)
-            self.world.prescribed.guided[name] = Guided(velocity_W, one.move.free_W)
+                self._guidance[name] = _Guidance(centre_W, velocity_W, lost_W)
+            self.world.prescribed.guided[name] = Guided(velocity_W, guided.move.free_W)
 
     def look(self) -> None:
-        """Put what is lowered where it is by now, and wake what others may reach soon."""
+        """Put lowered bricks at their current place on the course, and wake bricks that others may reach soon."""
         now = self.world.time()
         self.looks += len(self._moving)
-        for name, one in self._moving.items():
+        for name, guided in self._moving.items():
             if self.world.holds(name):
-                self._put(name, one.at(now))
-            elif one.move.free_W is not None:
-                self._follow(name, one, one.move.free_W)
+                self._put(name, guided.at(now))
+            elif guided.move.free_W is not None:
+                self._follow(name, guided, guided.move.free_W)
         self._reach()
 
-    def _follow(self, brick: BodyId, one: _OnItsWay, free_W: Vec3) -> None:
-        """Raise the error if what is slid is left behind, so that the hand pushes against what does not give way."""
-        behind_W = subtract(one.at(self.world.time()), self.world.states([brick])[brick].pose.position_W)
+    def _follow(self, brick: BodyId, guided: _GuidedBrick, free_W: Vec3) -> None:
+        """Raise BlockedPlacementError if a slid brick lags behind its course, as an obstacle does not give way."""
+        behind_W = subtract(guided.at(self.world.time()), self.world.states([brick])[brick].pose.position_W)
         behind = norm(add_scaled(behind_W, -dot(free_W, behind_W), free_W))
-        if behind > MOST_OVERLAP * self.watch.made_of[brick].shape.least_thickness:
+        if behind > MOST_OVERLAP * self.watch.bodies[brick].shape.least_thickness:
             raise BlockedPlacementError(Blocked(brick, self.world.time(), brick, behind, pressed=brick))
 
     def _put(self, brick: BodyId, centre_W: Vec3) -> None:
         self.world.put_at(brick, Pose(centre_W, self.world.states([brick])[brick].pose.orientation))
 
     def _reach(self) -> None:
-        """Wake all that hands may move by now, directly or through others; nothing of it is judged until they rest."""
-        pushing = {name: one for name, one in self._moving.items() if not one.move.lowers}
+        """Wake all bricks that a hand may push now, directly or through others; they are not judged until they rest."""
+        pushing = {name: guided for name, guided in self._moving.items() if not guided.move.lowers}
         if not pushing and not self._reached:
             return
-        within = max((AHEAD * one.move.course.speed for one in pushing.values()), default=0.0)
-        found = dict.fromkeys(pushing)
+        within = max((AHEAD * guided.move.course.speed for guided in pushing.values()), default=0.0)
+        pushed = dict.fromkeys(pushing)
         front, by = list(pushing), next(iter(pushing), "")
         while front:
             beside = dict.fromkeys(other for brick in front for other in self._beside(brick, within, by))
-            front = [brick for brick in beside if brick not in found]
-            found |= dict.fromkeys(front)
-        self._reached = frozenset(found.keys() - self.in_hand.keys())
-        self.answers.handled(self._reached, f"{', '.join(pushing)} moved by hand")
+            front = [brick for brick in beside if brick not in pushed]
+            pushed |= dict.fromkeys(front)
+        self._reached = frozenset(pushed.keys() - self.in_hand.keys())
+        self.stabilizer.handled(self._reached, f"{', '.join(pushing)} moved by hand")
 
     def _beside(self, brick: BodyId, within: float, by: BodyId) -> Iterator[BodyId]:
-        """The bricks that are so near to one, or touch it. Raises the error if `by` has pressed it into something."""
+        """Yield the bricks that touch a brick or are within a distance of it [m].
+
+        Raises BlockedPlacementError if the hand with `by` has pressed the brick into another body.
+        """
         own = convex(self.world.shape(brick))
         near = [
             other
@@ -268,30 +269,30 @@ class HandMover:
                     yield other
 
     def _keep_apart(self, by: BodyId, brick: BodyId, other: BodyId, gap: float) -> None:
-        if -gap > MOST_OVERLAP * self.watch.made_of[brick].shape.least_thickness:
+        if -gap > MOST_OVERLAP * self.watch.bodies[brick].shape.least_thickness:
             raise BlockedPlacementError(Blocked(by, self.world.time(), other, -gap, pressed=brick))
 
 
-# The ground of one run, which may shake: what the world is told of it before each step.
+# The ground of one run, which may shake: its acceleration is prescribed to the world before each step.
 
 
 @dataclass
 class ShakingGround:
-    """At rest, until it begins to shake."""
+    """The ground; at rest while `motion` is None."""
 
     world: World
     gravity: float  # [m/s2]
-    motion: GroundMotion | None = None  # None while it does not shake
+    motion: GroundMotion | None = None
 
     @property
     def pull(self) -> float:
-        """How fast what is free gets faster at most, as seen from the ground [m/s2]."""
+        """Largest acceleration of a free body relative to the ground [m/s2]."""
         if self.motion is None:
             return self.gravity
         return hypot(self.gravity, *self.motion.extremes(self.world.time()))
 
     def shake(self) -> bool:
-        """Tell the world how the ground moves in its coming step; whether it does."""
+        """Prescribe the acceleration of the ground for the next step; return whether the ground moves."""
         if self.motion is None:
             return False
         now = self.world.time()

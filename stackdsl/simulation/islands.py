@@ -1,4 +1,4 @@
-"""Splits a scene into parts far apart, each with its own world and clock, and merges them as they approach."""
+"""Splits a scene into islands far apart, each with its own world and clock, and merges them as they approach."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -39,31 +39,32 @@ from stackdsl.timeline import (
 )
 from stackdsl.trace import Updates, WrongEdges
 
-# Which bricks of a timeline are so far apart that each others' motion cannot matter before somebody would see it come?
+# Split of a timeline into groups of bricks so far apart that they can only affect each other after an approach that the
+# runner sees.
 #
-# Seen from above, every brick is given room for as far as it may get by toppling, and somewhat more. Where a line along
-# x or y runs through no room of any, it parts those on either side, and these are parted further likewise.
+# In plan, every brick gets a rectangle as large as it may reach by toppling, and somewhat more. A line along x or y
+# that crosses no rectangle separates the bricks on either side. Both sides are split further in the same way.
 
 
-MOST: Final = 8  # parts of a scene; an engine takes 28 MB, and 15 ms to open
-ROLLS: Final = 4.0  # times its half diagonal that a brick may go beyond its height above the ground
+MOST: Final = 8  # islands of a scene; an engine takes 28 MB, and 15 ms to open
+ROLLS: Final = 4.0  # reach of a brick beyond its height above the ground, in half diagonals
 
 Stretch = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class _Room:
-    """Where a brick may get by itself, in plan."""
+    """The rectangle in plan that a brick may reach by itself."""
 
     number: int  # of its placement
     along: tuple[Stretch, Stretch]  # x and y [m]
 
 
 def far_apart(timeline: Timeline) -> list[list[Placement]]:
-    """The placements of a timeline in parts, each in the order of time, and the parts in that of their first ones.
+    """Return the placements of a timeline by island, each in order of time, islands in order of their first ones.
 
-    All are one part where hands are at work or the ground shakes, which concerns all. Beyond `MOST` the last part has
-    what is left, however far apart that is.
+    There is only one island if hands are at work or the ground shakes, as these affect all bricks. Beyond `MOST` the
+    last island has all remaining placements.
     """
     placements = timeline.placements
     if any(isinstance(action, Handled | ShakeAction) for action in timeline.actions) or any(
@@ -71,14 +72,14 @@ def far_apart(timeline: Timeline) -> list[list[Placement]]:
     ):
         return [list(placements)]
     ground = timeline.world.planes[0]
-    found = sorted(_parted([_room(number, each, ground) for number, each in enumerate(placements)]))
-    if len(found) > MOST:
-        found[MOST - 1 :] = [sorted(number for part in found[MOST - 1 :] for number in part)]
-    return [[placements[number] for number in part] for part in found]
+    groups = sorted(_parted([_room(number, each, ground) for number, each in enumerate(placements)]))
+    if len(groups) > MOST:
+        groups[MOST - 1 :] = [sorted(number for part in groups[MOST - 1 :] for number in part)]
+    return [[placements[number] for number in part] for part in groups]
 
 
 def _room(number: int, placement: Placement, ground: Plane) -> _Room:
-    """Where a brick stands, or comes from, or is thrown to, and how far it may topple from there."""
+    """Return the rectangle around the placement, the start and the aim of a brick, with room to topple."""
     radius = placement.brick.shape.bounding_radius
     came = placement.came or placement.pose
     aim_W = add_scaled(came.position_W, placement.flight, placement.velocity_W)
@@ -97,7 +98,7 @@ def _about(position_W: Vec3, radius: float, ground: Plane) -> tuple[Stretch, Str
 
 
 def _parted(rooms: Sequence[_Room]) -> list[list[int]]:
-    """The numbers of those that no line parts, in order."""
+    """Return the numbers of the rectangles by group, split by lines along both axes."""
     for axis in (0, 1):
         groups = list(_cut(rooms, axis))
         if len(groups) > 1:
@@ -106,7 +107,7 @@ def _parted(rooms: Sequence[_Room]) -> list[list[int]]:
 
 
 def _cut(rooms: Iterable[_Room], axis: int) -> Iterable[list[_Room]]:
-    """Those between gaps along an axis."""
+    """Yield groups of rectangles that are separated by gaps along an axis."""
     group: list[_Room] = []
     until = 0.0
     for room in sorted(rooms, key=lambda room: room.along[axis]):
@@ -120,22 +121,22 @@ def _cut(rooms: Iterable[_Room], axis: int) -> Iterable[list[_Room]]:
         yield group
 
 
-# The upright box in which bricks have been, and may be soon.
+# The axis-aligned box that bricks have been in, or may reach soon.
 
 
-# [s] Looks at what moves are a SAMPLING apart, those at others may be one behind, and a hit makes something faster.
+# [s] Looks at an island are a SAMPLING apart, those at another may be one behind, and a hit makes bricks faster.
 AHEAD = 3.0 * SAMPLING
 
 
 @dataclass
 class Space:
-    """Grows, and never shrinks: where something has been, something may lie."""
+    """A box that never shrinks, as a brick may lie wherever one has been."""
 
     low_W: Vec3 = (inf, inf, inf)
     high_W: Vec3 = (-inf, -inf, -inf)
 
     def takes(self, brick: Brick, state: BodyState, gravity: float) -> None:
-        """Reach as far as a brick may get before it is seen again."""
+        """Extend the box by the reach of a brick until the next look."""
         shape = brick.shape
         speed = hypot(*state.velocity_W) + AHEAD * gravity
         reach = shape.bounding_radius + shape.least_thickness + AHEAD * speed
@@ -144,41 +145,38 @@ class Space:
         self.high_W = (max(bx, x + reach), max(by, y + reach), max(bz, z + reach))
 
     def follows(self, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState], gravity: float) -> None:
-        """Reach as far as bricks may get, of all by name."""
+        """Extend the box by the reach of all bricks in `states`."""
         for name, state in states.items():
             self.takes(bricks[name], state, gravity)
 
     def joins(self, other: "Space") -> None:
-        """Reach as far as another one, too."""
+        """Extend the box by another one."""
         (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
         (cx, cy, cz), (dx, dy, dz) = other.low_W, other.high_W
         self.low_W, self.high_W = (min(ax, cx), min(ay, cy), min(az, cz)), (max(bx, dx), max(by, dy), max(bz, dz))
 
     def meets(self, other: "Space") -> bool:
-        """Whether another one comes into it."""
+        """Return whether another box overlaps this one."""
         pairs = zip(self.low_W, other.high_W, strict=True), zip(other.low_W, self.high_W, strict=True)
         return all(low <= high for pair in pairs for low, high in pair)
 
 
-# How far may what moves travel in one step of an engine? What is fast would pass through something otherwise.
+# Sub-steps by speed: a fast brick would pass through another one within a whole step.
 
 
 def set_max_speed(world: World, states: Mapping[BodyId, BodyState], gravity: float) -> int:
-    """Let the world step finely enough for what moves now, as fast as it may get until the next look.
-
-    Returns into how many parts it splits a step for that.
-    """
+    """Set the step size of a world by the largest speed until the next look; return the number of sub-steps."""
     fastest = max((hypot(*state.velocity_W) for state in states.values()), default=0.0)
     fastest += SAMPLING * gravity
     world.set_max_speed(fastest)
     return world.settings.parts_for_travel(fastest)
 
 
-# Which bricks something is done with, where each is as that is done.
+# The bricks that an action concerns, at their poses before it.
 
 
 def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> list[Placed]:
-    """The bricks that come at a moment, or are pushed, shaken, pulled out or in a hand, of those that are there."""
+    """Return the bricks that are placed, pushed, shaken, removed or handled at a moment."""
     match moment:
         case Removal() | HoldAction() | LetGo():
             names = moment.bricks
@@ -191,122 +189,122 @@ def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> l
     return [Placed(present[name].placement.brick, present[name].last) for name in names]
 
 
-# A part of a scene: bricks that are far from all others, with a world, an extension and a clock of their own.
+# An island: bricks far from all others, with their own world, extension and clock.
 #
-# What is done elsewhere, and what moves there, asks nothing of it: it is stepped, looked at and judged as if it were
-# all there is, so that not a digit of it depends on others. Most scenes are one part.
+# Actions and motions elsewhere do not affect it. It is stepped, looked at and judged as if there were no others, so its
+# result does not depend on them in any digit. Most scenes are one island.
 
 
 @dataclass(eq=False)
 class Island:
-    """One part, and what is known of how it moves."""
+    """One island of a scene."""
 
     world: World
     extension: Stabilizer | None
     scene: FixedWorld
     measures: RunMeasurements
     log: EventLog
-    ticks: int = 0  # time steps that passed while something could move
-    steps: int = 0  # of them, those that an engine took
-    known: int = 0  # and those of a motion that is known without one
-    splits: int = 1  # into how many parts the coming steps are split for what is fast
-    hit: bool = False  # whether something has hit it
-    to_come: deque[tuple[int, float]] = field(default_factory=deque)  # what is done with it: which moment, and when [s]
-    seen: Mapping[BodyId, BodyState] = field(default_factory=dict)  # what moved when that was looked at last
-    resting: bool = True  # whether it was idle when that was asked last
-    one_by_one: int = 0  # bricks that the engine moved one by one then
-    space: Space = field(default_factory=Space)  # in which it has moved, and moves soon
+    ticks: int = 0  # time steps during which a brick could move
+    steps: int = 0  # of these, steps of an engine
+    known: int = 0  # of these, steps of a motion without an engine
+    splits: int = 1  # sub-steps of each coming step
+    hit: bool = False  # whether it was hit
+    to_come: deque[tuple[int, float]] = field(default_factory=deque)  # remaining moments: number and time [s]
+    seen: Mapping[BodyId, BodyState] = field(default_factory=dict)  # states of moving bricks at the last look
+    resting: bool = True  # whether it was idle at the last call of `lags`
+    one_by_one: int = 0  # number of bricks that the engine moved one by one at the last look
+    space: Space = field(default_factory=Space)
 
     def __post_init__(self) -> None:
         scene = self.scene
         self.ground = ShakingGround(self.world, scene.gravity)
         self.edges = NormalErrorMonitor(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
-        self.answers = StabilizerDriver(self.extension, self.world, self.measures, self.log, self.falling)
-        self.hands = HandMover(self.world, self.measures.watch, self.answers, self.log, scene.planes)
+        self.stabilizer = StabilizerDriver(self.extension, self.world, self.measures, self.log, self.falling)
+        self.hands = HandMover(self.world, self.measures.watch, self.stabilizer, self.log, scene.planes)
 
-    # --- its clock ----------------------------------------------------------------------------------------------------
+    # --- clock --------------------------------------------------------------------------------------------------------
 
     @property
     def time(self) -> float:
-        """What time it is here [s]; where nothing moves, the clock stands until something is done."""
+        """The time of this island [s]; while nothing moves, the clock stands until the next action."""
         return self.world.time()
 
     @property
     def idle(self) -> bool:
-        """Whether nothing here can move."""
-        return self.answers.nothing_can_move() and not self.hands.steps
+        """Whether nothing in this island can move."""
+        return self.stabilizer.nothing_can_move() and not self.hands.steps
 
     def still_for(self, most: float) -> float:
-        """For how much of a time nothing here needs to be looked at, as long as it is idle [s]."""
-        return min(most, self.answers.still_for(), self.hands.still_for())
+        """Return for how long an idle island needs no look, at most `most` [s]."""
+        return min(most, self.stabilizer.still_for(), self.hands.still_for())
 
     def lags(self, until: float) -> bool:
-        """Whether something happens here before a time [s]."""
+        """Return whether this island has to advance before a time [s]."""
         self.resting, left = self.idle, until - self.time
         if left <= 0.0:
             return False
         return self.still_for(left) < left if self.resting else left > 0.5 * self.world.settings.time_step
 
     def wait(self, until: float) -> None:
-        """Let time pass in which nothing moves, up to a time [s] if it is idle until then."""
+        """Let time pass without motion, up to a time [s] if the island is idle until then."""
         left = until - self.time
         if left > 0.0 and self.idle:
             self.world.skip(self.still_for(left))
 
     def pass_on(self, most: int) -> None:
-        """Let a time step pass, or up to so many while what moves needs no engine."""
+        """Advance by one time step of the engine, or by at most `most` steps of a motion without one."""
         shaken = self.ground.shake()
         passed = self.falling.advance(most, driven=shaken or self.hands.busy)
         self.ticks += passed or 1
         self.known += passed
         if passed:
-            self.answers.landed(self.falling.landed)
+            self.stabilizer.landed(self.falling.landed)
             return
         self.hands.guide()
         self.world.step()
         self.steps += 1
-        self.answers.judge()
+        self.stabilizer.judge()
 
     def look(self, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves here, as it moves now, and step it as finely as that asks for until the next look."""
-        self.answers.beginnings.look(states)
+        """Update with the states of all moving bricks, and set the step size until the next look."""
+        self.stabilizer.ease_in.look(states)
         self.set_max_speed(states)
 
     def set_max_speed(self, states: Mapping[BodyId, BodyState]) -> None:
-        """Let it be stepped as finely as what moves asks for, until the next look."""
+        """Set the step size until the next look by the speeds of moving bricks."""
         self.splits = set_max_speed(self.world, states, self.ground.pull)
 
-    # --- what is done with it -----------------------------------------------------------------------------------------
+    # --- actions ------------------------------------------------------------------------------------------------------
 
     def prepare(self, moment: Moment, time: float) -> None:
-        """Something is about to be done with it at a time [s]."""
+        """Prepare for an action at a time [s]."""
         self.wait(time)
-        if self.answers.nothing_can_move():
-            self.answers.gave_way = None  # what failed before has come to rest again, and is not what fails now
-        self.answers.beginnings.done()
+        if self.stabilizer.nothing_can_move():
+            self.stabilizer.gave_way = None  # an earlier failure has come to rest, and is not the cause of the next one
+        self.stabilizer.ease_in.reset()
         self.falling.disturbed(affected_bricks(moment, self.measures.watch.bricks))
         self.hit = self.hit or _hits(moment)
 
     def add(self, placement: Placement) -> None:
-        """A brick comes."""
+        """Add a brick."""
         came = placement.came or placement.pose
         self.world.add_brick(placement.brick, came, placement.velocity_W)
         self.space.takes(placement.brick, BodyState(came, placement.velocity_W), self.scene.gravity)
 
     def moving(self) -> Mapping[BodyId, BodyState]:
-        """All that may move, as it moves now."""
-        return self.world.states(self.answers.moving())
+        """Return the states of all bricks that may move."""
+        return self.world.states(self.stabilizer.moving())
 
     def absorb(self, other: "Island") -> None:
-        """Take in another part that has come near."""
+        """Merge another island into this one."""
         self.falling.end()
         other.falling.end()
         if isinstance(self.world, RestingWorld) and isinstance(other.world, RestingWorld):
             self.world.engine.absorb(other.world.engine)
         if isinstance(self.extension, SupportsMerging) and other.extension is not None:
             self.extension.absorb(other.extension)
-        self.answers.absorb(other.answers)
+        self.stabilizer.absorb(other.stabilizer)
         self.steps += other.steps
         self.known += other.known
         self.falling.proven += other.falling.proven
@@ -317,13 +315,13 @@ class Island:
         self.edges.absorb(other.edges)
 
     def rest(self) -> None:
-        """Give its engine back if it is not needed any more."""
+        """Close the engine if it is no longer needed."""
         if isinstance(self.world, RestingWorld) and self.resting and not self.to_come:
             self.world.engine.close_engine()
 
 
 def _hits(moment: Moment) -> bool:
-    """Whether what is done strikes the structure."""
+    """Return whether an action hits the structure."""
     match moment:
         case PushAction() | ShakeAction():
             return True
@@ -336,7 +334,7 @@ def _hits(moment: Moment) -> bool:
 
 
 def names_of(moment: Moment) -> Sequence[BodyId]:
-    """The bricks that something is done with; none where that is the ground."""
+    """Return the names of the bricks of an action; none if it shakes the ground."""
     match moment:
         case PushAction() | MoveAction():
             return [moment.brick]
@@ -411,7 +409,7 @@ class Effort:
             many, seconds = "a hand is on its way", by_hand
         said = f"{many} at {part.time:.3g} s" + (f", for {seconds:.3g} s and more" if seconds else "")
         told = f"{much:.2g} steps of a brick in all are estimated, and {self._most * work.allowed():.2g} are allowed"
-        brick = min(part.answers.moving() or part.hands.in_hand or part.measures.watch.present)
+        brick = min(part.stabilizer.moving() or part.hands.in_hand or part.measures.watch.present)
         return Blocked(brick, part.time, brick, 0.0, too_much=f"{said}: {told}")
 
     def _seconds(self, part: "Island", end: float) -> float:
@@ -422,28 +420,28 @@ class Effort:
         return left if part.extension is None else min(left, work.AHEAD)
 
 
-# All parts of a scene: whose turn it is, with which of them something is done, and who comes near to whom.
+# All islands of a scene: scheduling, distribution of actions, and merging.
 
 
-Pieces: TypeAlias = Sequence[tuple[Island, Moment]]  # what is done with each part
+Pieces: TypeAlias = Sequence[tuple[Island, Moment]]  # the part of an action for each island
 
 
 @dataclass
 class Islands:
-    """The parts of one run; close them after use."""
+    """The islands of one run; close them after use."""
 
     timeline: Timeline
     system: System
     measures: RunMeasurements
     log: EventLog
-    found: list[Island] = field(default_factory=list, init=False)  # those that are left, by their first bricks
-    _coming: dict[tuple[float, BodyId], Island] = field(default_factory=dict, init=False)  # who comes where
-    _of: dict[BodyId, Island] = field(default_factory=dict, init=False)  # where each is that has come
-    _acted: list[Island] = field(default_factory=list, init=False)  # those with which something was done last
-    _reached: float = field(default=0.0, init=False)  # up to when all has been idle [s]
+    found: list[Island] = field(default_factory=list, init=False)  # not merged into another one, by first brick
+    _coming: dict[tuple[float, BodyId], Island] = field(default_factory=dict, init=False)  # by time and brick to place
+    _of: dict[BodyId, Island] = field(default_factory=dict, init=False)  # by placed brick
+    _acted: list[Island] = field(default_factory=list, init=False)  # islands of the last action
+    _reached: float = field(default=0.0, init=False)  # time up to which all islands were idle [s]
 
     def __post_init__(self) -> None:
-        # Only what a system proves is held, and known to go without an engine where it is.
+        # Only a system with proofs holds bricks without an engine.
         apart = self.system.method is Method.PROVEN and self.timeline.watched and self.system.modification.size == 1.0
         split = far_apart(self.timeline) if apart else [list(self.timeline.placements)]
         try:
@@ -466,7 +464,7 @@ class Islands:
         self._coming |= {(each.time, each.brick.id): part for each in placements}
 
     def _tell_when(self) -> None:
-        """Tell each part when something is to be done with it."""
+        """Schedule the moments of each island."""
         of: dict[BodyId, Island] = {}
         for number, moment in enumerate(self.timeline.moments()):
             if isinstance(moment, tuple):
@@ -475,18 +473,18 @@ class Islands:
                 part.to_come.append((number, time_of(moment)))
 
     def close(self) -> None:
-        """End all of them."""
+        """Close the worlds of all islands."""
         for part in self.found:
             part.world.close()
 
     @property
     def several(self) -> bool:
-        """Whether there is more than one."""
+        """Whether there is more than one island."""
         return len(self.found) > 1
 
     @property
     def extension(self) -> "Stabilizer | CombinedStabilizer | None":
-        """What is held, and why, of the whole scene."""
+        """The extension of the whole scene; None without one."""
         if not self.several:
             return self.found[0].extension
         every, acted = (
@@ -495,18 +493,18 @@ class Islands:
         return CombinedStabilizer(lambda name: self._of[name].extension, every, acted)
 
     def of(self, brick: BodyId) -> Island:
-        """The part that has a brick."""
+        """Return the island of a brick."""
         return self._of[brick] if self.several else self.found[0]
 
     # --- time ---------------------------------------------------------------------------------------------------------
 
     @property
     def now(self) -> float:
-        """What time it is, in the part that has come farthest [s]."""
+        """The time of the island that is farthest ahead [s]."""
         return max(self._reached, *(part.time for part in self.found)) if self.several else self.found[0].time
 
     def behind(self, until: float) -> Island | None:
-        """The part whose turn it is, of those in which something happens before a time [s]."""
+        """Return the island that is farthest behind, of those that have to advance before a time [s]."""
         lagging = [part for part in self.found if part.lags(until)]
         if self.several:
             for part in self.found:
@@ -514,22 +512,22 @@ class Islands:
         return min(lagging, key=lambda part: part.time, default=None)
 
     def bound(self, part: Island, until: float, end: float) -> float:
-        """Up to when a part goes on by itself, whatever is done elsewhere at a time, before the run ends [s]."""
+        """Return the time up to which an island may advance [s]: its next action, or the end of the run."""
         if not self.several:
             return until
         return max(until, part.to_come[0][1] if part.to_come else end)
 
     def reached(self, until: float) -> None:
-        """All has happened that happens before a time [s]."""
+        """Note that no island has to advance before a time [s]."""
         if not self.several:
             self.found[0].wait(until)
         elif all(part.idle for part in self.found):
             self._reached = until
 
-    # --- what is done -------------------------------------------------------------------------------------------------
+    # --- actions ------------------------------------------------------------------------------------------------------
 
     def pieces(self, moment: Moment) -> Pieces:
-        """What is done with each part."""
+        """Return the part of an action for each island that it concerns."""
         self._acted = []
         if not self.several:
             self._acted = self.found[:1]
@@ -537,8 +535,8 @@ class Islands:
         if isinstance(moment, tuple):
             for each in moment:
                 self._of[each.brick.id] = self._coming[each.time, each.brick.id]
-        affected_bricks = {id(self._of[name]): self._of[name] for name in names_of(moment)}
-        self._acted = list(affected_bricks.values())
+        islands = {id(self._of[name]): self._of[name] for name in names_of(moment)}
+        self._acted = list(islands.values())
         return [(part, self._piece(moment, part)) for part in self._acted]
 
     def _piece(self, moment: Moment, part: Island) -> Moment:
@@ -551,26 +549,26 @@ class Islands:
                 return moment
 
     def done(self, number: int) -> None:
-        """A moment of this number is over, whether it took place or not."""
+        """Remove the moment of this number from the schedules; it is over, whether it took place or not."""
         for part in self.found:
             while part.to_come and part.to_come[0][0] <= number:
                 part.to_come.popleft()
 
     def __iter__(self) -> Iterator[Island]:
-        """Those that are left when it is their turn."""
+        """Iterate over the islands, without those that are merged meanwhile."""
         return (part for part in tuple(self.found) if part in self.found)
 
-    # --- who meets whom -----------------------------------------------------------------------------------------------
+    # --- merging ------------------------------------------------------------------------------------------------------
 
     def look(self, part: Island, states: Mapping[BodyId, BodyState]) -> None:
-        """See where a part may be soon, and let it take in those that it may come near to.
+        """Update the reach of an island, and merge those that it may touch soon.
 
-        Raises BlockedPlacementError where what moves takes too much work.
+        Raises BlockedPlacementError if the motion needs too much work.
         """
         self.effort.look(self.found, part, self.timeline.end)
         if not self.several or part not in self.found:
             return
-        part.space.follows(self.measures.watch.made_of, states, self.timeline.world.gravity)
+        part.space.follows(self.measures.watch.bodies, states, self.timeline.world.gravity)
         while (other := self._met(part)) is not None:
             self._merge(part, other)
 
@@ -578,7 +576,7 @@ class Islands:
         return next((other for other in self.found if other is not part and other.space.meets(part.space)), None)
 
     def _merge(self, part: Island, other: Island) -> None:
-        """Let a part take in another one; clocks agree to within half a step by then."""
+        """Merge two islands, after their clocks agree to within half a step."""
         self._keep_step(part, other)
         self.found.remove(other)
         part.absorb(other)
@@ -588,51 +586,51 @@ class Islands:
 
     @staticmethod
     def _keep_step(part: Island, other: Island) -> None:
-        """Let the one that is behind catch up."""
+        """Advance the island that is behind to the time of the other."""
         for behind, ahead in ((part, other), (other, part)):
             if not ahead.idle:
                 while behind.lags(ahead.time) and not behind.idle:
                     behind.pass_on(1)
                 behind.wait(ahead.time)
 
-    # --- what is told of all ------------------------------------------------------------------------------------------
+    # --- results of all islands ---------------------------------------------------------------------------------------
 
     def edges(self) -> WrongEdges | None:
-        """What was seen of wrong normals in all of them."""
-        seen = NormalErrorMonitor(self.found[0].world, self.timeline.world.gravity)
+        """Return the wrong contact normals of all islands."""
+        monitor = NormalErrorMonitor(self.found[0].world, self.timeline.world.gravity)
         for part in self.found:
-            seen.absorb(part.edges)
-        return seen.wrong()
+            monitor.absorb(part.edges)
+        return monitor.wrong()
 
     def friction(self) -> WrongFriction | None:
-        """The worst friction that any of them has had."""
-        told = filter(None, (wrong_friction_of(part.world) for part in self.found))
-        return max(told, key=lambda wrong: wrong.error, default=None)
+        """Return the wrong friction with the largest error of all islands."""
+        errors = filter(None, (wrong_friction_of(part.world) for part in self.found))
+        return max(errors, key=lambda wrong: wrong.error, default=None)
 
     @property
     def undecided(self) -> bool:
-        """Whether something that was set down is not proven to stand."""
-        return any(part.answers.only_an_engine_knows_more() for part in self.found)
+        """Whether bricks that were set down are not proven to stand."""
+        return any(part.stabilizer.unproven() for part in self.found)
 
     def seen(self, part: Island) -> Mapping[BodyId, BodyState]:
-        """All that moves, as it was seen last, once that of one part was."""
+        """Return the states of all moving bricks at their last looks, after a look at `part`."""
         if not self.several:
             return part.seen
         return {name: state for each in self.found if not each.resting for name, state in each.seen.items()}
 
     @property
     def steps(self) -> int:
-        """How many time steps engines took."""
+        """Number of time steps of all engines."""
         return sum(part.steps for part in self.found)
 
     @property
     def judgements(self) -> int:
-        """How often extensions were asked."""
-        return sum(part.answers.judgements for part in self.found)
+        """Number of passes of all extensions."""
+        return sum(part.stabilizer.judgements for part in self.found)
 
     def updates(self) -> Updates | None:
-        """What the updates of all of them took."""
+        """Return the wall time of the updates of all islands."""
         clock = UpdateClock()
         for part in self.found:
-            clock.absorb(part.answers.clock)
+            clock.absorb(part.stabilizer.clock)
         return clock.updates()

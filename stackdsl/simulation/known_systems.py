@@ -1,4 +1,4 @@
-"""All systems by name: our own, those on other engines, those of other packages, and what each needs."""
+"""All systems by name, those of other packages included, and the package that each needs."""
 
 from collections.abc import Iterable
 
@@ -9,28 +9,28 @@ KNOWN = {**SYSTEMS, **PEERS}  # by name: those that come with this package
 
 
 def system_named(name: str) -> System:
-    """A system of ours, on another engine, or of another package. Raises KeyError if there is none of that name."""
+    """Return a system of this or another package. Raises KeyError if no system has that name."""
     if name in KNOWN:
         return KNOWN[name]
-    from stackdsl.simulation.plugins import foreign_system  # noqa: PLC0415 -- it reads what is installed
+    from stackdsl.simulation.plugins import foreign_system  # noqa: PLC0415 -- it reads the installed packages
 
     return foreign_system(name)
 
 
 def needs_of(names: Iterable[str]) -> list[tuple[str, Package]]:
-    """What each of some systems needs."""
+    """Return each system with the package that it needs."""
     return [(name, system_named(name).engine.package) for name in names]
 
 
 def missing(names: Iterable[str]) -> list[tuple[str, Package]]:
-    """Those of some systems that need what is not installed, and what that is."""
+    """Return the systems whose package is not installed, with that package."""
     return [(name, package) for name, package in needs_of(names) if not package.installed]
 
 
 def unplayable(name: str) -> str:
-    """Why a system cannot be played here, and what to do about it; empty if it can.
+    """Return why a system cannot be played here, and the remedy; empty if it can.
 
-    Proofs need no engine until something moves, so a system that proves is always tried.
+    A system with proofs is always tried, as it needs no engine until a brick moves.
     """
     system = system_named(name)
     if system.method is Method.PROVEN or system.engine.package.installed:

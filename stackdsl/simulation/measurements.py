@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from stackdsl.simulation.recording import Recorder
 
 
-# The work that shaking ground does on bricks, as seen from the ground: it is none that an engine added by itself.
+# The work of shaking ground on bricks, in the frame of the ground. The engine does not add this energy by itself.
 #
-# There a brick of mass m feels -m a, so that it gets -m a dx on its way. Between two looks at it, its way is the cubic
-# through both places and speeds, in as many parts as it takes for the acceleration to be nearly even in each.
+# In that frame the inertial force -m a acts on a brick of mass m and does the work -m a dx. The path between two looks
+# is the cubic through both positions and velocities, in parts so short that the acceleration is nearly constant.
 
 
 PARTS = 4  # of the time between two looks, of some 10 ms each
@@ -35,19 +35,19 @@ PARTS = 4  # of the time between two looks, of some 10 ms each
 
 @dataclass
 class GroundWork:
-    """What was done on each brick since something was done last."""
+    """The work of the ground on each brick since the last action."""
 
     motion: GroundMotion | None = None  # None while the ground does not shake
-    given: dict[BodyId, float] = field(default_factory=dict)  # [J]
-    passed: dict[BodyId, float] = field(default_factory=dict)  # to and fro, all counted as more than zero [J]
-    _seen: dict[BodyId, tuple[float, float, float]] = field(default_factory=dict)  # time, and place and speed along it
+    net: dict[BodyId, float] = field(default_factory=dict)  # [J]
+    gross: dict[BodyId, float] = field(default_factory=dict)  # sum of absolute values [J]
+    _seen: dict[BodyId, tuple[float, float, float]] = field(default_factory=dict)  # time, position and speed along it
 
     def start(self) -> None:
         """Count from now on."""
-        self.given, self.passed = {}, {}
+        self.net, self.gross = {}, {}
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
-        """Take in the bricks that may have moved, of all by name."""
+        """Update with the states of bricks that may have moved; `bricks` has all of them."""
         if self.motion is None:
             return
         for name, state in states.items():
@@ -55,42 +55,42 @@ class GroundWork:
             here = (time, dot(along, state.pose.position_W), dot(along, state.velocity_W))
             before, self._seen[name] = self._seen.get(name, here), here
             if before[0] < time and before[0] < self.motion.ends:
-                work = -bricks[name].mass * self._weighed(before, here)
-                self.given[name] = self.given.get(name, 0.0) + work
-                self.passed[name] = self.passed.get(name, 0.0) + abs(work)
+                work = -bricks[name].mass * self._integral(before, here)
+                self.net[name] = self.net.get(name, 0.0) + work
+                self.gross[name] = self.gross.get(name, 0.0) + abs(work)
 
     def forget(self, brick: BodyId) -> None:
-        """A brick is gone."""
+        """Forget a brick that was removed."""
         self._seen.pop(brick, None)
 
-    def _weighed(self, before: tuple[float, float, float], here: tuple[float, float, float]) -> float:
-        """The acceleration of the ground times the way through it, summed [m2/s2]."""
+    def _integral(self, before: tuple[float, float, float], here: tuple[float, float, float]) -> float:
+        """Return the integral of the acceleration of the ground over the path of a brick [m2/s2]."""
         assert self.motion is not None
-        part, found, last = (here[0] - before[0]) / PARTS, 0.0, before[1]
+        part, integral, last = (here[0] - before[0]) / PARTS, 0.0, before[1]
         for number in range(1, PARTS + 1):
             place = _cubic_between(before, here, number / PARTS)
-            found += self.motion.mean(before[0] + (number - 1) * part, part) * (place - last)
+            integral += self.motion.mean(before[0] + (number - 1) * part, part) * (place - last)
             last = place
-        return found
+        return integral
 
 
 def _cubic_between(before: tuple[float, float, float], here: tuple[float, float, float], share: float) -> float:
-    """Where the cubic through two places with their speeds is after a share of the time."""
+    """Return the value of the cubic through two positions with their speeds, after a share of the time."""
     (t0, x0, v0), (t1, x1, v1) = before, here
     s, span = share, t1 - t0
     return x0 + (x1 - x0) * s * s * (3.0 - 2.0 * s) + span * (v0 * s * (1.0 - s) ** 2 - v1 * s * s * (1.0 - s))
 
 
-# Kinetic and potential energy of all bricks, so that what an engine adds by itself shows.
+# Kinetic and potential energy of all bricks, to detect energy that the engine adds by itself.
 #
-# Exact; of the poses and velocities that the engine has at one time. What is not looked at does not move.
+# Exact for the poses and velocities of the engine at one time. Bricks that are not looked at do not move.
 
 
-ROSE = 1e-3  # share of the smallest side, 8 micrometres for a plank: what creeps stays within it
+ROSE = 1e-3  # share of the smallest side, 8 micrometres for a plank: creep stays below
 
 
 def kinetic_energy(brick: Brick, state: BodyState) -> float:
-    """Of translation and rotation [J]."""
+    """Return the energy of translation and rotation of a brick [J]."""
     spin_W = state.angular_velocity_W
     rotation = dot(inertia_times(brick, state.pose.orientation, spin_W), spin_W)
     return 0.5 * (brick.mass * dot(state.velocity_W, state.velocity_W) + rotation)
@@ -98,10 +98,10 @@ def kinetic_energy(brick: Brick, state: BodyState) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """What a brick had when it was seen last."""
+    """The energy of a brick at the last look."""
 
-    energy: float = 0.0  # kinetic + potential, heights straight down [J]
-    by_distance: float = 0.0  # the same, heights as distances from the ground [J]
+    energy: float = 0.0  # kinetic + potential, with vertical heights [J]
+    by_distance: float = 0.0  # kinetic + potential, with distances from the ground as heights [J]
     height: float = 0.0  # [m]
 
 
@@ -110,26 +110,26 @@ NOTHING_SEEN = _Seen()
 
 @dataclass
 class EnergyMeter:
-    """Adds up what is seen of the bricks; the ground is the level that potential energy counts from.
+    """Sums the energy of all bricks; potential energy is zero at the ground.
 
-    A gain is that of those that moved, as a share of what they had: a large block elsewhere would hide it. They have
-    got too far between two looks to be at rest, or have risen or sunk since the last action. Of that share, height
-    counts as distance from the ground, which is small on a steep slope, too.
+    The gain is that of the bricks that moved, relative to their own energy, as a large block at rest would hide it. A
+    brick has moved if it was too fast to be at rest between two looks, or has risen or sunk since the last action. For
+    the relative gain, heights are distances from the ground, which are small on a steep slope too.
     """
 
     gravity: float  # [m/s2], along -z
     ground: Plane
     now: float = 0.0  # kinetic + potential energy of all bricks [J]
-    outside: GroundWork = field(default_factory=GroundWork)  # what is done from outside
+    outside: GroundWork = field(default_factory=GroundWork)  # work of the shaking ground
     _of: dict[BodyId, _Seen] = field(default_factory=dict)
-    _start: float | None = None  # of all, once something was done [J]
-    _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of what was seen since
-    _moved: dict[BodyId, None] = field(default_factory=dict)  # since
-    _risen: float = 0.0  # how much more these had at most [J]
-    _gained_before: float = 0.0  # the largest gain until then, as a share
+    _start: float | None = None  # energy of all bricks at the last action [J]; None before the first
+    _at_start: dict[BodyId, _Seen] = field(default_factory=dict)  # of bricks seen since the last action
+    _moved: dict[BodyId, None] = field(default_factory=dict)  # since the last action
+    _risen: float = 0.0  # largest increase of the energy of these bricks [J]
+    _gained_before: float = 0.0  # largest relative gain before the last action
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> None:
-        """Take in the bricks that may have moved, of all by name."""
+        """Update with the states of bricks that may have moved; `bricks` has all of them."""
         self.outside.see(time, bricks, states)
         for name, state in states.items():
             brick = bricks[name]
@@ -142,15 +142,15 @@ class EnergyMeter:
                 self._moved[name] = None
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
-        """These were pulled out, and their energy with them."""
+        """Subtract the energy of removed bricks."""
         for name in bricks:
             self.now -= self._of.pop(name).energy
             self.outside.forget(name)
 
     def start(self, by_hand: bool = False) -> None:
-        """Something was done, and all was seen since: what comes now comes by itself.
+        """Count gains from now on, after an action and a look at all bricks.
 
-        What came `by_hand` until now is no gain.
+        Energy that came `by_hand` until now is no gain.
         """
         if not by_hand and (until_now := self.energy()) is not None:
             self._gained_before = max(self._gained_before, until_now.gain)
@@ -158,59 +158,59 @@ class EnergyMeter:
         self.outside.start()
 
     def look(self, moved: Iterable[BodyId]) -> None:
-        """All that moves has been seen, and of that these got too far to be at rest."""
+        """Update the gain after a look at all moving bricks; `moved` were too fast to be at rest."""
         self._moved |= dict.fromkeys(moved)
-        given = self.outside.given
-        more = sum(self._of[name].energy - self._at_start[name].energy - given.get(name, 0.0) for name in self._moved)
-        self._risen = max(self._risen, more)
+        work = self.outside.net
+        gain = sum(self._of[name].energy - self._at_start[name].energy - work.get(name, 0.0) for name in self._moved)
+        self._risen = max(self._risen, gain)
 
     @property
     def notably_gained(self) -> bool:
-        """Whether so much was gained since the last action that it is a fault; what came before it was told then."""
+        """Whether the gain since the last action is large enough to be a fault of the engine."""
         energy = self.energy()
         return energy is not None and energy.gain > NOTABLE_GAIN
 
     def energy(self) -> Energy | None:
-        """What it was after the last action, and has been at most since; None if nothing was ever done."""
+        """Return the energy after the last action and its largest increase since; None before the first action."""
         if self._start is None:
             return None
-        had = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
-        had += sum(self.outside.passed.get(name, 0.0) for name in self._moved)
-        return Energy(self._start, self._risen, had, self._gained_before)
+        reference = sum((self._at_start[name].by_distance for name in self._moved), 0.0)
+        reference += sum(self.outside.gross.get(name, 0.0) for name in self._moved)
+        return Energy(self._start, self._risen, reference, self._gained_before)
 
 
-# How far, and how fast, does a brick go to and fro? Swaying is no creep and no shift: what sways comes back.
+# Amplitude and frequency of swaying bricks. Swaying differs from creep and shift, as the brick comes back.
 #
-# Of every brick that has come to rest, the way of its centre is followed along x and along y, and cut where it turns. A
-# swing is one way out and the way back after it; half of the shorter of both is its amplitude, and both together take
-# its period. So a brick that creeps has none, however far it gets. The largest swing of all bricks tells.
+# For every brick that has come to rest, the path of its centre along x and along y is cut at its turning points. A
+# swing is one path out and the next path back. Its amplitude is half of the shorter of both, and its period the time of
+# both. So creep is no swing, however far it goes. The result is the largest swing of all bricks.
 
 
-TREMBLE = 1e-4  # of a brick's smallest side: who comes back by less has not turned; a micrometre of a plank
+TREMBLE = 1e-4  # of a brick's smallest side: a smaller reversal is no turning point; a micrometre for a plank
 
 
 @dataclass
 class _Way:
-    """Of one brick along one axis: where it turned last, and before that, and the farthest since."""
+    """The path of one brick along one axis; turning points as time [s] and position [m]."""
 
     noise: float  # [m]
-    before: tuple[float, float]  # time [s] and place [m] of the last turn but one; at first, of rest
-    turned: tuple[float, float] | None = None  # of the last turn
-    farthest: tuple[float, float] = (0.0, 0.0)  # since
-    forth: float = 0.0  # 1 or -1: which way it goes since then; 0 as long as it trembles
+    before: tuple[float, float]  # last turning point but one; the rest position at first
+    turned: tuple[float, float] | None = None  # last turning point
+    farthest: tuple[float, float] = (0.0, 0.0)  # farthest position since then
+    direction: float = 0.0  # 1 or -1: direction since then; 0 before the first motion beyond noise
 
     def see(self, time: float, place: float) -> tuple[float, float]:
-        """Amplitude [m] and period [s] of the swing that it is in, or has just ended; none of it at first."""
-        if self.forth == 0.0:
+        """Return amplitude [m] and period [s] of the current or just ended swing; zeros before the first."""
+        if self.direction == 0.0:
             if abs(place - self.before[1]) <= self.noise:
                 self.before = (time, self.before[1])
                 return 0.0, 0.0
-            self.forth, self.farthest = 1.0 if place > self.before[1] else -1.0, (time, place)
-        if self.forth * (place - self.farthest[1]) >= 0.0:
+            self.direction, self.farthest = 1.0 if place > self.before[1] else -1.0, (time, place)
+        if self.direction * (place - self.farthest[1]) >= 0.0:
             self.farthest = (time, place)
         elif abs(place - self.farthest[1]) > self.noise:
             self.before, self.turned = self.turned or self.before, self.farthest
-            self.farthest, self.forth = (time, place), -self.forth
+            self.farthest, self.direction = (time, place), -self.direction
         if self.turned is None:
             return 0.0, 0.0
         out, back = abs(self.turned[1] - self.before[1]), abs(self.farthest[1] - self.turned[1])
@@ -219,20 +219,20 @@ class _Way:
 
 @dataclass
 class SwayMeter:
-    """Looks for the largest swing, until something has left its place."""
+    """Finds the largest swing before a brick leaves its place."""
 
     watch: BrickTracker
     sway: Sway | None = None
     _ways: dict[BodyId, tuple[_Way, _Way]] = field(default_factory=dict)
-    _looked: float = 0.0  # when that was last done [s]
+    _looked: float = 0.0  # time of the last look [s]
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves."""
+        """Update with the states of all moving bricks."""
         if self.watch.first_to_leave() is not None:
             return
         for name, state in states.items():
             watched = self.watch.bricks[name]
-            if watched.rest is None:  # nor will it ever be of what is thrown
+            if watched.rest is None:  # thrown, or dropped and not yet at rest
                 continue
             if name not in self._ways:
                 noise = TREMBLE * watched.placement.brick.shape.least_thickness
@@ -246,30 +246,30 @@ class SwayMeter:
         self._looked = time
 
 
-# Where does what fell come down? The common centre of mass at the moment when what falls is fastest.
+# Landing: the common centre of mass of the fallen bricks at the moment of their largest kinetic energy.
 #
-# A tower that tips strikes the ground with its top first and all along within moments, and slides and scatters after
-# it. Its kinetic energy rises until the ground begins to take it. So the peak of the kinetic energy of all bricks that
-# have left their places tells the moment of landing, without knowing which contact was the landing.
+# A tipping tower hits the ground with its top first and along its whole length within moments; then it slides and
+# scatters. Its kinetic energy rises until the ground absorbs it. So the peak of the kinetic energy of all bricks that
+# have left their places is the moment of landing, whichever contact came first.
 
 
-OVER = 0.01  # share of the largest kinetic energy; with less, what fell rocks and slides on, and brings nothing down
-LANDED = 0.5  # share of the largest kinetic energy so far; below, the ground has taken the rest
+OVER = 0.01  # share of the peak energy; with less, fallen bricks only rock and slide
+LANDED = 0.5  # share of the peak energy so far; with less, the ground has absorbed the rest
 
 
 @dataclass
 class LandingWatch:
-    """Looks for the peak while something falls."""
+    """Finds the peak of the kinetic energy of bricks that have left their places."""
 
     watch: BrickTracker
     falling: bool = False  # whether the peak may be near
-    _now: float = 0.0  # kinetic energy of what has left its place [J]
-    _most: float = 0.0  # kinetic energy of what had left its place, at the peak so far [J]
+    _now: float = 0.0  # kinetic energy at the last look [J]
+    _most: float = 0.0  # kinetic energy at the peak so far [J]
     _time: float = 0.0  # of the peak [s]
-    _at: dict[BodyId, Vec3] = field(default_factory=dict)  # where all that moved was then
+    _at: dict[BodyId, Vec3] = field(default_factory=dict)  # positions of all moving bricks at the peak
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves."""
+        """Update with the states of all moving bricks."""
         bricks = self.watch.bricks
         energy = sum(kinetic_energy(bricks[name].placement.brick, states[name]) for name in self.watch.left(states))
         self._now = energy
@@ -279,7 +279,7 @@ class LandingWatch:
             self._at = {name: state.pose.position_W for name, state in states.items()}
 
     def landing(self, fallen: Collection[BodyId]) -> Landing | None:
-        """The landing of these bricks; one that stood still at that moment counts with the place where it stood."""
+        """Return the landing of these bricks; one at rest at that moment counts with its rest position."""
         if not fallen or not self._at:
             return None
         mass, x, y = 0.0, 0.0, 0.0
@@ -293,11 +293,11 @@ class LandingWatch:
         return Landing(self._time, (x / mass, y / mass), self._now < OVER * self._most)
 
 
-# How does what statics proves to fall begin to fall? Its bricks before, and when the first has turned by 5 deg.
+# Onset of a fall that statics prove: the poses of its bricks before, and when the first has turned by 5 deg.
 
 
-BEGUN = radians(5.0)  # a turn that shows how something falls, before what it meets changes that
-STUCK = 1e-2  # share of the largest speed: a point that moves less against what stands still is turned about
+BEGUN = radians(5.0)  # rotation that shows the mechanism of a fall, before collisions change it
+STUCK = 1e-2  # share of the largest speed: a contact point that slides less is a centre of rotation
 
 
 @dataclass
@@ -311,7 +311,7 @@ class OnsetWatch:
 
     @property
     def waiting(self) -> bool:
-        """Whether something is about to fall, and has not turned far enough."""
+        """Whether a proven fall has not yet turned far enough."""
         return self.onset is None and self.motion is not None
 
     def proven(
@@ -321,11 +321,11 @@ class OnsetWatch:
         planes: Sequence[Plane],
         awake: Container[BodyId],
     ) -> None:
-        """Something was set down, or taken out, and judged; `bricks` are all that are there, some of them `awake`."""
+        """Update with the verdict after an action; `bricks` are all present ones, some of them `awake`."""
         if self.onset is not None or verdict.motion is self.motion:
             return
         if verdict.motion is None and any(name in awake for name in self._start):
-            return  # what stands elsewhere holds up nothing of what has begun to fall
+            return  # a stable verdict elsewhere does not stop a fall that has begun
         self.motion = verdict.motion
         self._start = {}
         if self.motion is not None:
@@ -333,7 +333,7 @@ class OnsetWatch:
             self._about = turned_about(self.motion, bricks, planes)
 
     def see(self, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves."""
+        """Update with the states of all moving bricks."""
         if self.motion is None or self.onset is not None:
             return
         poses = {name: (pose, states[name].pose) for name, pose in self._start.items() if name in states}
@@ -342,20 +342,20 @@ class OnsetWatch:
 
 
 def turned_about(motion: Motion, bricks: Mapping[BodyId, Placed], planes: Sequence[Plane]) -> tuple[BodyId, ...]:
-    """What stands still where something that moves touches it and does not slip, by name."""
+    """Return the resting bodies that a moving brick touches without slipping, by name."""
     fastest = max((_speed(motion, bricks[name]) for name in motion.velocity), default=0.0)
-    found = set()
+    resting = set()
     for mover, other, contact in _contacts(motion, bricks, planes):
         velocity, spin = motion.velocity[mover]
         centre = bricks[mover].pose.position_W
         slips = (norm(add(velocity, cross(spin, subtract(point, centre)))) for point in contact.points_W)
         if min(slips) <= STUCK * fastest:
-            found.add(other)
-    return tuple(sorted(found))
+            resting.add(other)
+    return tuple(sorted(resting))
 
 
 def _speed(motion: Motion, placed: Placed) -> float:
-    """At most, of any point of a brick."""
+    """Return an upper bound of the speed of any point of a brick."""
     velocity, spin = motion.velocity[placed.brick.id]
     return norm(velocity) + norm(spin) * placed.brick.shape.bounding_radius
 
@@ -363,9 +363,9 @@ def _speed(motion: Motion, placed: Placed) -> float:
 def _contacts(
     motion: Motion, bricks: Mapping[BodyId, Placed], planes: Sequence[Plane]
 ) -> Iterable[tuple[BodyId, BodyId, Contact]]:
-    """Each contact of a brick that moves with a body that does not: the brick, the body, and where they touch."""
-    from stability.contacts.bodies import solid  # noqa: PLC0415 -- where nothing is proven, nobody needs it
-    from stability.contacts.detection import contact_between, contact_with_plane  # noqa: PLC0415 -- where nothing is proven, nobody needs it
+    """Yield each contact of a moving brick with a resting body: the brick, the body, the contact."""
+    from stability.contacts.bodies import solid  # noqa: PLC0415 -- only proofs need it
+    from stability.contacts.detection import contact_between, contact_with_plane  # noqa: PLC0415 -- only proofs need it
 
     still = [solid(placed) for name, placed in bricks.items() if name not in motion.velocity]
     tolerances, any_friction = Tolerances(), 0.0
@@ -376,75 +376,76 @@ def _contacts(
         yield from ((name, other, contact) for other, contact in touching if contact is not None)
 
 
-# How deep are bodies in each other? By their shapes alone, whatever an engine takes for a contact.
+# Overlap of bodies by their shapes, independent of the contacts of the engine.
 #
-# Exact for every shape; of where bricks are at one time. What is not looked at does not move.
+# Exact for every shape and the poses at one time. Bricks that are not looked at do not move.
 
 
 @dataclass
 class OverlapMeter:
-    """Looks for the two bodies that are deepest in each other."""
+    """Finds the largest overlap of two bodies."""
 
     planes: Sequence[Plane]
-    penetration: Penetration | None = None  # None before anything was placed
+    penetration: Penetration | None = None  # None before the first brick
     _blocks: dict[BodyId, InPlace] = field(default_factory=dict)
     _near: Neighbours[BodyId] = field(default_factory=Neighbours)
 
     def see(self, time: float, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
-        """Take in the bricks that may have moved, of all by name."""
+        """Update with the poses of bricks that may have moved; `bricks` has all of them."""
         self.put(bricks, poses)
         for name, pose in poses.items():
             self._compare(time, bricks[name], pose, poses)
 
     def put(self, bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose]) -> None:
-        """Some are here by now. What moves beside them was seen before, so that nothing is compared yet."""
+        """Store new poses without a comparison, as the bricks that move beside them have older poses."""
         for name, pose in poses.items():
             self.forget([name])
             block = self._blocks[name] = in_place(bricks[name].shape, pose)
             self._near.add(name, block.low_W, block.high_W)
 
     def forget(self, bricks: Iterable[BodyId]) -> None:
-        """These were pulled out."""
+        """Forget removed bricks."""
         for name in bricks:
             if self._blocks.pop(name, None) is not None:
                 self._near.remove(name)
 
     def _compare(self, time: float, brick: Brick, pose: Pose, moving: Mapping[BodyId, Pose]) -> None:
         for plane in self.planes:
-            self._found(time, brick.id, plane.id, -apart_from_plane(brick.shape, pose, plane).gap)
+            self._note(time, brick.id, plane.id, -apart_from_plane(brick.shape, pose, plane).gap)
         for other in self._near.neighbours(brick.id, 0.0):
             if other not in moving or brick.id < other:  # each pair once
-                self._found(time, brick.id, other, -bodies_apart(self._blocks[brick.id], self._blocks[other]).gap)
+                self._note(time, brick.id, other, -bodies_apart(self._blocks[brick.id], self._blocks[other]).gap)
 
-    def _found(self, time: float, brick: BodyId, other: BodyId, depth: float) -> None:
+    def _note(self, time: float, brick: BodyId, other: BodyId, depth: float) -> None:
         if depth > (self.penetration.depth if self.penetration is not None else -1.0):
             self.penetration = Penetration(max(0.0, depth), brick, other, time)
 
 
-# Which bricks still move? Those that got too far between two looks, within the last tenth of a second, to be at rest.
+# Moving bricks: those that moved too far between two looks, within the last tenth of a second, to be at rest.
 #
-# The limits are those beyond which nothing is frozen (`RestLimits`): 5 mm/s and 0.1 rad/s for a KAPLA plank on earth,
-# ten times the noise of a solver. They go with each brick's own size and with gravity (Froude): speeds with the root of
-# size times gravity, times with that of size by gravity. So long, since what rocks stands still where it turns back.
-# Between looks, since what a solver shakes within a step is fast and gets nowhere.
+# The limits are those of the stabilizer for freezing (`RestLimits`): 5 mm/s and 0.1 rad/s for a KAPLA plank on earth,
+# ten times the noise of a solver. They scale with the size of each brick and with gravity (Froude): speeds with the
+# root of size times gravity, times with the root of size over gravity. The hold-off is so long because a rocking brick
+# stands still at its turning points. Displacements between looks are used because a solver may shake a brick within a
+# step at a high speed that leads nowhere.
 
 
 @dataclass
 class MotionWatch:
-    """When each brick was last seen to move."""
+    """The last time at which each brick moved."""
 
     gravity: float  # [m/s2]
-    _seen: dict[BodyId, tuple[float, Pose]] = field(default_factory=dict)  # last [s]
+    _seen: dict[BodyId, tuple[float, Pose]] = field(default_factory=dict)  # time [s] and pose of the last look
     _limits: dict[BodyId, RestLimits] = field(default_factory=dict)
     _moved_at: dict[BodyId, float] = field(default_factory=dict)  # [s]
 
     def add(self, brick: Brick) -> None:
-        """A brick has come."""
+        """Add a brick."""
         size = relative_size(brick.shape)
         self._limits[brick.id] = RestLimits().scaled(size, sqrt(size * USUAL_GRAVITY / self.gravity))
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> list[BodyId]:
-        """Take in all that may move; returns what did."""
+        """Update with the states of bricks that may move; return those that did."""
         moved = []
         for name, state in states.items():
             if name in self._seen and not self._limits[name].slow(_state_between(*self._seen[name], time, state.pose)):
@@ -454,44 +455,44 @@ class MotionWatch:
         return moved
 
     def stopped(self, bricks: Iterable[BodyId]) -> None:
-        """These are held fixed, or gone."""
+        """Forget bricks that are frozen or removed."""
         for name in bricks:
             self._moved_at.pop(name, None)
             self._seen.pop(name, None)
 
     def moving(self, now: float) -> tuple[BodyId, ...]:
-        """Those that still move, in the order in which they came."""
+        """Return the bricks that still move, in order of placement."""
         moved_at, limits = self._moved_at, self._limits
         return tuple(name for name in limits if name in moved_at and now - moved_at[name] < limits[name].hold_off)
 
 
 def _state_between(before: float, then: Pose, now: float, here: Pose) -> BodyState:
-    """As fast as it was on the way from one pose to the other, at these times [s]."""
+    """Return the state at the second pose, with the mean velocity from the first; times in [s]."""
     per_second = 1.0 / (now - before) if now > before else 0.0
     velocity_W = scale(per_second, subtract(here.position_W, then.position_W))
     return BodyState(here, velocity_W, (0.0, 0.0, per_second * turn_between(then, here)))
 
 
-# Which contacts of what leans an engine gives a wrong normal while a timeline is played.
+# Contacts of leaning bricks for which the engine has a wrong normal during a run.
 
 
-QUIET = 5e-3  # [m/s] normals of slower bricks hardly change: they are looked at less often
-THOROUGH = 10  # at every such look all of them are
+QUIET = 5e-3  # [m/s] contacts of slower bricks hardly change and are checked less often
+THOROUGH = 10  # one in so many looks checks all contacts
 
 
 @dataclass
 class NormalErrorMonitor:
-    """Looks at contacts as often as the runner looks at bricks."""
+    """Checks contact normals at the looks of the runner."""
 
     world: World
     gravity: float  # [m/s2]
     _looks: int = field(default=0, init=False)
     _seen: set[tuple[BodyId, BodyId]] = field(default_factory=set, init=False)
     _first: float | None = field(default=None, init=False)  # [s]
-    _most: tuple[WrongNormal, float] | None = field(default=None, init=False)  # and when it was seen [s]
+    _most: tuple[WrongNormal, float] | None = field(default=None, init=False)  # with its time [s]
 
     def look(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in the contacts of all that moves."""
+        """Check the contacts of moving bricks."""
         thorough, self._looks = self._looks % THOROUGH == 0, self._looks + 1
         moving = {brick: state for brick, state in states.items() if thorough or hypot(*state.velocity_W) > QUIET}
         for wrong in wrong_normals(self.world, moving, self.gravity):
@@ -501,7 +502,7 @@ class NormalErrorMonitor:
                 self._most = wrong, time
 
     def absorb(self, other: "NormalErrorMonitor") -> None:
-        """Know what another one has seen."""
+        """Add the results of another monitor."""
         self._seen |= other._seen
         first = [seen for seen in (self._first, other._first) if seen is not None]
         self._first = min(first, default=None)
@@ -509,35 +510,35 @@ class NormalErrorMonitor:
             self._most = other._most
 
     def wrong(self) -> WrongEdges | None:
-        """All that was seen; None if nothing was."""
+        """Return the summary of all wrong normals; None if there were none."""
         if self._most is None or self._first is None:
             return None
         most, time = self._most
         return WrongEdges(len(self._seen), most.upper, most.lower, most.angle, time, self._first)
 
 
-# Who carries a brick, as a bare engine's contact forces say: the measure of `rests_on` where no model answers it.
+# Supports of a brick by the contact forces of a bare engine: the measure of `rests_on` without a model.
 
 
-UPWARD = 0.5  # z of a contact normal towards the carried brick; steeper touches are at its side
-LEAST_SHARE = 1e-3  # a support that takes less than this share is touched, not rested on
+UPWARD = 0.5  # least z of a contact normal towards the carried brick; others are side contacts
+LEAST_SHARE = 1e-3  # a body that carries a smaller share of a brick is no support
 
 
 @dataclass
 class ForceMeter:
-    """Sums what each brick was pressed up with by each other body. Engines scatter load, so average over many steps."""
+    """Sums the upward force of each body on each brick over many steps, as engines scatter the load."""
 
     upward: dict[BodyId, dict[BodyId, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
 
     def add(self, brick: BodyId, contacts: Iterable[ContactPoint]) -> None:
-        """Take in the contacts of a brick in one step: those that press it up."""
+        """Add the upward contact forces on a brick in one step."""
         for point in contacts:
             other, z = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
             if z >= UPWARD:
                 self.upward[brick][other] += point.normal_force * z
 
     def shares(self, bricks: Iterable[BodyId]) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The supports of these bricks and their shares."""
+        """Return the supports of these bricks with their shares."""
         return {brick: self._shares(self.upward.get(brick, {})) for brick in bricks}
 
     def _shares(self, forces: Mapping[BodyId, float]) -> Mapping[BodyId, float]:
@@ -545,28 +546,29 @@ class ForceMeter:
         return {on: force / total for on, force in forces.items() if force > LEAST_SHARE * total} if total > 0.0 else {}
 
 
-# Tunnelling: does a thrown brick pass through another one, because its engine steps too coarsely for its speed?
+# Tunnelling: a thrown brick passes through another one if the time step of the engine is too large for its speed.
 #
-# The centre of a rigid convex body can be in no other one. Between two looks that of a thrown brick is followed along a
-# straight line, as seen from the other brick; that errs by much less than the half thickness that any true way keeps.
+# The centre of a rigid convex body cannot be inside another one. Between two looks the centre of a thrown brick moves
+# on a straight line in the frame of the other brick. The error of this is much smaller than half the thickness of the
+# brick, the least distance that the centre keeps on a true path.
 
 
 @dataclass
 class PassingWatch:
-    """Looks for the first thrown brick that passes through another."""
+    """Finds the first thrown brick that passes through another."""
 
-    watch: BrickTracker  # where all was when it was looked at last
-    passed: Passed | None = None  # None while none has
+    watch: BrickTracker  # has the poses of the last look
+    passed: Passed | None = None
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in what moves as it is now [s], before the watch does."""
+        """Update with the states of all moving bricks at a time [s]; call this before `watch.see`."""
         if self.passed is not None or not self.watch.dropped:
             return
         now = {name: state.pose for name, state in states.items()}
         self.passed = min(self._passed(time, now), default=(0.0, None), key=lambda each: each[0])[1]
 
     def _passed(self, time: float, now: Mapping[BodyId, Pose]) -> Iterator[tuple[float, Passed]]:
-        """Each pair, with the share of the way after which the one enters the other."""
+        """Yield each pair of bricks, with the share of the path after which one enters the other."""
         for thrown in self.watch.dropped:
             name = thrown.placement.brick.id
             if not thrown.placement.hits or name not in now:
@@ -574,9 +576,9 @@ class PassingWatch:
             before, after = thrown.last.position_W, now[name].position_W
             travel = dist(before, after)
             if travel <= 0.5 * thrown.placement.brick.shape.least_thickness:
-                continue  # so slow that the engine sees the contact
+                continue  # slow enough for the engine to detect the contact
             for other in self.watch.present:
-                shape, was = self.watch.made_of[other].shape, self.watch.bricks[other].last
+                shape, was = self.watch.bodies[other].shape, self.watch.bricks[other].last
                 pose = now.get(other, was)
                 if other == name or dist(pose.position_W, after) > travel + shape.bounding_radius:
                     continue
@@ -586,7 +588,7 @@ class PassingWatch:
 
 
 def entry(shape: ConvexShape, start: Vec3, end: Vec3) -> float | None:
-    """The share of the straight way between two points, in body axes [m], after which it is inside a shape, if ever."""
+    """Return the share of a line between two points, in body axes [m], after which it enters a shape; None if never."""
     first, last = 0.0, 1.0
     for face in shape.faces:
         outside = dot(face.normal, subtract(start, shape.corners[face.corners[0]]))
@@ -605,12 +607,12 @@ def _seen_from(pose: Pose, point_W: Vec3) -> Vec3:
     return rotate(inverse(pose.orientation), subtract(point_W, pose.position_W))
 
 
-# All that is measured of a run by looks at what moves: places, energy, how a fall begins and where it ends.
+# All measurements of a run, from looks at moving bricks: tracks, energy, onset and landing of a fall.
 
 
 @dataclass
 class RunMeasurements:
-    """What is told of one run."""
+    """The measurements of one run."""
 
     timeline: Timeline
     watch: BrickTracker = field(init=False)
@@ -619,7 +621,7 @@ class RunMeasurements:
     motion: MotionWatch = field(init=False)
     passing: PassingWatch = field(init=False)
     _landing: LandingWatch = field(init=False)
-    sway: SwayMeter | None = None  # None unless it is asked for
+    sway: SwayMeter | None = None  # None unless requested
     overlap: OverlapMeter | None = None  # likewise
     recorder: "Recorder | None" = None  # likewise
 
@@ -637,12 +639,12 @@ class RunMeasurements:
 
     @property
     def swayed(self) -> Sway | None:
-        """The largest swing, if it was asked for."""
+        """The largest swing, if requested."""
         return self.sway.sway if self.sway is not None else None
 
     @property
     def overlapped(self) -> Penetration | None:
-        """The deepest overlap, if it was asked for."""
+        """The largest overlap, if requested."""
         return self.overlap.penetration if self.overlap is not None else None
 
     @property
@@ -651,7 +653,7 @@ class RunMeasurements:
         return self.onset.waiting or self._landing.falling
 
     def add(self, placement: Placement) -> None:
-        """A brick has come."""
+        """Add a placed brick."""
         self.watch.add(placement)
         self.motion.add(placement.brick)
         state = BodyState(placement.came or placement.pose, placement.velocity_W)
@@ -659,10 +661,10 @@ class RunMeasurements:
         if self.recorder is not None:
             self.recorder.add(placement.time, placement.brick, state)
         if self.overlap is not None:
-            self.overlap.see(placement.time, self.watch.made_of, {placement.brick.id: state.pose})
+            self.overlap.see(placement.time, self.watch.bodies, {placement.brick.id: state.pose})
 
     def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
-        """These were pulled out at a time [s]."""
+        """Remove bricks at a time [s]."""
         bricks = tuple(bricks)
         self.watch.remove(bricks)
         self.motion.stopped(bricks)
@@ -673,56 +675,56 @@ class RunMeasurements:
             self.recorder.remove(time, bricks)
 
     def shaken(self, motion: GroundMotion) -> None:
-        """The ground begins to shake."""
+        """Begin to count the work of the shaking ground."""
         self.energy.outside.motion = motion
 
     def saw(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Some of what may move is as told at a time [s]."""
+        """Update energy and recording with the states of some bricks at a time [s]."""
         self._see(time, states)
         self._record(time, states)
 
     def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
-        """Something was done, and judged; all that may move was seen as told."""
+        """Update after an action and its verdict, with the states of all bricks that may move."""
         self.energy.start()
         if verdict is not None and self.timeline.closely:
             self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
-        """These bricks move from now on, or did until now; what was frozen is not looked at any more."""
+        """Update with the states of bricks that were just woken or frozen; frozen ones get no further looks."""
         frozen = tuple(frozen)
         self.watch.see(time, states)
         self._see(time, states)
         self._record(time, states)
         if self.overlap is not None:
-            self.overlap.put(self.watch.made_of, {name: state.pose for name, state in states.items()})
+            self.overlap.put(self.watch.bodies, {name: state.pose for name, state in states.items()})
         self.watch.freeze(frozen)
         self.motion.stopped(frozen)
 
     def weigh(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool) -> None:
-        """Take in the energy of what moves of one part; `in_hands` if hands may be at work on it."""
+        """Update the energy with the moving bricks of one island; `in_hands` if hands may move some of them."""
         self.saw(time, states)
         self.energy.look(self.motion.see(time, states))
         if in_hands:
-            self.energy.start(by_hand=True)  # it is told from what an engine adds only once they have let go
+            self.energy.start(by_hand=True)  # the work of hands cannot be told from a gain of the engine
 
     def look(self, time: float, states: Mapping[BodyId, BodyState], everything: Mapping[BodyId, BodyState]) -> None:
-        """Take in where that is which moves of one part, and all that does."""
+        """Update with the states of the moving bricks of one island, and of `everything` that moves."""
         self.passing.see(time, states)
         self.watch.see(time, states)
         if self.sway is not None:
             self.sway.see(time, states)
         if self.overlap is not None:
-            self.overlap.see(time, self.watch.made_of, {name: state.pose for name, state in states.items()})
+            self.overlap.see(time, self.watch.bodies, {name: state.pose for name, state in states.items()})
         self.look_closely(time, everything)
 
     def look_closely(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """The same between two looks. What has left its place is told by those alone, however closely one looks."""
+        """Update onset and landing, also between two looks; tracks are updated at looks only."""
         if self.timeline.closely:
             self.onset.see(states)
             self._landing.see(time, states)
 
     def landing(self, fallen: Collection[BodyId]) -> Landing | None:
-        """Where these bricks came down."""
+        """Return the landing of these bricks."""
         return self._landing.landing(fallen)
 
     def _record(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
@@ -730,4 +732,4 @@ class RunMeasurements:
             self.recorder.see(time, states)
 
     def _see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        self.energy.see(time, self.watch.made_of, states)
+        self.energy.see(time, self.watch.bodies, states)

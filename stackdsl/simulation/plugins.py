@@ -1,6 +1,6 @@
 """Systems of other packages, found by their entry points in the group `stackdsl.systems` (docs/own-engine.md).
 
-An entry point is called as its system, and is the place of a `System`. What is wrong with one is told in one line.
+An entry point has the name of its system and refers to a `System`. Errors in an entry point are reported in one line.
 """
 
 from collections.abc import Iterator
@@ -12,58 +12,60 @@ from stackdsl.simulation.systems import PEERS, SYSTEMS, System
 
 
 class ForeignSystemError(Exception):
-    """A system of another package cannot be used; the text says in one line which, and why."""
+    """A system of another package cannot be used; the message names it and the reason, in one line."""
 
 
 def foreign_names() -> tuple[str, ...]:
-    """The names of all systems that other packages offer; none is loaded.
+    """Return the names of all systems of other packages, without loading any.
 
-    Raises ForeignSystemError if one of them is called as one of ours.
+    Raises ForeignSystemError if one of them has the name of a system of this package.
     """
     for name in {**SYSTEMS, **PEERS}.keys() & offered().keys():
-        of = _packages(*offered()[name])
-        raise ForeignSystemError(f"{of} offers a system called '{name}', as one of stackdsl is; uninstall {of}")
+        package = _packages(*offered()[name])
+        raise ForeignSystemError(
+            f"{package} offers a system called '{name}', a name that stackdsl uses itself; uninstall {package}"
+        )
     return tuple(offered())
 
 
 def foreign_system(name: str) -> System:
-    """The system of this name that another package offers; it is loaded.
+    """Load and return a system of another package.
 
-    Raises KeyError if there is none, and ForeignSystemError if it cannot be used.
+    Raises KeyError if there is none of that name, and ForeignSystemError if it cannot be used.
     """
     if name not in foreign_names():
         raise KeyError(name)
     entry, *others = offered()[name]
     if others:
         raise ForeignSystemError(f"{_packages(entry, *others)} all offer a system called '{name}'; keep one of them")
-    found = _loaded(entry)
-    for why in _mistakes(entry, found):
-        raise ForeignSystemError(f"the system '{name}' of {_packages(entry)} cannot be used: {why}")
-    assert isinstance(found, System)
-    return found
+    system = _loaded(entry)
+    for mistake in _mistakes(entry, system):
+        raise ForeignSystemError(f"the system '{name}' of {_packages(entry)} cannot be used: {mistake}")
+    assert isinstance(system, System)
+    return system
 
 
 def _loaded(entry: EntryPoint) -> object:
     try:
         return entry.load()
-    except (Exception, SystemExit) as error:  # whatever the code of others does when it is imported
-        why = " ".join(f"{type(error).__name__}: {error}".split())
-        told = f"the system '{entry.name}' of {_packages(entry)} cannot be loaded from {entry.value}: {why}"
-        raise ForeignSystemError(told) from error
+    except (Exception, SystemExit) as error:  # importing another package may raise anything
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        message = f"the system '{entry.name}' of {_packages(entry)} cannot be loaded from {entry.value}: {reason}"
+        raise ForeignSystemError(message) from error
 
 
-def _mistakes(entry: EntryPoint, found: object) -> Iterator[str]:
-    """What is wrong with what an entry point of the group `stackdsl.systems` stands for."""
-    if not isinstance(found, System):
-        yield f"{entry.value} is a {type(found).__name__}, and must be a stackdsl.simulation.systems.System"
-    elif found.name != entry.name:
-        yield f"it calls itself '{found.name}', and must be called as its entry point in {GROUP}"
-    elif not isinstance(found.engine, EngineSettings):
-        what = type(found.engine).__name__
-        yield f"its engine is a {what}, and must be a stability.engines.protocol.EngineSettings"
+def _mistakes(entry: EntryPoint, system: object) -> Iterator[str]:
+    """Yield every error in the object that an entry point of the group `stackdsl.systems` refers to."""
+    if not isinstance(system, System):
+        yield f"{entry.value} is a {type(system).__name__}, and must be a stackdsl.simulation.systems.System"
+    elif system.name != entry.name:
+        yield f"it calls itself '{system.name}', and must have the name of its entry point in {GROUP}"
+    elif not isinstance(system.engine, EngineSettings):
+        kind = type(system.engine).__name__
+        yield f"its engine is a {kind}, and must be a stability.engines.protocol.EngineSettings"
     else:
-        kind = type(found.engine)
-        yield from (f"{kind.__name__} says no `{said}`" for said in ("package", "world") if not hasattr(kind, said))
+        engine = type(system.engine)
+        yield from (f"{engine.__name__} has no `{name}`" for name in ("package", "world") if not hasattr(engine, name))
 
 
 def _packages(*entries: EntryPoint) -> str:

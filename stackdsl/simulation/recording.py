@@ -1,4 +1,4 @@
-"""Records the poses of bricks over time, thinned to the keyframes that are needed."""
+"""Records the poses of bricks over time, thinned to keyframes."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,21 +12,20 @@ from numpy.typing import NDArray
 from stability.geometry.rows import Array
 from stability.model import BodyId, BodyState, Brick
 
-# Keeps of many poses those that are needed to know all of them: what is at rest needs one where it begins to rest.
+# Thinning: keeps the poses from which all others can be interpolated. A brick at rest needs only the first of them.
 #
-# A pose is kept when a brick has moved by a hundredth of a millimetre, as far as its farthest corner goes, since the
-# last that was kept, counted along its way; so what creeps is not missed. The pose just before is kept as well: until
-# then, the brick was there.
+# A pose is kept when the farthest corner of a brick has moved by a hundredth of a millimetre along its path since the
+# last kept pose, so creep is recorded too. The pose just before is kept as well, as the brick was there until then.
 
 
-# The columns of what is recorded, each in SI units in frame W, orientations as x, y, z, w.
+# Columns of a recorded row: SI units, frame W, orientations as x, y, z, w.
 NUMBER, TIME = 0, 1
 POSITION, ORIENTATION, POSE = slice(2, 5), slice(5, 9), slice(2, 9)
 VELOCITY, SPIN = slice(9, 12), slice(12, 15)
 COLUMNS = 15
 
-NOTICED = 1e-5  # [m] of the way of a corner between kept poses; a screen shows a tenth of a millimetre at best
-SHORTEST = 0.02  # [s] between kept poses of what moves, once there are too many
+NOTICED = 1e-5  # [m] path of a corner between kept poses; a screen shows a tenth of a millimetre at best
+SHORTEST = 0.02  # [s] between kept poses of a moving brick, once there are too many
 
 Rows = NDArray[np.float64]
 Marks = NDArray[np.bool_]
@@ -34,22 +33,22 @@ Marks = NDArray[np.bool_]
 
 @dataclass
 class Thinning:
-    """What is kept of the poses of one run, which come in order of time, any number of them at once."""
+    """The keyframes of one run. Poses come in order of time, any number of them at once."""
 
-    most: int  # rows to keep
-    _radii: list[float] = field(default_factory=list, init=False)  # of each brick [m]
+    most: int  # number of rows to keep
+    _radii: list[float] = field(default_factory=list, init=False)  # by brick [m]
     _kept: list[Rows] = field(default_factory=list, init=False)
-    _last: Rows = field(default_factory=lambda: np.empty((0, COLUMNS)), init=False)  # seen of each brick
-    _last_kept: Marks = field(default_factory=lambda: np.empty(0, bool), init=False)  # whether it is among those
-    _way: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), init=False)  # of each since one was [m]
-    _apart: float = field(default=SHORTEST, init=False)  # how far kept poses of what moves are apart [s]
+    _last: Rows = field(default_factory=lambda: np.empty((0, COLUMNS)), init=False)  # latest row of each brick
+    _last_kept: Marks = field(default_factory=lambda: np.empty(0, bool), init=False)  # whether that row is in `_kept`
+    _way: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), init=False)  # of each since a kept pose [m]
+    _apart: float = field(default=SHORTEST, init=False)  # time between kept poses of a moving brick [s]
 
     def add(self, radius: float) -> None:
-        """One more brick is to come; how far its farthest corner is from its centre [m]."""
+        """Add a brick; `radius` is the distance of its farthest corner from its centre [m]."""
         self._radii.append(radius)
 
     def take(self, rows: Rows) -> None:
-        """Keep what is needed of these rows."""
+        """Keep the keyframes of these rows."""
         if not len(rows):
             return
         self._way = np.concatenate((self._way, np.zeros(len(self._radii) - len(self._way))))
@@ -58,30 +57,30 @@ class Thinning:
         rows = np.concatenate((self._last, rows))
         order = np.argsort(rows[:, NUMBER], kind="stable")
         rows, fresh, kept = rows[order], fresh[order], kept[order]
-        news = ~_same(rows, (NUMBER, TIME, *range(COLUMNS)[POSE]))
-        self._keep(rows[news], fresh[news], kept[news])
+        changed = ~_same(rows, (NUMBER, TIME, *range(COLUMNS)[POSE]))
+        self._keep(rows[changed], fresh[changed], kept[changed])
         while sum(map(len, self._kept)) > self.most:
             self._apart *= 2.0
             self._kept = [_sparser(_sorted(np.concatenate(self._kept)), self._apart)]
 
     def keys(self) -> Rows:
-        """All rows that are kept, and the last of each brick; by brick, then by time."""
+        """Return all kept rows and the latest row of each brick; by brick, then by time."""
         return _sorted(np.concatenate((*self._kept, self._last[~self._last_kept])))
 
     def _keep(self, rows: Rows, fresh: Marks, kept: Marks) -> None:
-        """Keep what is needed of rows by brick; the first of a brick is its last of before, if that is not fresh."""
+        """Keep the keyframes of rows in order of brick; a first row of a brick that is not `fresh` was seen before."""
         first = ~_same(rows, (NUMBER,))
         last = np.concatenate((first[1:], [True]))
         numbers = rows[:, NUMBER].astype(int)
         way = np.where(first, self._way[numbers], _ways(rows, np.array(self._radii)[numbers]))
         total = np.cumsum(way)
-        gone = total - (total - way)[first][np.cumsum(first) - 1]  # by each brick
-        passed = np.floor(gone / NOTICED)
+        travelled = total - (total - way)[first][np.cumsum(first) - 1]  # by each brick
+        passed = np.floor(travelled / NOTICED)
         due = np.where(first, fresh, np.concatenate(([False], passed[1:] > passed[:-1])))
         due |= np.concatenate((due[1:] & ~first[1:], [False]))
         self._kept.append(rows[due & ~kept])
         self._last, self._last_kept = rows[last], (due | kept)[last]
-        self._way[numbers[last]] = np.fmod(gone[last], NOTICED)
+        self._way[numbers[last]] = np.fmod(travelled[last], NOTICED)
 
 
 def _sorted(rows: Rows) -> Rows:
@@ -89,13 +88,13 @@ def _sorted(rows: Rows) -> Rows:
 
 
 def _same(rows: Rows, columns: tuple[int, ...]) -> Marks:
-    """Which rows are the same in these columns as the row before."""
+    """Mark rows that equal the row before in these columns."""
     columns_of = rows[:, columns]
     return np.concatenate(([False], (columns_of[1:] == columns_of[:-1]).all(axis=1)))
 
 
 def _ways(rows: Rows, radii: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far the farthest corner goes at most from the row before to each [m]."""
+    """Return an upper bound of the path of the farthest corner since the row before, for each row [m]."""
     shift = np.linalg.norm(np.diff(rows[:, POSITION], axis=0), axis=1)
     q, p = rows[1:, ORIENTATION], rows[:-1, ORIENTATION]
     turn = 2.0 * np.minimum(np.linalg.norm(q - p, axis=1), np.linalg.norm(q + p, axis=1))
@@ -103,39 +102,39 @@ def _ways(rows: Rows, radii: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _sparser(rows: Rows, apart: float) -> Rows:
-    """Of what moves one row in so many seconds [s]; what rests begins and ends where it did."""
+    """Keep one row in every `apart` seconds of a motion; the first and last row of a rest are kept."""
     near = _same(rows, (NUMBER,)) & np.concatenate(([False], np.diff(rows[:, TIME]) < 2.0 * apart))
     inner = near & np.concatenate((near[1:], [False]))
     turn = np.floor(rows[:, TIME] / apart)
     return rows[~(inner & np.concatenate(([False], turn[1:] == turn[:-1])))]
 
 
-# Where bricks were between two recorded poses.
+# Interpolation between two recorded poses.
 #
-# What flies or turns freely follows a cubic through both poses that begins and ends with the recorded velocities:
-# exactly so in free fall, and to a micrometre where its acceleration changes slowly, as that of a known motion does.
-# What was struck in between did not, and its velocities show it: it is taken to have gone straight.
+# A freely flying or turning brick follows a cubic through both poses with the recorded velocities at its ends: exactly
+# in free fall, and to a micrometre if its acceleration changes slowly, as in a motion of closed form. If a brick was
+# struck in between, its velocities do not fit its displacement; then the interpolation is linear.
 
 
-# Share of the way, or [m] and [rad], by which the mean of both velocities may miss the way that was gone.
+# Share of the displacement, or [m] and [rad], by which the mean of both velocities may differ from it.
 MISSED = 0.02
 MISSED_AT_LEAST = 1e-5
 
 
 def between(before: Rows, after: Rows, time: float) -> tuple[Array, Array]:
-    """Positions (n, 3) [m] and orientations (n, 4) at a time [s] between those of rows, or at the nearer of them."""
-    took = after[:, TIME] - before[:, TIME]
-    took_something = np.where(took > 0.0, took, 1.0)[:, None]
-    part = np.where(took > 0.0, np.clip((time - before[:, TIME]) / took_something[:, 0], 0.0, 1.0), 0.0)[:, None]
+    """Return positions (n, 3) [m] and orientations (n, 4) at a time [s], clipped to the times of the rows."""
+    span = after[:, TIME] - before[:, TIME]
+    divisor = np.where(span > 0.0, span, 1.0)[:, None]
+    part = np.where(span > 0.0, np.clip((time - before[:, TIME]) / divisor[:, 0], 0.0, 1.0), 0.0)[:, None]
     way = after[:, POSITION] - before[:, POSITION]
     turn = _vectors(_multiplied(after[:, ORIENTATION], before[:, ORIENTATION] * [-1.0, -1.0, -1.0, 1.0]))
-    shifted = _gone(way, before[:, VELOCITY] * took_something, after[:, VELOCITY] * took_something, part)
-    turned = _gone(turn, before[:, SPIN] * took_something, after[:, SPIN] * took_something, part)
+    shifted = _interpolated(way, before[:, VELOCITY] * divisor, after[:, VELOCITY] * divisor, part)
+    turned = _interpolated(turn, before[:, SPIN] * divisor, after[:, SPIN] * divisor, part)
     return before[:, POSITION] + shifted, _multiplied(_quaternions(turned), before[:, ORIENTATION])
 
 
-def _gone(way: Array, first: Array, last: Array, part: Array) -> Array:
-    """How much of a way was gone after a part of the time, with velocities in ways a time at both ends."""
+def _interpolated(way: Array, first: Array, last: Array, part: Array) -> Array:
+    """Return the displacement after a part of the time; `first` and `last` are velocities per whole time span."""
     off = np.linalg.norm(0.5 * (first + last) - way, axis=1)
     free = off <= np.maximum(MISSED * np.linalg.norm(way, axis=1), MISSED_AT_LEAST)
     squared, cubed = part**2, part**3
@@ -144,13 +143,13 @@ def _gone(way: Array, first: Array, last: Array, part: Array) -> Array:
 
 
 def _multiplied(q: Array, p: Array) -> Array:
-    """The turns q after p, each (n, 4)."""
+    """Return the rotations q after p, each (n, 4)."""
     v, w, u, s = q[:, :3], q[:, 3:], p[:, :3], p[:, 3:]
     return np.hstack((w * u + s * v + np.cross(v, u), w * s - (v * u).sum(axis=1, keepdims=True)))
 
 
 def _vectors(q: Array) -> Array:
-    """The shorter turns as axes times angles (n, 3) [rad]."""
+    """Return the shorter rotations as axis times angle (n, 3) [rad]."""
     q = np.where(q[:, 3:] < 0.0, -q, q)
     length = np.linalg.norm(q[:, :3], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(length, q[:, 3:])
@@ -158,16 +157,16 @@ def _vectors(q: Array) -> Array:
 
 
 def _quaternions(vectors: Array) -> Array:
-    """The turns of axes times angles (n, 3) [rad]."""
+    """Return the rotations (n, 4) of axis times angle (n, 3) [rad]."""
     angle = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.hstack((0.5 * np.sinc(angle / (2.0 * np.pi)) * vectors, np.cos(0.5 * angle)))
 
 
-# What was recorded of a run, as arrays: where each brick was at any time of it.
+# A recorded run as arrays: the pose of each brick at any time.
 
 
 class Track(NamedTuple):
-    """The recorded poses of one brick, in order of time; between two of them it was on its way from one to the next."""
+    """The recorded poses of one brick, in order of time."""
 
     times: Array  # (n,) [s]
     positions: Array  # (n, 3), of its centre of mass in W [m]
@@ -177,7 +176,7 @@ class Track(NamedTuple):
 
 
 class Poses(NamedTuple):
-    """Where all bricks were at one time; a brick that had not come yet, or was gone, has nan."""
+    """The poses of all bricks at one time; nan for a brick that is not yet placed or already removed."""
 
     positions: Array  # (bricks, 3) [m]
     orientations: Array  # (bricks, 4)
@@ -185,11 +184,11 @@ class Poses(NamedTuple):
 
 @dataclass(frozen=True)
 class Recording:
-    """Where bricks were in a run: poses of what moved at the looks of the runner, and of what rested where it did."""
+    """The poses of bricks during a run: of moving bricks at every look of the runner, of others where they rest."""
 
-    bricks: Sequence[Brick]  # in the order in which they came
-    keys: Rows  # by brick, then by time; the columns are those of thinning.py
-    gone: Array  # (bricks,), when each was pulled out [s]; inf for one that stayed
+    bricks: Sequence[Brick]  # in order of placement
+    keys: Rows  # by brick, then by time
+    gone: Array  # (bricks,), time at which each was removed [s]; inf if it stayed
     _numbers: dict[BodyId, int] = field(init=False, compare=False)
     _begins: NDArray[np.intp] = field(init=False, compare=False)
 
@@ -200,24 +199,24 @@ class Recording:
 
     @property
     def names(self) -> tuple[BodyId, ...]:
-        """The names of the bricks, in the order in which they came."""
+        """The names of the bricks, in order of placement."""
         return tuple(self._numbers)
 
     @property
     def times(self) -> Array:
-        """All times at which something was seen to move, or to come [s]; each once."""
+        """All times with a recorded pose [s], each once."""
         return np.unique(self.keys[:, TIME])
 
     def track(self, brick: BodyId) -> Track:
-        """The recorded poses of a brick. Raises LookupError for one that never came."""
+        """Return the recorded poses of a brick. Raises LookupError if it was never placed."""
         if brick not in self._numbers:
-            raise LookupError(f"no brick '{brick}' came in this run")
+            raise LookupError(f"no brick '{brick}' was placed in this run")
         number = self._numbers[brick]
         rows = self.keys[self._begins[number] : self._begins[number + 1]]
         return Track(rows[:, TIME], rows[:, POSITION], rows[:, ORIENTATION], rows[:, VELOCITY], rows[:, SPIN])
 
     def at(self, time: float) -> Poses:
-        """Where all bricks were at a time [s], by their order."""
+        """Return the poses of all bricks at a time [s], in order of placement."""
         keys = self.keys
         after = np.array(
             [
@@ -226,15 +225,15 @@ class Recording:
             ],
             dtype=np.intp,
         )
-        there = (after > self._begins[:-1]) & (time < self.gone)
+        present = (after > self._begins[:-1]) & (time < self.gone)
         after = np.maximum(after, self._begins[:-1] + 1)
         last = np.minimum(after, self._begins[1:] - 1)
         positions, orientations = between(keys[after - 1], keys[last], time)
-        positions[~there], orientations[~there] = np.nan, np.nan
+        positions[~present], orientations[~present] = np.nan, np.nan
         return Poses(positions, orientations)
 
     def save(self, file: Path | IO[bytes]) -> None:
-        """Write it to a file of numpy arrays (.npz), which docs/python-api.md lists."""
+        """Write the recording to a file of numpy arrays (.npz); docs/python-api.md lists them."""
         rows = self.keys
         corners = [np.array(brick.shape.corners) for brick in self.bricks]
         np.savez_compressed(
@@ -253,41 +252,40 @@ class Recording:
         )
 
 
-# Keeps where bricks are while a run is played, wherever the runner looks: nothing of what is at rest.
+# Recorder of a run.
 #
-# Poses come in as the runner has them, so that no engine is asked anything more, and what is recorded is the same from
-# each of them, and from motions that no engine takes part in. They are packed as they come, which is cheaper than to
-# keep them, and are thinned some ten thousand at a time.
+# The runner passes on the poses that it reads anyway, so recording needs no further query of the engine, and works for
+# motions without an engine. Poses are packed at once, which is cheaper than keeping objects, and thinned in batches.
 
 
-AT_A_TIME = 20_000  # poses that wait to be thinned; some megabytes
-MOST_KEYS = 1_000_000  # that are kept; 120 MB
+AT_A_TIME = 20_000  # poses in a batch; some megabytes
+MOST_KEYS = 1_000_000  # kept poses; 120 MB
 ROW: Final = Struct(f"{COLUMNS}d")
 
 
 @dataclass
 class Recorder:
-    """Records one run. Give it to `play`, then ask for the `recording`."""
+    """Records one run. Pass it to `play`, then call `recording`."""
 
-    most_keys: int = MOST_KEYS  # beyond, every other key of what moves is given up, and so on
-    _waiting: bytearray = field(default_factory=bytearray, init=False)  # rows, as they are in memory
-    _numbers: dict[BodyId, int] = field(default_factory=dict, init=False)  # of bricks, in the order in which they came
+    most_keys: int = MOST_KEYS  # above, every other keyframe of a motion is dropped, repeatedly if needed
+    _waiting: bytearray = field(default_factory=bytearray, init=False)  # packed rows
+    _numbers: dict[BodyId, int] = field(default_factory=dict, init=False)  # in order of placement
     _bricks: list[Brick] = field(default_factory=list, init=False)
-    _gone: dict[BodyId, float] = field(default_factory=dict, init=False)  # when each was pulled out [s]
+    _gone: dict[BodyId, float] = field(default_factory=dict, init=False)  # time at which each was removed [s]
     _thinning: Thinning = field(init=False)
 
     def __post_init__(self) -> None:
         self._thinning = Thinning(self.most_keys)
 
     def add(self, time: float, brick: Brick, state: BodyState) -> None:
-        """A brick has come at a time [s]."""
+        """Add a brick that is placed at a time [s]."""
         self._numbers[brick.id] = len(self._bricks)
         self._bricks.append(brick)
         self._thinning.add(brick.shape.bounding_radius)
         self.see(time, {brick.id: state})
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in where bricks are at a time [s], which is no earlier than any before."""
+        """Record the states of bricks at a time [s], not earlier than any before."""
         pack, numbers = ROW.pack, self._numbers
         for name, s in states.items():
             pose = s.pose
@@ -298,11 +296,11 @@ class Recorder:
             self._put_away()
 
     def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
-        """These were pulled out at a time [s]."""
+        """Record the removal of bricks at a time [s]."""
         self._gone |= dict.fromkeys(bricks, time)
 
     def recording(self) -> Recording:
-        """What was recorded so far; each brick with its first pose and its last."""
+        """Return the recording so far; it has the first and the latest pose of each brick."""
         self._put_away()
         gone = np.array([self._gone.get(brick.id, np.inf) for brick in self._bricks])
         return Recording(tuple(self._bricks), self._thinning.keys(), gone)

@@ -35,44 +35,44 @@ if TYPE_CHECKING:
     from stackdsl.simulation.recording import Recorder
 
 
-# When does a run end? So long after what is done last, or after a collapse, or as soon as all that is asked is known.
+# End of a run: some time after the last action or after a collapse, or as soon as every claim is decided.
 #
-# A collapse is what everybody asks about first, so a run that has none goes on to its end. One that has is followed for
-# a while in any case: what fell is kept in golden files, and told. Beyond, it goes on for what is still asked alone.
+# A run without a collapse goes on to its planned end. After a collapse a run goes on for at least `FOLLOWED` seconds,
+# since golden files and reports contain the fall. Then it ends as soon as no later event can change a claim.
 
 
-KEPT = 1.0  # [s] after a collapse that are seen in any case: golden files keep what fell by then
-BETWEEN_QUESTIONS = 0.1  # [s] between asking whether all is known, which takes as long as some looks do
-Known: TypeAlias = Callable[[Trace], bool]  # whether nothing that may still happen changes what is asked of a run
+FOLLOWED = 1.0  # [s] after a collapse, in any case: golden files contain the bricks that fell by then
+CHECK_INTERVAL = 0.1  # [s] between evaluations of the stop condition, each as slow as several looks
+StopCondition: TypeAlias = Callable[[Trace], bool]  # whether no later event can change the result of a run
 
 
 def never_stop_early(_trace: Trace) -> bool:
-    """Of a run of which nothing is asked, everything is worth seeing."""
+    """Stop condition that is never met: the run goes on to its planned end."""
     return False
 
 
 @dataclass
 class Ending:
-    """Until when one run goes on."""
+    """Determines when a run ends."""
 
     timeline: Timeline
-    is_known: Known
+    may_stop: StopCondition
     last_action: float = 0.0  # [s]
-    last_arrival: float = 0.0  # of what has to fly to the structure [s]
+    last_arrival: float = 0.0  # of flying bricks at the structure [s]
     early: EarlyEnd | None = None
-    _asked: float = 0.0  # when it was last asked whether all is known [s]
-    _planned: float = field(init=False)  # when it ends if nothing collapses [s]
+    _checked: float = 0.0  # when the stop condition was last evaluated [s]
+    _planned: float = field(init=False)  # end of a run without a collapse [s]
 
     def __post_init__(self) -> None:
-        self._planned = self.timeline.end  # which is asked for at every step
+        self._planned = self.timeline.end  # stored, as every step needs it
 
     def acted(self, moment: Moment) -> None:
-        """Something was done."""
+        """Note the time of an action and of its arrival at the structure."""
         self.last_action = time_of(moment)
         self.last_arrival = max(self.last_arrival, last_arrival(moment))
 
     def until(self, collapse: Collapse | None, hit: bool) -> float:
-        """Until when there is something to see, as far as is known by now [s]; `hit`: something hit the structure."""
+        """Return the planned end of the run [s]; `hit` is true once an impact has hit the structure."""
         if self.early is not None:
             return self.early.time
         if collapse is None:
@@ -81,24 +81,24 @@ class Ending:
         goes_on = hit or self.last_action > collapse.time
         return max(aftermath, self.last_arrival + self.timeline.hold) if goes_on else aftermath
 
-    def may_be_early(self, now: float, collapse: Collapse | None) -> bool:
-        """Whether it is worth asking if all is known."""
+    def check_is_due(self, now: float, collapse: Collapse | None) -> bool:
+        """Return whether to evaluate the stop condition now."""
         if collapse is None or self.early is not None:
             return False
-        return now >= max(collapse.time + KEPT, self._asked + BETWEEN_QUESTIONS)
+        return now >= max(collapse.time + FOLLOWED, self._checked + CHECK_INTERVAL)
 
-    def ask(self, so_far: Trace, planned: float, to_come: Sequence[Moment]) -> None:
-        """End now if all is known; `to_come` is what is still to be done, `planned` when it ends without that [s]."""
-        early = self.if_it_ended(so_far, planned, to_come)
-        self._asked = early.time
-        if early.planned > early.time and self.is_known(replace(so_far, early_end=early)):
+    def check(self, so_far: Trace, planned: float, remaining: Sequence[Moment]) -> None:
+        """End the run now if its stop condition is met; `planned` is its end without the `remaining` moments [s]."""
+        early = self.early_end(so_far, planned, remaining)
+        self._checked = early.time
+        if early.planned > early.time and self.may_stop(replace(so_far, early_end=early)):
             self.early = early
 
-    def if_it_ended(self, so_far: Trace, planned: float, to_come: Sequence[Moment]) -> EarlyEnd:
-        """What an end now would leave out."""
-        if to_come:
-            planned = max(planned, max(map(last_arrival, to_come)) + self.timeline.hold)
-        return EarlyEnd(so_far.cost.simulated_time, planned, tuple(_actions(to_come)))
+    def early_end(self, so_far: Trace, planned: float, remaining: Sequence[Moment]) -> EarlyEnd:
+        """Return the description of an end now: the planned end, and the actions that would be left out."""
+        if remaining:
+            planned = max(planned, max(map(last_arrival, remaining)) + self.timeline.hold)
+        return EarlyEnd(so_far.cost.simulated_time, planned, tuple(_actions(remaining)))
 
 
 def _actions(moments: Iterable[Moment]) -> Iterable[Action]:
@@ -106,15 +106,15 @@ def _actions(moments: Iterable[Moment]) -> Iterable[Action]:
         yield from moment if isinstance(moment, tuple) else (moment,)
 
 
-# Timeline -> trace: the one stage that steps a world.
+# Timeline -> trace: the only stage that steps a world.
 #
-# Time in which nothing can move is skipped: before the first brick, and whenever the extension has frozen all there
-# are. A collapse ends the build, and is followed for a while to see what falls. Hits go on, and so does pulling bricks
-# out, until all that is asked is known.
+# Time in which nothing can move is skipped: before the first brick, and whenever the extension has frozen all bricks. A
+# collapse ends the build, and the run follows the fall for a while. Impacts and removals still take place until every
+# claim is decided.
 
 
-CLOSE_SAMPLING = 0.002  # [s] between looks while it is asked how something begins to fall, or where it lands
-FORCE_WINDOW = 0.25  # [s] at the end over which a bare engine's contact forces are averaged
+CLOSE_SAMPLING = 0.002  # [s] between looks while an onset of a fall or a landing is measured
+FORCE_WINDOW = 0.25  # [s] at the end of a run over which the contact forces of a bare engine are averaged
 
 
 @one_thread()
@@ -123,12 +123,12 @@ def play(
     timeline: Timeline,
     system: System,
     on_event: OnEvent = lambda event: None,
-    is_known: Known = never_stop_early,
+    may_stop: StopCondition = never_stop_early,
     recorder: "Recorder | None" = None,
 ) -> Trace:
-    """Play a timeline on a system, in a world of its own; once it has collapsed, until all that is asked is known.
+    """Play a timeline on a system, in a new world; after a collapse, until `may_stop` is true for the trace so far.
 
-    A `recorder` is shown where all that moves is, whenever the run looks.
+    A `recorder` gets the states of all moving bricks at every look.
     """
     load(system)
     timeline = as_played(timeline, system.modification)
@@ -137,7 +137,7 @@ def play(
     measures = RunMeasurements(timeline, recorder=recorder)
     parts = Islands(timeline, system, measures, log)
     try:
-        run = _Run(timeline, parts, measures, log, Ending(timeline, is_known))
+        run = _Run(timeline, parts, measures, log, Ending(timeline, may_stop))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -154,9 +154,9 @@ class _Run:
     collapse: Collapse | None = None
     forces: ForceMeter = field(default_factory=ForceMeter)
     one_by_one: int = 0
-    shift_before: float = 0.0  # largest of any brick when something was last done before a collapse [m]
-    passed: int = 0  # moments
-    before_fault: Trace | None = None  # the run so far when the engine had first added a notable share of energy
+    shift_before: float = 0.0  # largest shift of any brick at the last action before a collapse [m]
+    passed: int = 0  # number of moments that are over
+    before_fault: Trace | None = None  # the trace until the engine first added a notable share of energy
 
     def __post_init__(self) -> None:
         self.moments = tuple(self.timeline.moments())
@@ -164,12 +164,12 @@ class _Run:
 
     def play(self) -> None:
         for moment in self.moments:
-            for _ in range(2):  # a collapse stops the first
+            for _ in range(2):  # a collapse ends the first call
                 if self._takes_place(moment) is not None:
                     self._advance(time_of(moment))
-            doing = None if self._all_is_known() else self._takes_place(moment)
-            if doing is not None:
-                self._act(doing)
+            action = None if self._ended_early() else self._takes_place(moment)
+            if action is not None:
+                self._act(action)
             self.parts.done(self.passed)
             self.passed += 1
             if not self.timeline.watched and self.parts.undecided:
@@ -204,14 +204,14 @@ class _Run:
                 self.parts.of(names_of(moment)[0]).hands.act(moment)
             case _:
                 self._place(moment, pieces)
-        pieces = self.parts.pieces(moment)  # some may have come near to others by that
+        pieces = self.parts.pieces(moment)  # again, as islands may have merged meanwhile
         for part, _ in pieces:
-            part.answers.let_go()
+            part.stabilizer.let_go()
         self.ending.acted(moment)
         self._see_all(pieces)
 
     def _see_all(self, acted: Pieces) -> None:
-        """Look at all that moves, once something was done."""
+        """Look at all moving bricks after an action."""
         seen = {part: part.moving() for part in self.parts}
         for part, states in seen.items():
             self.measures.saw(part.time, states)
@@ -220,24 +220,24 @@ class _Run:
                 part.set_max_speed(seen[part])  # until the next look
         for part, _ in acted:
             self.parts.look(part, seen[part])
-        told = self.parts.extension
+        extension = self.parts.extension
         everything = {name: state for states in seen.values() for name, state in states.items()}
-        self.measures.acted(everything, told.verdict() if told is not None else None)
+        self.measures.acted(everything, extension.verdict() if extension is not None else None)
 
     def _end(self) -> float:
-        """Until when there is something to see, as far as is known by now."""
+        """Return the planned end of the run [s]."""
         return self.ending.until(self.collapse, self.watch.hit)
 
-    def _all_is_known(self) -> bool:
-        """Whether nothing that may still happen changes what is asked."""
-        if self.ending.may_be_early(self.parts.now, self.collapse):
-            self.ending.ask(self._so_far(), self._end(), self._to_come())
+    def _ended_early(self) -> bool:
+        """Return whether the run ends now, as its stop condition is met."""
+        if self.ending.check_is_due(self.parts.now, self.collapse):
+            self.ending.check(self._so_far(), self._end(), self._remaining())
         return self.ending.early is not None
 
-    def _to_come(self) -> Sequence[Moment]:
-        """What is still to be done."""
-        to_come = (self._takes_place(moment) for moment in self.moments[self.passed :])
-        return [moment for moment in to_come if moment is not None]
+    def _remaining(self) -> Sequence[Moment]:
+        """Return the moments that would still take place."""
+        remaining = (self._takes_place(moment) for moment in self.moments[self.passed :])
+        return [moment for moment in remaining if moment is not None]
 
     def _place(self, group: Sequence[Placement], pieces: Pieces) -> None:
         of = {placement.brick.id: part for part, piece in pieces if isinstance(piece, tuple) for placement in piece}
@@ -250,62 +250,62 @@ class _Run:
                 part.hands.bring(placement.brick.id)
         placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
         if placed:
-            self.log.tell(Event(group[0].time, EventKind.PLACED, placed))
+            self.log.add(Event(group[0].time, EventKind.PLACED, placed))
         for part, _ in pieces:
             self.parts.look(part, {})
         for part, piece in self.parts.pieces(tuple(group)):
             if isinstance(piece, tuple):
-                part.answers.set_down(placement.brick.id for placement in piece if placement.at_rest)
+                part.stabilizer.set_down(placement.brick.id for placement in piece if placement.at_rest)
 
     def _remove(self, removal: Removal, pieces: Pieces) -> None:
         for brick in removal.bricks:
             self.parts.of(brick).world.remove_brick(brick)
         for part, _ in pieces:
-            part.hands.gone(removal.bricks)
+            part.hands.removed(removal.bricks)
         self.measures.remove(removal.time, removal.bricks)
-        self.forces = ForceMeter()  # what was measured before is of another structure
-        self.log.tell(Event(removal.time, EventKind.REMOVED, removal.bricks))
+        self.forces = ForceMeter()  # the forces so far belong to the structure before the removal
+        self.log.add(Event(removal.time, EventKind.REMOVED, removal.bricks))
         for part, piece in pieces:
             if isinstance(piece, Removal):
-                part.answers.taken_out(piece.bricks)
+                part.stabilizer.taken_out(piece.bricks)
 
     def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()
-        self.log.tell(Event(push.time, EventKind.PUSHED, (push.brick,)))
+        self.log.add(Event(push.time, EventKind.PUSHED, (push.brick,)))
         for part, _ in pieces:
-            if part.answers.struck(push.brick, push.impulse_W):
+            if part.stabilizer.struck(push.brick, push.impulse_W):
                 centre_W = part.world.states([push.brick])[push.brick].pose.position_W
                 part.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
     def _shake(self, shake: ShakeAction, pieces: Pieces) -> None:
         self.watch.struck()
-        self.log.tell(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
+        self.log.add(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
         self.measures.shaken(shake.motion)
         for part, _ in pieces:
             part.ground.motion = shake.motion
-            part.answers.shaken(shake.motion)
+            part.stabilizer.shaken(shake.motion)
 
     def _close_placement(self) -> None:
-        if (told := self.parts.extension) is not None:
-            self.log.close_placement(told, self.watch)
+        if (extension := self.parts.extension) is not None:
+            self.log.close_placement(extension, self.watch)
 
     def _advance(self, until: float) -> None:
-        """Let time pass up to a time, or to the first collapse, or until all is known."""
+        """Let time pass up to a time [s], to the first collapse, or to an early end."""
         had_collapsed = self.collapse is not None
         while (part := self.parts.behind(until)) is not None:
             if self._go_on(part, self.parts.bound(part, until, self._end())) and (
-                not had_collapsed or self._all_is_known()
+                not had_collapsed or self._ended_early()
             ):
                 return
         self.parts.reached(until)
 
     def _go_on(self, part: Island, until: float) -> bool:
-        """Let a part go on, to its next look at most; whether that has shown a collapse."""
+        """Advance an island, at most to its next look; return whether the structure has collapsed."""
         if part.resting:
             part.wait(until)
             if part.hands.busy:
                 self._look(part)
-            part.answers.judge()
+            part.stabilizer.judge()
             return False
         left, step = until - part.time, part.world.settings.time_step
         every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
@@ -319,12 +319,12 @@ class _Run:
         return False
 
     def _look(self, part: Island) -> bool:
-        """See all of a part that moves; True if a collapse is known."""
+        """Look at all moving bricks of an island; return whether the structure has collapsed."""
         now = part.time
         part.hands.look()
-        moving = part.answers.moving()
+        moving = part.stabilizer.moving()
         states = part.world.states(list(dict.fromkeys([*moving, *part.hands.in_hand])))
-        part.seen, part.one_by_one = states, len(moving) - part.answers.riding()
+        part.seen, part.one_by_one = states, len(moving) - part.stabilizer.riding()
         self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.parts))
         self.measures.weigh(now, states, in_hands=part.hands.busy)
         self._notice_fault()
@@ -340,47 +340,47 @@ class _Run:
         return self.collapse is not None
 
     def _notice_fault(self) -> None:
-        """Keep the run as it was before this look, if the engine is seen to have added energy by it."""
+        """Keep the trace so far when this look first shows that the engine has added energy."""
         if self.before_fault is None and self.measures.energy.notably_gained:
             so_far = self._so_far()
-            self.before_fault = replace(so_far, early_end=self.ending.if_it_ended(so_far, self._end(), self._to_come()))
+            self.before_fault = replace(so_far, early_end=self.ending.early_end(so_far, self._end(), self._remaining()))
 
     def _collapsed(self, now: float, first: BodyId) -> None:
-        youngest, gave_way = self.watch.youngest(), self.parts.of(first).answers.gave_way
+        youngest, gave_way = self.watch.youngest(), self.parts.of(first).stabilizer.gave_way
         self.collapse = Collapse(now, youngest.level, first, gave_way, youngest.step, self._broke(gave_way))
         under = f"{level_text(youngest.level, youngest.step)} under construction"
-        self.log.tell(Event(now, EventKind.COLLAPSED, (first,), under))
+        self.log.add(Event(now, EventKind.COLLAPSED, (first,), under))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
-        """The level at which it broke, if the last that was done set nothing down."""
+        """Return the level that gave way, unless the last action was part of the build."""
         building = any(self.watch.bricks[brick].placement.builds for brick in self.log.last_placed())
         return None if gave_way is None or building else self.watch.bricks[gave_way].placement.level
 
     def trace(self, wall_time: float) -> Trace:
-        """What happened, once it is over."""
+        """Return the trace of the finished run."""
         so_far = self._so_far()
         standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
-        told = self.parts.extension
-        shares = told.shares() if told is not None else self.forces.shares(standing)
+        extension = self.parts.extension
+        shares = extension.shares() if extension is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
         cost = replace(so_far.cost, wall_time=wall_time, updates=self.parts.updates())
         return replace(so_far, edges=edges, cost=cost)
 
     def _so_far(self) -> Trace:
-        """What has happened, but for who carries whom."""
-        told, now, fell = self.parts.extension, self.parts.now, self.collapse is not None
+        """Return the trace up to now, without support edges."""
+        extension, now, collapsed = self.parts.extension, self.parts.now, self.collapse is not None
         unproven = not self.timeline.watched and self.parts.undecided
-        tracks = tracks_of(self.timeline, self.watch, told, unproven, fell)
+        tracks = tracks_of(self.timeline, self.watch, extension, unproven, collapsed)
         return Trace(
             events=self.log.in_order() if self.parts.split else tuple(self.log.events),
             tracks=tracks,
             edges=(),
             collapse=self.collapse,
             cost=Cost(0.0, now, self.parts.steps, self.parts.judgements, self.log.proofs(), self.one_by_one),
-            edges_when_placed=self.log.carried_at_first,
+            edges_when_placed=self.log.edges_when_placed,
             world=self.timeline.world,
             last_arrival=self.ending.last_arrival,
-            statics=told.verdict() if told is not None else None,
+            statics=extension.verdict() if extension is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
             wrong_edges=self.parts.edges(),

@@ -1,4 +1,4 @@
-"""Calls the stabilizer during a run: its updates, its answers, and the onset of motions."""
+"""Calls the stabilizer during a run, logs its updates, and starts motions."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,60 +18,60 @@ from stackdsl.simulation.brick_tracks import EventLog
 from stackdsl.simulation.measurements import RunMeasurements
 from stackdsl.trace import Updates
 
-# Does it matter how what begins to move begins? Only then is it worth an engine's finest steps.
+# Decides whether the onset of a motion needs sub-steps.
 #
-# Bricks that move collide among themselves without being eased in. What hits frozen bricks with a small share of the
-# energy of all that moves adds no more than that to the error of those collisions, but all pay for its steps. When a
-# crowd has come down, its last brick that still slides has most of the energy that is left, but next to none of what
-# the crowd fell with: where the others lie, and so what is hit, is known no better than those collisions were.
+# Collisions between moving bricks get no sub-steps. If the brick that hits frozen bricks has only a small share of the
+# energy of all moving bricks, sub-steps would hardly reduce the error of those collisions, but every moving brick would
+# pay for them. After a crowd of bricks has fallen, the last one that slides has most of the remaining energy, but
+# almost none of the energy of the fall. The positions of the others have the error of their collisions anyway.
 
 
-LEAST_SHARE: Final = 0.02  # of the energy of motion; the foremost of a row of dominoes has more than that
-# Bricks that move at once: of more, what they had at most counts as well. To ease one of so many in takes as long as
-# they take for a third of a second, and where one of hundreds comes to lie is chance.
+LEAST_SHARE: Final = 0.02  # of the kinetic energy; the foremost of a row of dominoes has more
+# Number of moving bricks above which their largest kinetic energy so far counts. The sub-steps of one contact then take
+# as long as a third of a second of the motion, and where one of hundreds of bricks comes to rest is chance.
 CROWD: Final = 200
 
 
 @dataclass
 class EaseInPolicy:
-    """Looks at what moves in a world, and knows what a crowd has had."""
+    """Compares the energy of bricks that hit frozen ones with that of all moving bricks."""
 
     world: World
-    _most: float = field(default=0.0, init=False)  # of a crowd, since something was done with it; twice that [J]
+    _most: float = field(default=0.0, init=False)  # twice the largest energy of a crowd since the last action [J]
 
-    def done(self) -> None:
-        """Something is done: how it goes on has nothing to do with what fell before."""
+    def reset(self) -> None:
+        """Forget the energy of earlier falls before a new action."""
         self._most = 0.0
 
     def look(self, states: Mapping[BodyId, BodyState]) -> None:
-        """Take in all that moves."""
+        """Update with the states of all moving bricks."""
         if len(states) > CROWD:
             self._most = max(self._most, sum(self._energies(states).values()))
 
     def matters(self, update: Update, moving: Collection[BodyId]) -> bool:
-        """Whether what hits or presses the woken bricks has a share of the energy of motion which counts."""
+        """Return whether the bricks that hit or press the woken ones have a notable share of the kinetic energy."""
         moves = [brick for brick in moving if brick not in update.woken]
         if not update.by or not moves:
             return True
         energies = self._energies(self.world.states(moves))
-        there_is = sum(energies.values())
-        all_of_it = max(there_is, self._most) if len(moves) > CROWD else there_is
-        return sum(energies.get(brick, 0.0) for brick in update.by) >= LEAST_SHARE * all_of_it
+        total = sum(energies.values())
+        reference = max(total, self._most) if len(moves) > CROWD else total
+        return sum(energies.get(brick, 0.0) for brick in update.by) >= LEAST_SHARE * reference
 
     def absorb(self, other: "EaseInPolicy") -> None:
-        """Know what the bricks of another have had, which are of this world by now."""
+        """Add the largest energy of another island, whose bricks are now in this world."""
         self._most += other._most
 
     def _energies(self, states: Mapping[BodyId, BodyState]) -> dict[BodyId, float]:
-        """Twice the energy of each by its velocity [J]."""
+        """Return twice the translational energy of each brick [J]."""
         masses = self.world.masses()
         return {brick: masses[brick] * dot(state.velocity_W, state.velocity_W) for brick, state in states.items()}
 
 
-# How long does one update of the extension take? Whoever plays with bricks while it watches them waits for each.
+# Wall time of single updates of the extension. In an interactive program the user waits for each of them.
 
 
-Asked = ParamSpec("Asked")
+Params = ParamSpec("Params")
 
 
 @dataclass
@@ -80,28 +80,28 @@ class UpdateClock:
 
     _took: list[float] = field(default_factory=list)  # [s]
 
-    def timed(self, update: Callable[Asked, Update], *asked: Asked.args, **more: Asked.kwargs) -> Update:
-        """Carry out an update."""
+    def timed(self, update: Callable[Params, Update], *args: Params.args, **kwargs: Params.kwargs) -> Update:
+        """Carry out an update and store its wall time."""
         began = perf_counter()
-        done = update(*asked, **more)
+        result = update(*args, **kwargs)
         self._took.append(perf_counter() - began)
-        return done
+        return result
 
     def absorb(self, other: "UpdateClock") -> None:
-        """Count those of another one as well."""
+        """Add the times of another clock."""
         self._took += other._took
 
     def updates(self) -> Updates | None:
-        """What they took; None if there were none."""
+        """Return the median and worst time; None if there was no update."""
         return Updates(median(self._took), max(self._took)) if self._took else None
 
 
-# What the extension of a run is asked, and what follows from its answers; without one, all moves all the time.
+# Calls of the extension of a run, and the effects of its updates. Without an extension, every brick moves at all times.
 
 
 @dataclass
 class StabilizerDriver:
-    """Passes on what the extension freezes and wakes: to the events, to what is measured, and to what falls."""
+    """Calls the extension, and passes its updates on to the event log, the measurements and the falling parts."""
 
     extension: Stabilizer | None
     world: World
@@ -111,128 +111,128 @@ class StabilizerDriver:
     gave_way: BodyId | None = None
     judgements: int = 0
     clock: UpdateClock = field(default_factory=UpdateClock)
-    beginnings: EaseInPolicy = field(init=False)
+    ease_in: EaseInPolicy = field(init=False)
 
     def __post_init__(self) -> None:
-        self.beginnings = EaseInPolicy(self.world)
+        self.ease_in = EaseInPolicy(self.world)
 
     def absorb(self, other: "StabilizerDriver") -> None:
-        """Go on with the bricks of another one, which have come near."""
+        """Take over the bricks of another island."""
         self.gave_way = self.gave_way or other.gave_way
         self.judgements += other.judgements
         self.clock.absorb(other.clock)
-        self.beginnings.absorb(other.beginnings)
+        self.ease_in.absorb(other.ease_in)
 
     def moving(self) -> Sequence[BodyId]:
-        """The bricks that may move."""
+        """Return the bricks that may move."""
         return self.extension.awake() if self.extension is not None else list(self.measures.watch.present)
 
     def riding(self) -> int:
-        """How many of them move as rigid bodies on others."""
+        """Return how many bricks move as rigid bodies on others."""
         return len(self.extension.riding()) if self.extension is not None else 0
 
     def nothing_can_move(self) -> bool:
-        """Whether all is frozen, or nothing there."""
+        """Return whether every brick is frozen, or there is none."""
         return not self.measures.watch.present or (self.extension is not None and not self.extension.awake())
 
     def verdict(self) -> Verdict | None:
-        """What was proven of the structure when bricks were last set down or taken out; None where nothing proves."""
+        """Return the verdict when bricks were last set down or removed; None without proofs."""
         return self.extension.verdict() if self.extension is not None else None
 
-    def only_an_engine_knows_more(self) -> bool:
-        """Whether what was set down is not proven to stand."""
+    def unproven(self) -> bool:
+        """Return whether the bricks that were set down are not proven to stand."""
         verdict = self.verdict()
         return verdict is not None and verdict.stability is not Stability.STABLE
 
     def set_down(self, bricks: Iterable[BodyId]) -> None:
-        """The author sets bricks down at rest, so they are judged as they stand, level by level, before any step."""
+        """Set bricks down at rest, and judge them level by level before any step."""
         if self.extension is not None:
             self.extension.set_down(bricks)
             while self.judge():
                 pass
 
     def shaken(self, motion: GroundMotion) -> None:
-        """The ground begins to shake."""
+        """Begin to shake the ground."""
         if isinstance(self.extension, SupportsShaking):
             self.extension.shaken(motion)
             self.judge()
 
     def taken(self, brick: BodyId) -> None:
-        """A hand takes a brick."""
+        """Give a brick into a hand."""
         if isinstance(self.extension, SupportsHands):
-            self._tell(self.clock.timed(self.extension.taken, brick))
+            self._apply(self.clock.timed(self.extension.taken, brick))
 
     def held(self, bricks: Collection[BodyId]) -> None:
-        """Hands hold bricks at rest."""
+        """Hold bricks at rest in hands."""
         if isinstance(self.extension, SupportsHands):
-            self._hear(self.clock.timed(self.extension.held, bricks))
+            self._process(self.clock.timed(self.extension.held, bricks))
 
     def handled(self, bricks: Collection[BodyId], reason: str) -> None:
-        """Hands may move these bricks by now, and no others."""
+        """Set the bricks that hands may push now, in place of those before."""
         if isinstance(self.extension, SupportsHands):
-            self._tell(self.clock.timed(self.extension.handled, bricks, reason))
+            self._apply(self.clock.timed(self.extension.handled, bricks, reason))
 
     def let_go_by_hands(self, bricks: Collection[BodyId], set_down: bool) -> None:
-        """Hands let bricks go; `set_down` if they brought them."""
+        """Let bricks go; `set_down` if hands brought them."""
         if isinstance(self.extension, SupportsHands):
-            self._hear(self.clock.timed(self.extension.let_go, bricks, set_down))
+            self._process(self.clock.timed(self.extension.let_go, bricks, set_down))
             while self.judge():
                 pass
 
     def still_for(self) -> float:
-        """How long nothing can move, while nothing can [s]; inf if that is for good."""
+        """Return how long all frozen bricks stay at rest [s]; inf if forever."""
         if not isinstance(self.extension, SupportsShaking):
             return inf
         return max(0.0, self.extension.holds_until() - self.world.time())
 
     def taken_out(self, bricks: Collection[BodyId]) -> None:
-        """Bricks were pulled out."""
+        """Report the removal of bricks to the extension."""
         if self.extension is not None:
-            self._tell(self.clock.timed(self.extension.taken_out, bricks))
+            self._apply(self.clock.timed(self.extension.taken_out, bricks))
 
     def struck(self, brick: BodyId, impulse_W: Vec3) -> bool:
-        """A brick is about to be pushed [N s]; whether it is free to move."""
+        """Announce an impulse on a brick [N s]; return whether the brick is free to move."""
         if self.extension is None:
             return True
-        self._tell(self.clock.timed(self.extension.struck, brick, impulse_W))
+        self._apply(self.clock.timed(self.extension.struck, brick, impulse_W))
         return not self.extension.is_frozen(brick)
 
     def landed(self, bricks: Collection[BodyId]) -> None:
-        """Bricks whose motion was known without an engine have come to rest."""
+        """Judge bricks that came to rest after a motion without an engine."""
         if bricks and isinstance(self.extension, SupportsLandings):
             update = self.clock.timed(self.extension.landed, bricks)
-            self._hear(update)
+            self._process(update)
             if len(update.frozen) < len(bricks):
                 self.falling.end()
 
     def let_go(self) -> None:
-        """Something was done, so that some may have been let go in the air."""
+        """Start falls of bricks that the last action may have let go in the air."""
         if isinstance(self.extension, SupportsLandings):
             self.falling.let_go(self.moving())
 
     def judge(self) -> bool:
-        """One pass of the extension; whether it froze anything."""
+        """Run one pass of the extension; return whether it froze a brick and woke none."""
         if self.extension is None:
             return False
         update = self.clock.timed(self.extension.update)
-        self._hear(update)
+        self._process(update)
         return bool(update.frozen) and not update.woken
 
-    def _hear(self, update: Update) -> None:
-        """Take in what a pass of the extension changed."""
+    def _process(self, update: Update) -> None:
+        """Process the update of a pass of the extension."""
         self.judgements += 1
         if update != Update():
-            # A frozen brick is not looked at any more, so this is the last chance to see where it stands. What else
-            # moves is seen when all of it is looked at: what is frozen elsewhere changes nothing of that.
+            # Frozen bricks are not looked at again, so their final poses are read here. All other moving bricks are
+            # read at the next look.
             changed = self.world.states([*update.frozen, *update.woken])
             self.measures.judged(self.world.time(), changed, update.frozen)
-            self._tell(update)
+            self._apply(update)
 
-    def _tell(self, update: Update) -> None:
-        self.log.tell_update(self.world.time(), update)
+    def _apply(self, update: Update) -> None:
+        self.log.add_update(self.world.time(), update)
         if update.failed:
             self._let_fall()
-        elif update.woken and self.beginnings.matters(update, self.moving()):
+        elif update.woken and self.ease_in.matters(update, self.moving()):
             self.world.substep_next_contact()
         if update.failed and self.gave_way is None:
             self.gave_way = min(update.failed, key=list(self.measures.watch.bricks).index)

@@ -1,4 +1,4 @@
-"""The systems that can play a scenario: ours, those on reference engines, and modified scenes."""
+"""The systems that can play a scenario: our own, reference engines, and modified scenes."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
     from stability.stabilizers.published.support import Readings
 
 
-# What of a scene is changed before it is played, for an engine that cannot do with what is real.
+# Changes of a scene before it is played, for an engine that cannot stack with real constants.
 #
-# The publication's second system is of this kind: constants such as gravity and friction are changed until the engine
-# stacks. What comes of it is told in lengths of the scenario as it is written, and in seconds as they pass in the
-# changed scene; gravity is told in the same lengths, and so is weaker by as much as the bricks are larger.
+# The second system of the publication works like this: gravity and friction are changed until the engine stacks.
+# Results have the lengths of the scenario as written, and the time of the changed scene. Gravity is converted to the
+# lengths as written, so it is weaker by the factor by which the bricks are larger.
 
 
 @dataclass(frozen=True, slots=True)
 class Modification:
-    """Constants of a scene that are others than its author wrote; nothing is by default."""
+    """Changed constants of a scene; by default none is changed."""
 
     gravity: float | None = None  # [m/s2]
-    friction: float | None = None  # Coulomb coefficient of every contact, with ground and walls as well
-    size: float = 1.0  # times as large is all that has a length, at the same density
+    friction: float | None = None  # Coulomb coefficient of every contact, ground and walls included
+    size: float = 1.0  # factor on all lengths, at the same density
 
     @property
     def summary(self) -> str:
-        """What is changed, in words; empty if nothing is."""
+        """The changes in words; empty if there are none."""
         return ", ".join(self._changes())
 
     def _changes(self) -> Iterator[str]:
@@ -49,10 +49,10 @@ AS_WRITTEN = Modification()
 
 
 def as_played(timeline: Timeline, modification: Modification) -> Timeline:
-    """A timeline with the constants with which it is played, in the lengths in which it is written.
+    """Return a timeline with the modified constants, in the lengths as written.
 
-    Bricks that are larger in the same gravity move as those of the scenario do in a weaker one, so that is what this
-    tells; that the engine does meet larger ones is up to who opens the world.
+    Larger bricks in the same gravity move as the original ones in weaker gravity. So this changes gravity only;
+    `opened_world` enlarges the bricks for the engine.
     """
     if modification == AS_WRITTEN:
         return timeline
@@ -71,19 +71,19 @@ def _world(world: FixedWorld, modification: Modification) -> FixedWorld:
 
 
 def _action(action: Action, longer: float) -> Action:
-    """The same; what is dropped falls for so many times as long, and what is thrown flies as long as it did."""
+    """Return an action with a longer fall of dropped bricks; the flight of thrown bricks stays the same."""
     if isinstance(action, Placement) and action.arrival is Arrival.DROPPED:
         return replace(action, flight=longer * action.flight)
     return action
 
 
-# The systems that a scenario can be played on: which engine settings, and with or without the stability extension.
+# The systems for scenarios: engine settings, with or without a stability extension.
 #
-# Where PyBullet is not installed, MuJoCo stands in for it in what the extension holds (docs/design/architecture.md).
+# Without PyBullet, systems with an extension use MuJoCo instead (docs/design/architecture.md).
 
 
 class Method(Enum):
-    """How a stability extension finds out what stands."""
+    """The method of a stability extension to decide which bricks stand."""
 
     PROVEN = "proven"  # exact statics, with a proof of every verdict
     PUBLISHED = "published"  # the stack-stability method
@@ -96,21 +96,21 @@ class System:
     name: str
     summary: str
     engine: EngineSettings
-    method: Method | None  # None: no extension, the engine holds everything
+    method: Method | None  # None: no extension, the engine moves every brick
     modification: Modification = AS_WRITTEN  # of every scene, before it is played
-    readings: "Readings | None" = None  # of what the published method leaves open; None: ours
+    readings: "Readings | None" = None  # of points that the publication leaves open; None: the default reading
 
     @property
     def extension(self) -> bool:
-        """Whether a stability extension freezes what it finds stable."""
+        """Whether a stability extension freezes stable bricks."""
         return self.method is not None
 
     def refined(self) -> Self:
-        """The same with settings that err less. What that changes of a result was no physics."""
+        """Return the system with more accurate settings. A result that then changes is a numerical effect."""
         return replace(self, engine=self.engine.refined())
 
     def at_step(self, factor: float) -> Self:
-        """The same with so many times its time step."""
+        """Return the system with its time step times a factor."""
         return replace(self, engine=self.engine.at_step(factor))
 
 
@@ -127,7 +127,7 @@ STOCK = PyBulletSettings(
 # `modified`: the constants that the publication gave up for its second system (docs/design/runs.md).
 MODIFIED = Modification(gravity=1.0, friction=1.5)
 
-# `thesis`: what stands is held by the extension, as published, and what it lets go is stepped by boxes of true size.
+# `thesis`: the published extension holds bricks that stand; the engine moves the others, as boxes of true size.
 HELD = PyBulletSettings(
     time_step=1.0 / 960.0,  # half of it kicks a tower by millimetres
     iterations=50,
@@ -138,50 +138,52 @@ HELD = PyBulletSettings(
     most_travel=0.004,  # half a plank's thickness
 )
 
-# Chosen by trial against closed forms (docs/design/engines.md), for right verdicts first, then little creep, at less than
-# a second of one core for a second with 50 planks. Gravity, friction, sizes and masses are real; edges are rounded, and
-# contacts of what leans are soft, by micrometres.
+# Chosen by trial against closed forms (docs/design/engines.md): first for right verdicts, then for little creep, in
+# real time on one core for 50 planks. Gravity, friction, sizes and masses are real; edges are rounded, and contacts of
+# leaning bricks are soft, both by micrometres.
 TUNED = replace(
     HELD,
-    edge_rounding=2e-5 / 0.0078,  # leaning planks slip where statics say; half of it leaves 14 of 60 ladders stuck
-    half_spaces=True,  # beside boxes of 100 m ladders and Vs askew to them stand up to 1 deg, 10 %, beyond their limit
-    sinking=2.6e-4,  # two micrometres; without, slips begin up to three times late, and with three steep Vs stick
-    friction_cones=True,  # without, ladders askew to the axes stand up to 3 deg too flat now and then
-    maximal_coordinates=True,  # planks slide as far in every direction, and spin without gaining energy
+    edge_rounding=2e-5 / 0.0078,  # leaning planks slip at the limit of statics; with half of it 14 of 60 ladders stick
+    half_spaces=True,  # on boxes of 100 m, ladders and Vs askew to them stand up to 1 deg, 10 %, beyond their limit
+    sinking=2.6e-4,  # two micrometres; with 0 slips begin up to three times too late; with it three steep Vs stick
+    friction_cones=True,  # without, ladders askew to the axes sometimes stand up to 3 deg too flat
+    maximal_coordinates=True,  # planks slide equally far in every direction, and spin without gaining energy
     angular_damping=0.0,
-    warm_start=0.7,  # a third of the creep of 0.1; from 0.95 on, towers of 25 levels burst
-    contact_erp=0.2,  # 0.8 bursts as well, 0.05 lets a tower creep four times as much
-    contact_slop=1e-4,  # a micrometre: with less, hulls tremble and pass their loads to and fro
+    warm_start=0.7,  # a third of the creep with 0.1; from 0.95 on, towers of 25 levels burst
+    contact_erp=0.2,  # with 0.8 towers burst as well, with 0.05 they creep four times as much
+    contact_slop=1e-4,  # a micrometre: with less, hulls tremble and their loads alternate between contacts
     friction_anchor=True,  # at rest only; a tower of 25 levels creeps 0.01 mm in a second with it, 0.06 mm without
-    friction_erp=0.002,  # ten times as much makes a plank stay where a slope is 3 % too steep for it
+    friction_erp=0.002,  # with ten times as much a plank sticks on a slope that is 3 % too steep
     exact_fall=True,
-    lively_speed=0.3,  # [m/s] a brick that is let go has it after 20 ms, and creep is far below
-    lively_iterations=100,  # two planks that meet end-on share their speed to 0.1 %
+    lively_speed=0.3,  # [m/s] a falling brick reaches it after 30 ms; creep is far below
+    lively_iterations=100,  # two planks that collide end-on share their speed to 0.1 %
     most_mass_ratio=16.0,  # a plank under one of 1000 times its mass gives way by 0.02 mm
 )
 
-# `exact`: what it wakes moves as it should, without anchors, which hold back what begins to slide.
+# `exact`: woken bricks move without friction anchors, which would delay the start of a slide.
 MOVING = replace(
     TUNED,
     friction_anchor=False,
-    # Statics say what leans stands, and with the rounding of `tuned` a hit at 8 m/s moves three planks more.
+    # Statics, not the engine, decide whether leaning bricks stand. With the rounding of `tuned` a hit at 8 m/s moves
+    # three more planks.
     edge_rounding=1e-4 / 0.0078,
-    fresh_edges=True,  # on edges as sharp as those of `tuned` a V that has landed then slips off with 5 % to spare
+    fresh_edges=True,  # with the sharp edges of `tuned`, a V slips off after landing though 5 % within its limit
     half_spaces=False,
     sinking=0.0,
-    sliding_cones=True,  # a plank that is hit with the one below it moves 12 % too little without
-    lively_parts=2,  # what a hit moves errs by 3 % then, and by 9 % without
-    most_travel=0.001,  # so deep at most it enters what it hits
-    first_steps=20,  # so that what is let go starts as it should (docs/design/falls.md)
+    sliding_cones=True,  # without, a plank that is hit together with the one below it moves 12 % too little
+    lively_parts=2,  # motions after a hit err by 3 % with it, by 9 % without
+    most_travel=0.001,  # limits the depth of penetration of a fast brick
+    first_steps=20,  # for the right start of a motion (docs/design/falls.md)
     first_parts=8,
-    first_travel=0.00025,  # onto ends by an overlap of 0.2 mm, at 4 m/s, planks move 40 to 70 % too far without
-    first_iterations=400,  # those of 100 leave hits onto two planks at once 10 to 14 % too weak
-    # A contact point under 2.5 planks gives way by 0.05 micrometres. With a third of it or three times as much hits
-    # differ by 3 %; with none planks hit at 1 m/s stop 11 % too early, under more than their share of the load.
+    first_travel=0.00025,  # without, planks hit end-on at 4 m/s with an overlap of 0.2 mm move 40 to 70 % too far
+    first_iterations=400,  # with 100, hits on two planks at once are 10 to 14 % too weak
+    # A contact point under 2.5 planks gives way by 0.05 micrometres. With a third or three times of it the results of
+    # hits differ by 3 %; with 0 planks hit at 1 m/s stop 11 % too early, as they carry more than their share of the
+    # load.
     first_cfm=3e-9,
 )
 
-# What stacked best of MuJoCo at real constants: stiffer springs and finer steps cost more and help no longer.
+# Best MuJoCo settings for stacking at real constants: stiffer springs and finer steps cost more without improvement.
 MUJOCO = MuJoCoSettings(
     time_step=0.001,
     iterations=100,
@@ -191,13 +193,13 @@ MUJOCO = MuJoCoSettings(
     tolerance=1e-8,
     most_travel=MOVING.most_travel,
 )
-# In place of PyBullet. With springs as soft as above a hit at 8 m/s on the top of a tower takes off two levels more
-# than with any that are stiffer.
+# Replacement of PyBullet. With the softer springs above, a hit at 8 m/s on the top of a tower removes two more levels
+# than with any stiffer ones.
 MOVING_ON_MUJOCO = replace(MUJOCO, time_step=0.0005, contact_time=0.002)
 
 
 def available(*alternatives: System) -> System:
-    """The first whose engine is installed; if none is, the first of all, which says what it needs."""
+    """Return the first system whose engine is installed; if none is, the first of all."""
     return next((system for system in alternatives if system.engine.package.installed), alternatives[0])
 
 
@@ -219,13 +221,13 @@ SYSTEMS = {
 }
 
 
-# Systems on other engines, to compare with: each can be played where its package is installed.
+# Systems on other engines, for comparison. Each needs its package.
 #
-# Only the command line and benchmarks know them. A scenario cannot name them in `systems`, so that it is right or wrong
-# alike for those who have the package and those who have not (docs/design/peers-and-figures.md).
+# Only the command line and benchmarks know them. A scenario cannot name them in `systems`, so its validity does not
+# depend on installed packages (docs/design/peers-and-figures.md).
 
 
-# Five times the cost, for straight columns of a hundred planks.
+# Five times the cost of `mujoco`, for straight columns of a hundred planks.
 MUJOCO_STIFF = MuJoCoSettings(
     time_step=0.0005,
     iterations=200,

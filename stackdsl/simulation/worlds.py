@@ -1,4 +1,4 @@
-"""What a system needs to play a timeline: a world of its own, and the extension that watches it."""
+"""Opens the world in which a system plays a timeline, and the stability extension that watches it."""
 
 from collections.abc import Collection
 
@@ -14,23 +14,23 @@ from stackdsl.timeline import Timeline
 
 
 def scale_of(timeline: Timeline) -> SceneScale:
-    """How much larger and slower a timeline is than the usual scene."""
+    """Return how much larger and slower the scene of a timeline is than the usual scene."""
     return SceneScale.of([placement.brick for placement in timeline.placements], timeline.world.gravity)
 
 
 def rest_limits(timeline: Timeline) -> RestLimits:
-    """The usual limits of the published method, scaled by the thickest brick of all."""
+    """Return the rest limits of the published method, scaled by the thickest brick."""
     scale = scale_of(timeline)
     return RestLimits().scaled(lengths=scale.thickest_side, times=scale.times(scale.thickest_side))
 
 
 def settings_for(timeline: Timeline, system: System) -> EngineSettings:
-    """The engine settings of a system, scaled to a timeline, as it is played, as the engine asks for."""
+    """Return the engine settings of a system, scaled to the size and gravity of a timeline."""
     return system.engine.scaled(scale_of(timeline).resized(system.modification.size))
 
 
 def load(system: System) -> None:
-    """Import what a system needs from the start, so that no run is charged for what the first in a process loads."""
+    """Import the modules of a system before the run, so that the run time of the first case does not include it."""
     if system.method is Method.PROVEN:
         import stability.stabilizers.exact.stabilizer  # noqa: F401, PLC0415 -- other systems need no statics
     else:
@@ -38,7 +38,7 @@ def load(system: System) -> None:
 
 
 def opened_world(timeline: Timeline, system: System) -> World:
-    """An empty world with the planes of a timeline, as it is played; close it after use."""
+    """Open a world with the planes of a timeline and no bricks; close it after use."""
     scene, settings, size = timeline.world, settings_for(timeline, system), system.modification.size
 
     def engine(settings: EngineSettings, heaviest: float) -> World:
@@ -60,7 +60,7 @@ def opened_world(timeline: Timeline, system: System) -> World:
 
 
 def extension_for(timeline: Timeline, system: System, world: World) -> Stabilizer | None:
-    """The extension of a system; nobody else touches the world, so nothing needs to be guarded."""
+    """Return the stability extension of a system; without guard, as no other code changes the world."""
     scene = timeline.world
     match system.method:
         case Method.PROVEN:

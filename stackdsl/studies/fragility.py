@@ -1,7 +1,7 @@
-"""Fragility curves: the same samples judged at one intensity after the other by supervised processes.
+"""Fragility curves: judges the same samples at several intensities, in supervised processes.
 
-What a chunk of them comes to depends on nothing but its numbers, so it may be remembered from a call that was
-interrupted. Where a sample's own margin tells at which intensity it falls, it is asked for that once, and not at each.
+The result of a chunk of samples depends only on their numbers, so it is cached across interrupted calls. For shaking
+and tilt, the margin of a sample gives the intensity at which it falls, so each sample is judged only once.
 """
 
 import json
@@ -33,15 +33,15 @@ from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 
 TOGETHER = 500  # samples of a chunk that are judged together, by arithmetic
-APART = 25  # that are compiled, solved or played one by one
-NARROW = 0.5  # of the most that any sample survives: where all survive more, points go to where they differ
+APART = 25  # samples of a chunk that are compiled, solved or played one by one
+NARROW = 0.5  # of the largest capacity: if the least is above, points cover only the range of capacities
 FEW = 3  # points
 TIME_LIMIT = 3600.0  # [s] of wall time a chunk
 
 
 @dataclass(frozen=True, slots=True)
 class CapacityChunk:
-    """What some samples survive, in order of their numbers."""
+    """The capacities of a chunk of samples, in order of their numbers."""
 
     capacities: tuple[Capacity, ...]
     ways: dict[str, int]
@@ -49,7 +49,7 @@ class CapacityChunk:
 
 
 def fates_at(variant: Variant, system: str, draws: Draws, setting: Setting) -> Chunk | Diagnostic:
-    """What a worker does: judge some samples where something is otherwise than written."""
+    """Judge a chunk of samples with changed values; runs in a worker."""
     if variant.values.get("uncertain") is not None:
         return varied_chunk(variant, system, draws, setting)
     timeline = timeline_at(variant, setting)
@@ -57,49 +57,50 @@ def fates_at(variant: Variant, system: str, draws: Draws, setting: Setting) -> C
 
 
 def capacity_chunk(variant: Variant, draws: Draws, bearing: float | None) -> CapacityChunk | Diagnostic:
-    """What a worker does: find what some samples survive."""
-    started, found, ways = process_time(), list[Capacity](), Counter[str]()
+    """Compute the capacities of a chunk of samples; runs in a worker."""
+    started, capacities, ways = process_time(), list[Capacity](), Counter[str]()
     try:
         if variant.values.get("uncertain") is None:
             timeline = timeline_at(variant, AS_WRITTEN)
             if isinstance(timeline, Diagnostic):
                 return timeline
-            found, ways = capacities_of(build_plan_of(timeline), draws, bearing)
+            capacities, ways = capacities_of(build_plan_of(timeline), draws, bearing)
         else:
             for number, timeline in enumerate(timelines(variant, draws), start=draws.first):
-                one, way = capacities_of(build_plan_of(timeline), replace(draws, first=number, count=1), bearing)
-                found += one
-                ways.update(way)
+                sample = replace(draws, first=number, count=1)
+                own_capacities, own_ways = capacities_of(build_plan_of(timeline), sample, bearing)
+                capacities += own_capacities
+                ways.update(own_ways)
     except SampleMistakeError as error:
         return error.mistake
-    return CapacityChunk(tuple(found), dict(ways), process_time() - started)
+    return CapacityChunk(tuple(capacities), dict(ways), process_time() - started)
 
 
 @dataclass(frozen=True, slots=True)
 class FragilityPlan:
-    """What is asked for."""
+    """The settings of a fragility study."""
 
     case: Case
     intensity: Intensity
-    values: tuple[float, ...]  # of the intensity; of what shakes, none if they follow from what is survived
+    values: tuple[float, ...]  # of the intensity; empty if they follow from the capacities
     points: int
     samples: int
     seed: int
     confidence: float
-    bearing: float | None = None  # of what shakes [rad]; None for the worst of each sample
+    bearing: float | None = None  # of the shaking [rad]; None for the worst of each sample
 
     @property
     def shakes(self) -> bool:
-        """Whether each sample has a capacity of its own."""
+        """Whether each sample has a capacity, as the intensity is a tilt or an acceleration."""
         return self.intensity.kind in SHAKING
 
     @property
     def work(self) -> int:
-        """How many samples are judged, one at two intensities counted twice."""
+        """Number of verdicts: samples times intensities, or samples if each has a capacity."""
         return self.samples * (1 if self.shakes else len(self.values))
 
     def tasks(self) -> list[tuple[float, Draws]]:
-        """All chunks, those of one intensity after the other."""
+        """Return all chunks, in order of intensity."""
         proven = system_named(self.case.system).method is Method.PROVEN
         together = proven and not self.shakes and self.case.variant.values.get("uncertain") is None
         size = TOGETHER if together else APART
@@ -108,72 +109,75 @@ class FragilityPlan:
         chunks = [Draws(self.seed, name, first, min(size, self.samples - first)) for first in firsts]
         return [(value, draws) for value in ((0.0,) if self.shakes else self.values) for draws in chunks]
 
-    def asked(self, value: float, draws: Draws) -> Task:
-        """What a worker is to do for a chunk."""
+    def task(self, value: float, draws: Draws) -> Task:
+        """Return the task of a worker for a chunk."""
         if self.shakes:
             return Task(capacity_chunk, (self.case.variant, draws, self.bearing), TIME_LIMIT)
         setting = self.intensity.setting(value)
         return Task(fates_at, (self.case.variant, self.case.system, draws, setting), TIME_LIMIT)
 
     def key(self, value: float, draws: Draws, memory: ResultCache) -> str:
-        """The name of the record of a chunk."""
+        """Return the key of a chunk in the cache."""
         variant = self.case.variant
         texts = [sha256(text.encode()).hexdigest() for text in variant.source.files.values()]
         written = json.dumps([variant.written.values, dict(variant.choice), texts], sort_keys=True)
-        asked = (self.intensity.kind, self.intensity.name, value, self.bearing)
-        return memory.key("fragility", written, self.case.system, self.seed, asked, draws.first, draws.count)
+        settings = (self.intensity.kind, self.intensity.name, value, self.bearing)
+        return memory.key("fragility", written, self.case.system, self.seed, settings, draws.first, draws.count)
 
 
 @dataclass(slots=True)
 class CurveResult:
-    """What came of it so far."""
+    """The results of a fragility study so far."""
 
     plan: FragilityPlan
-    chunks: dict[tuple[float, int], Chunk | CapacityChunk] = field(default_factory=dict)
-    mistake: Diagnostic | None = None  # of a sample, or of a point
-    failed: TaskResult | None = None  # of a chunk that crashed or overran its time
+    chunks: dict[tuple[float, int], Chunk | CapacityChunk] = field(default_factory=dict)  # by value and first sample
+    mistake: Diagnostic | None = None  # first error in a sample or a value
+    failed: TaskResult | None = None  # first chunk that crashed or exceeded its time
     interrupted: bool = False
 
     @property
     def done(self) -> int:
-        """How many samples are judged."""
+        """Number of judged samples."""
         return sum(len(chunk.fates if isinstance(chunk, Chunk) else chunk.capacities) for chunk in self.chunks.values())
 
     def fragility(self) -> Fragility | None:
-        """The curve by all points of which every sample is judged; None if there is none."""
+        """Return the curve through all points whose samples are all judged; None if there are no such points."""
         plan = self.plan
         terms = CurveSettings(plan.intensity, plan.seed, plan.confidence)
-        made = _of_capacities(self, terms) if plan.shakes else _of_fates(self, terms)
+        curve = _of_capacities(self, terms) if plan.shakes else _of_fates(self, terms)
         cpu_time = sum(chunk.cpu_time for chunk in self.chunks.values())
-        return None if made is None else replace(made, cpu_time=cpu_time)
+        return None if curve is None else replace(curve, cpu_time=cpu_time)
 
 
-def _of_fates(found: CurveResult, terms: CurveSettings) -> Fragility | None:
+def _of_fates(result: CurveResult, terms: CurveSettings) -> Fragility | None:
     fates: dict[float, list[int]] = {}
     ways: dict[float, Counter[str]] = {}
-    for value in found.plan.values:
-        chunks = [found.chunks[value, first] for at, first in sorted(found.chunks) if at == value]
+    for value in result.plan.values:
+        chunks = [result.chunks[value, first] for at, first in sorted(result.chunks) if at == value]
         own = [fate for chunk in chunks if isinstance(chunk, Chunk) for fate in chunk.fates]
-        if len(own) == found.plan.samples:
+        if len(own) == result.plan.samples:
             fates[value], ways[value] = own, Counter()
             for chunk in chunks:
                 ways[value].update(chunk.ways)
     return of_fates(terms, fates, ways) if fates else None
 
 
-def _of_capacities(found: CurveResult, terms: CurveSettings) -> Fragility | None:
-    chunks = [found.chunks[key] for key in sorted(found.chunks)]
+def _of_capacities(result: CurveResult, terms: CurveSettings) -> Fragility | None:
+    chunks = [result.chunks[key] for key in sorted(result.chunks)]
     capacities = [each for chunk in chunks if isinstance(chunk, CapacityChunk) for each in chunk.capacities]
     if not capacities:
         return None
     ways = Counter[str]()
     for chunk in chunks:
         ways.update(chunk.ways)
-    return of_capacities(terms, capacities, found.plan.values or _reached(found.plan, capacities), ways)
+    return of_capacities(terms, capacities, result.plan.values or _reached(result.plan, capacities), ways)
 
 
 def _reached(plan: FragilityPlan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
-    """None, and from where the first falls to where the last does; evenly from none where that is most of the way."""
+    """Return values of the intensity for the points of a curve.
+
+    They go from 0 to the largest capacity, or, after 0, only over the range of capacities if that is narrow.
+    """
     ends = [each.fails for each in capacities if each.survived > 0.0 and each.fails < float("inf")]
     least, most = (plan.intensity.of_acceleration(end) for end in (min(ends, default=1.0), max(ends, default=1.0)))
     if least <= NARROW * most or least == most or plan.points <= FEW:
@@ -189,29 +193,32 @@ def draw(
     on_done: Callable[[int], None],
     on_wait: OnWait = lambda: None,
 ) -> CurveResult:
-    """Judge all samples at all intensities; `on_done` hears how many are judged. An interrupt keeps what is done."""
-    found, left = CurveResult(plan), []
+    """Judge all samples at all intensities; an interrupt keeps the finished chunks.
+
+    `on_done` is called with the number of judged samples.
+    """
+    results, left = CurveResult(plan), []
     for value, draws in plan.tasks():
         record = memory.recall(plan.key(value, draws, memory))
         if isinstance(record, list):
-            found.chunks[value, draws.first] = _from_record(plan, record)
+            results.chunks[value, draws.first] = _from_record(plan, record)
         else:
             left.append((value, draws))
 
     def done(index: int, result: TaskResult) -> None:
         value, draws = left[index]
         if isinstance(result.value, Chunk | CapacityChunk):
-            found.chunks[value, draws.first] = result.value
+            results.chunks[value, draws.first] = result.value
             memory.remember(plan.key(value, draws, memory), _as_record(result.value))
             memory.settle()
         elif isinstance(result.value, Diagnostic):
-            found.mistake = found.mistake or result.value
+            results.mistake = results.mistake or result.value
         elif result.status is not TaskStatus.NOT_RUN:
-            found.failed = found.failed or result
-        on_done(found.done)
+            results.failed = results.failed or result
+        on_done(results.done)
 
-    found.interrupted = run_supervised([plan.asked(*each) for each in left], workers, done, on_wait).interrupted
-    return found
+    results.interrupted = run_supervised([plan.task(*each) for each in left], workers, done, on_wait).interrupted
+    return results
 
 
 def _as_record(chunk: Chunk | CapacityChunk) -> object:

@@ -15,36 +15,36 @@ from stackdsl.judging.statistics import Interval, interval
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.studies.fragility_intensity import Capacity, Intensity
 
-# A lognormal curve through shares of collapse, by maximum likelihood: median, dispersion, and how sure both are.
+# A lognormal curve through shares of collapse, by maximum likelihood: median and dispersion, with confidence intervals.
 #
-# At an intensity x the share that falls is Phi(ln(x / median) / dispersion), or one less that where falls grow rarer
-# with x. Of what is judged at several intensities the likelihood is that of a binomial count at each (Baker, Efficient
-# analytical fragility function fitting using dynamic structural analysis, Earthquake Spectra 31, 2015). But the same
-# samples are judged at all of them, so that the counts are not independent, and the inverse of Fisher's information
-# would be too sure: the covariance here is that of the scores summed by sample (the sandwich of Huber and White,
-# clustered). Where the intensity is known at which each sample falls, its logarithm is normal, and the intervals are
-# exact: those of Student and of chi squared.
+# The share that falls at an intensity x is Phi(ln(x / median) / dispersion), or 1 minus that if falls become rarer with
+# x. With shares at several intensities, the likelihood is that of binomial counts (Baker, Efficient analytical
+# fragility function fitting using dynamic structural analysis, Earthquake Spectra 31, 2015). The counts are not
+# independent, as the same samples are judged at all intensities, so the inverse of Fisher's information would be too
+# small. The covariance is that of the scores summed by sample (the clustered sandwich estimator of Huber and White). If
+# the intensity at which each sample falls is known, its logarithm is normal, and the intervals are exact: those of
+# Student and of chi squared.
 
 
-ROUNDING = 1e-9  # of logarithms: samples that differ by less are alike
-LEVEL = 1e-7  # of a slope in deviations: less than one sample of millions that falls or stands changes it
+ROUNDING = 1e-9  # of logarithms: samples that differ by less count as equal
+LEVEL = 1e-7  # of a slope in deviations: smaller than the effect of one sample in millions
 FEWEST_POINTS = 2
-STEEP = "and the points do not say how steeply; take closer ones there"
-FEWEST = 3  # samples whose intensities are known, to say how they are spread
+STEEP = "and the points do not determine the slope; take closer points there"
+FEWEST = 3  # samples with known capacities, to estimate their dispersion
 
 
 @dataclass(frozen=True, slots=True)
 class Lognormal:
-    """A curve, and the intervals in which its numbers lie."""
+    """A lognormal curve, with confidence intervals of its parameters."""
 
-    median: float  # the intensity at which half falls
-    dispersion: float  # standard deviation of its logarithm
+    median: float  # the intensity at which half of the samples fall
+    dispersion: float  # standard deviation of the logarithm of the intensity
     median_within: Interval
     dispersion_within: Interval
-    rises: bool  # whether more falls at more
+    rises: bool  # whether more samples fall at a larger intensity
 
     def share(self, value: float) -> float:
-        """The share that falls at an intensity."""
+        """Return the share that falls at an intensity."""
         if value <= 0.0:
             return 0.0 if self.rises else 1.0
         deviations = log(value / self.median) / self.dispersion
@@ -52,7 +52,7 @@ class Lognormal:
 
 
 class UndeterminedError(Exception):
-    """The data do not determine a curve; the message says why, with a `{}` for each of the intensities `at`."""
+    """The data do not determine a curve; the message has a `{}` for each of the intensities `at`."""
 
     def __init__(self, message: str, *at: float) -> None:
         super().__init__(message)
@@ -60,18 +60,18 @@ class UndeterminedError(Exception):
 
 
 def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
-    """The curve through what fell at some intensities, more than zero.
+    """Return the curve through the outcomes of samples at some intensities above zero.
 
-    `fell` is (samples, intensities): 1 where a sample fell, 0 where it stood, NaN where that is not known. Raises
+    `fell` is (samples, intensities): 1 if a sample fell, 0 if it stood, NaN if that is unknown. Raises
     UndeterminedError.
     """
     known, x = ~np.isnan(fell), np.log(values)
     fallen, count = np.nansum(fell, axis=0), known.sum(axis=0)
     _refuse_undetermined(values, fallen, count)
     middle, width = float(x.mean()), float(x.std())
-    z = (x - middle) / width  # of size one, for the solver
-    found = _most_likely(z, fallen, count)
-    eta = found[0] + found[1] * z
+    z = (x - middle) / width  # normalized for the solver
+    a, b = _most_likely(z, fallen, count)
+    eta = a + b * z
     density = np.exp(-0.5 * eta**2) / sqrt(2.0 * np.pi)
     above, below = np.exp(log_ndtr(eta)), np.exp(log_ndtr(-eta))
     design = np.stack([np.ones_like(z), z])
@@ -81,11 +81,10 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
     inverse = np.linalg.inv(information)
     covariance = inverse @ (scores.T @ scores) @ inverse
     deviations = float(ndtri(0.5 + 0.5 * confidence))
-    # Where the same samples fall at all intensities, neither the slope nor what is known of it is but rounding.
-    if abs(found[1]) <= LEVEL or abs(found[1]) <= deviations * sqrt(covariance[1, 1]):
+    # If the same samples fall at all intensities, the slope and its error are only rounding.
+    if abs(b) <= LEVEL or abs(b) <= deviations * sqrt(covariance[1, 1]):
         raise UndeterminedError("the share of collapse does not change with it beyond chance")
-    # ln median = middle - width a / b, and dispersion = width / |b|: both by the first derivatives.
-    a, b = found
+    # ln median = middle - width a / b, and dispersion = width / |b|; the errors follow from the first derivatives.
     of_median = width * np.array([-1.0 / b, a / b**2])
     spreads = (sqrt(of_median @ covariance @ of_median), sqrt(covariance[1, 1]) / abs(b))
     median, dispersion = exp(middle - width * a / b), width / abs(b)
@@ -97,14 +96,14 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
 
 
 def through_capacities(capacities: Array, confidence: float) -> Lognormal:
-    """The curve of samples of which is known at which intensity each falls. Raises UndeterminedError."""
+    """Return the curve of samples with known capacities. Raises UndeterminedError."""
     count = len(capacities)
     if count < FEWEST:
-        raise UndeterminedError(f"of {count} samples is known at how much each falls, and {FEWEST} are the fewest")
+        raise UndeterminedError(f"only {count} samples have a known capacity, and a curve needs {FEWEST}")
     logs = np.log(capacities)
     mean, deviation = float(logs.mean()), float(logs.std())
     if deviation <= ROUNDING:
-        raise UndeterminedError("all fall at {}, and nothing is spread", exp(mean))
+        raise UndeterminedError("all samples fall at {}, without any dispersion", exp(mean))
     unbiased, error = deviation * sqrt(count / (count - 1.0)), 1.0 - confidence
     half = float(stdtrit(count - 1, 1.0 - 0.5 * error)) * unbiased / sqrt(count)
     squares = unbiased * sqrt(count - 1.0)
@@ -117,10 +116,13 @@ def _within(number: float, half: float) -> Interval:
 
 
 def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
-    """(2,) for which Phi(a + b z) has the counts most likely; they overlap, so there is one such pair."""
+    """Return (2,) the a and b that maximize the likelihood of the counts under Phi(a + b z).
 
-    def cost(found: Array) -> tuple[float, Array]:
-        eta = found[0] + found[1] * z
+    They are unique, as the intensities of fallen and standing samples overlap.
+    """
+
+    def cost(parameters: Array) -> tuple[float, Array]:
+        eta = parameters[0] + parameters[1] * z
         above, below = log_ndtr(eta), log_ndtr(-eta)
         log_density = -0.5 * eta**2 - 0.5 * np.log(2.0 * np.pi)
         slope = fallen * np.exp(log_density - above) - (count - fallen) * np.exp(log_density - below)
@@ -133,59 +135,59 @@ def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
 
 
 def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
-    """Raise UndeterminedError where no curve is the likeliest one: counts on both sides of a step say nothing of it."""
+    """Raise UndeterminedError if no curve has the largest likelihood, as for a step between two points."""
     if len(values) < FEWEST_POINTS:
-        raise UndeterminedError("one intensity above zero is too few for a curve; ask for more points")
+        raise UndeterminedError("one intensity above zero is too few for a curve; take more points")
     if fallen.sum() in (0, count.sum()):
         which = "none falls at any point" if not fallen.any() else "all fall at each point"
-        raise UndeterminedError(f"{which} above zero; take points on both sides of where that changes")
+        raise UndeterminedError(f"{which} above zero; take points on both sides of the change")
     some_fell, some_stood = values[fallen > 0], values[fallen < count]
     for before, after in ((some_stood, some_fell), (some_fell, some_stood)):
         if before.max() <= after.min():
             if before.max() == after.min():
-                raise UndeterminedError(f"all turns about {{}}, {STEEP}", float(after.min()))
+                raise UndeterminedError(f"all changes at {{}}, {STEEP}", float(after.min()))
             raise UndeterminedError(
-                f"all turns between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
+                f"all changes between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
             )
 
 
-# The share of samples that fall over an intensity: points with exact intervals, and a lognormal curve through them.
+# The share of samples that fall, by intensity: points with exact intervals, and a lognormal curve through them.
 
 
 @dataclass(frozen=True, slots=True)
 class CurvePoint:
-    """What became of the samples at one intensity."""
+    """The outcomes of the samples at one intensity."""
 
     value: float  # in SI, or in g
     fell: int
-    unknown: int  # that may have gone either way
+    unknown: int  # undecided and unfit samples
     count: int
-    within: Interval  # of the share that falls, by Clopper and Pearson, as sure as `confidence` of this point alone
-    ways: Mapping[str, int] = field(default_factory=dict)  # how many samples each way decided
+    within: Interval  # of the share that falls, by Clopper and Pearson, with `confidence` for this point alone
+    ways: Mapping[str, int] = field(default_factory=dict)  # number of samples by kind of proof
 
     @property
     def share(self) -> float:
-        """The share that falls, of those of which it is known."""
+        """The share of the decided samples that falls."""
         return self.fell / known if (known := self.count - self.unknown) else float("nan")
 
 
 @dataclass(frozen=True, slots=True)
 class Fragility:
-    """A fragility curve, and what it comes from."""
+    """A fragility curve, its points, and the settings."""
 
     intensity: Intensity
     points: tuple[CurvePoint, ...]
-    curve: Lognormal | None  # of what stands once it is built
-    no_curve: str  # why there is none
-    half: float | None  # where half falls, by the points alone; None where they do not reach that
+    curve: Lognormal | None  # of the samples that stand once built
+    no_curve: str  # reason why there is none
+    half: float | None  # intensity at which half of the samples fall, by the points alone; None outside their range
     seed: int
     confidence: float
-    fell_built: int = 0  # samples that fell while they were built, before they could be shaken
-    left_out: int = 0  # samples that the curve leaves out, since nothing, or no end of it, is known of them
+    fell_built: int = 0  # samples that fell during the build, before they could be shaken
+    left_out: int = 0  # samples that the curve leaves out: undecided, or with no known upper bound of their capacity
     cpu_time: float = field(default=0.0, compare=False)  # [s], of all processes together
 
     def share(self, value: float) -> float | None:
-        """The share that falls by the curve, those that fell while they were built among them."""
+        """Return the share that falls by the curve, including the samples that fell during the build."""
         if self.curve is None:
             return None
         before = self.fell_built / self.points[0].count if self.points else 0.0
@@ -200,7 +202,7 @@ class Fragility:
 
 @dataclass(frozen=True, slots=True)
 class CurveSettings:
-    """What a curve is of, and how sure one is to be."""
+    """The settings of a curve."""
 
     intensity: Intensity
     seed: int
@@ -210,10 +212,10 @@ class CurveSettings:
 def of_fates(
     terms: CurveSettings, fates: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]
 ) -> Fragility:
-    """The curve of samples whose fates are known at some intensities, the same samples at each."""
+    """Return the curve of samples with outcomes at several intensities, the same samples at each."""
     points = tuple(_point(terms, value, np.array(fates[value]), ways[value]) for value in sorted(fates))
     above = [point.value for point in points if point.value > 0.0]
-    # Nothing at all says nothing to a logarithm.
+    # Zero has no logarithm.
     fell = np.array([[_fell(fate) for fate in fates[value]] for value in above]).T
     curve, why = None, "no point is above zero"
     if above:
@@ -243,42 +245,42 @@ def _point(
 def of_capacities(
     terms: CurveSettings, capacities: Sequence[Capacity], values: Sequence[float], ways: Mapping[str, int]
 ) -> Fragility:
-    """The curve of samples of which each has an intensity at which it falls: its distribution is the curve."""
+    """Return the curve of samples with capacities: their distribution."""
     intensity = terms.intensity
     built = [each for each in capacities if each.fate == SampleOutcome.STANDS]
     known = [each for each in built if each.survived > 0.0 and each.fails < inf]
-    found = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
+    middles = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
     curve, why = None, ""
     try:
-        curve = through_capacities(found, terms.confidence)
+        curve = through_capacities(middles, terms.confidence)
     except UndeterminedError as error:
         why = _why(error, intensity)
     points = tuple(_shaken(terms, value, capacities, ways) for value in values)
     fell = sum(each.fate > 0 for each in capacities)
-    half = _half_of(fell, found.tolist(), len(capacities))
+    half = _half_of(fell, middles.tolist(), len(capacities))
     left_out = len(capacities) - fell - len(known)
     return Fragility(intensity, points, curve, why, half, terms.seed, terms.confidence, fell, left_out)
 
 
-def _half_of(fell: int, found: Sequence[float], count: int) -> float | None:
-    """The intensity at which half of so many samples have fallen; None if that is nowhere above zero."""
-    ends = sorted([0.0] * fell + [*found] + [inf] * (count - fell - len(found)))
+def _half_of(fell: int, capacities: Sequence[float], count: int) -> float | None:
+    """Return the intensity at which half of the samples have fallen; None if it is zero or unknown."""
+    ends = sorted([0.0] * fell + [*capacities] + [inf] * (count - fell - len(capacities)))
     half = ends[len(ends) // 2] if ends else inf
     return half if 0.0 < half < inf else None
 
 
 def _shaken(terms: CurveSettings, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> CurvePoint:
     acceleration = terms.intensity.acceleration(value)
-    told = Counter(
+    counts = Counter(
         "fell" if c.fails <= acceleration else "stood" if acceleration <= c.survived else "unknown" for c in capacities
     )
     count = len(capacities)
-    between = interval(told["fell"], told["fell"] + told["unknown"], count, 1.0 - terms.confidence)
-    return CurvePoint(value, told["fell"], told["unknown"], count, between, ways)
+    between = interval(counts["fell"], counts["fell"] + counts["unknown"], count, 1.0 - terms.confidence)
+    return CurvePoint(value, counts["fell"], counts["unknown"], count, between, ways)
 
 
 def _half(points: Sequence[CurvePoint]) -> float | None:
-    """Where the share that falls is a half, straight between the points of probability paper."""
+    """Return the intensity at which half of the samples fall, by linear interpolation on probability paper."""
     known = [point for point in points if point.count > point.unknown]
     for one, other in pairwise(known):
         either_way = (one.share - 0.5) * (other.share - 0.5) <= 0.0 and 0.0 < abs(one.share - other.share) < 1.0
@@ -290,13 +292,13 @@ def _half(points: Sequence[CurvePoint]) -> float | None:
 
 
 def _deviations(point: CurvePoint) -> float:
-    """Below so many standard deviations lies that share of a normal distribution; no sample counts as half a one."""
+    """Return the normal quantile of the share of a point; shares of 0 and 1 are moved by half a sample."""
     known = point.count - point.unknown
     return float(ndtri(min(max(point.fell, 0.5), known - 0.5) / known))
 
 
 def spaced(first: float, last: float, count: int) -> Array:
-    """So many values from one to another: alike in ratio where both are above zero, and else alike in distance."""
+    """Return `count` values between two: geometric if both are above zero, otherwise linear."""
     if first > 0.0 and last > 0.0:
         return np.geomspace(first, last, count)
     return np.linspace(first, last, count)

@@ -23,36 +23,36 @@ from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
 from stackdsl.sampling.samples import BuildPlan, Draws, Setting
 from stackdsl.timeline import Timeline
 
-# What a fragility curve is over: friction, shaking, tilt, errors of hands, or a variable of the scenario.
+# The intensity axis of a fragility curve: friction, shaking, tilt, placement errors, or a variable of the scenario.
 
 
 class IntensityKind(StrEnum):
-    """What an intensity is of."""
+    """The kind of an intensity."""
 
-    FRICTION = "friction"  # of brick on brick, wherever nothing else is written
-    ACCELERATION = "acceleration"  # of the ground, once all is built [g]
-    TILT = "tilt"  # of the whole, once all is built [rad]
-    JITTER = "jitter"  # the errors of hands, all multiplied alike
+    FRICTION = "friction"  # between bricks, unless a pair has its own
+    ACCELERATION = "acceleration"  # of the ground, after the build [g]
+    TILT = "tilt"  # of the whole scene, after the build [rad]
+    JITTER = "jitter"  # all placement errors, with one factor
     VARIABLE = "variable"
 
 
-SHAKING: Final = (IntensityKind.ACCELERATION, IntensityKind.TILT)  # at which each sample has a capacity of its own
-UNITS: Final[Mapping[str, str]] = {"m": "mm", "rad": "deg", "kg": "g"}  # in which values are shown
+SHAKING: Final = (IntensityKind.ACCELERATION, IntensityKind.TILT)  # kinds for which each sample has a capacity
+UNITS: Final[Mapping[str, str]] = {"m": "mm", "rad": "deg", "kg": "g"}  # units of shown values
 UPRIGHT: Final = 0.5 * pi
 
 
 class NoIntensityError(Exception):
-    """A scenario has nothing of that kind; the message says what to do."""
+    """A scenario has no such intensity; the message has the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
 class Intensity:
-    """One of these, in one scenario."""
+    """The intensity of a curve, in one scenario."""
 
     kind: IntensityKind
-    name: str  # as it was asked for
+    name: str  # as requested
     unit: str  # of its values, in SI; empty for numbers
-    written: float | None = None  # the value of the design; None of what a design has none of
+    written: float | None = None  # the value in the scenario; None if it has none
 
     @property
     def shown_unit(self) -> str:
@@ -60,15 +60,15 @@ class Intensity:
         return "g" if self.kind is IntensityKind.ACCELERATION else UNITS.get(self.unit, self.unit)
 
     def shown(self, value: float) -> float:
-        """A value in that unit."""
+        """Return a value in the unit for display."""
         return value / float(in_si(self.shown_unit)) if self.unit else value
 
     def told(self, value: float) -> str:
-        """A value with its unit."""
+        """Return a value with its unit."""
         return f"{self.shown(value):.4g} {self.shown_unit}".rstrip()
 
     def setting(self, value: float) -> Setting:
-        """What is otherwise at a value."""
+        """Return the changes of the scenario for a value."""
         if self.kind is IntensityKind.JITTER:
             assert self.written is not None
             return Setting(errors=value / self.written)
@@ -78,18 +78,18 @@ class Intensity:
         return Setting(fixed={self.name: number})
 
     def of_acceleration(self, value: float) -> float:
-        """The intensity of an acceleration [g]."""
+        """Return the intensity of an acceleration [g]."""
         return atan(value) if self.kind is IntensityKind.TILT else value
 
     def acceleration(self, value: float) -> float:
-        """The acceleration [g] that an intensity is."""
+        """Return the acceleration [g] of an intensity."""
         if self.kind is not IntensityKind.TILT:
             return value
         return tan(value) if value < UPRIGHT else float("inf")
 
 
 def intensity_of(name: str, variant: Variant, timeline: Timeline) -> Intensity:
-    """What is meant by a name; a variable of the scenario goes before what is called alike. Raises NoIntensityError."""
+    """Return the intensity of a name; a variable of the scenario has priority. Raises NoIntensityError."""
     names = variables_of(variant)
     if name in names:
         return _of_variable(name, variant)
@@ -115,52 +115,52 @@ def _of_variable(name: str, variant: Variant) -> Intensity:
         try:
             amount = constant(distribution(written).middle)
         except MistakeError:
-            raise NoIntensityError(f"the variable '{name}' is {written!r}, and no quantity") from None
+            raise NoIntensityError(f"the variable '{name}' is {written!r}, which is no quantity") from None
     return Intensity(IntensityKind.VARIABLE, name, unit_text(amount), float(amount.magnitude))
 
 
 def _of_jitter(timeline: Timeline) -> Intensity:
-    """The largest error of position, or else of yaw, stands for all."""
+    """Return the jitter, measured by the largest error of position, or else of yaw."""
     for key, unit in (("position", "m"), ("yaw", "rad")):
         spreads = [getattr(each, key) for each in timeline.jitter.values()]
         if widths := [spread.width for spread in spreads if spread is not None]:
             return Intensity(IntensityKind.JITTER, IntensityKind.JITTER.value, unit, max(widths))
-    raise NoIntensityError("no step of the build has a `jitter`; say jitter: {position: 1 mm, yaw: 1 deg} in one")
+    raise NoIntensityError("no step of the build has a `jitter`; add jitter: {position: 1 mm, yaw: 1 deg} to one")
 
 
-# How much horizontal acceleration each sample survives once it is built: its capacity, which statics knows at once.
+# Capacity: the horizontal acceleration that a sample survives once it is built, computed by statics.
 
 
-ACCURACY = 1e-4  # share of a capacity in the worst direction that may be unproven
+ACCURACY = 1e-4  # relative accuracy of a capacity in the worst direction
 UNKNOWN = (0.0, inf)
-SOLVED = "its own margin"  # the way of samples that stand
+SOLVED = "margin of the sample"  # the kind of proof of samples that stand
 
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
-    """What one sample survives, and what it is proven not to."""
+    """The acceleration that one sample survives."""
 
-    fate: int  # of its building, see `SampleOutcome`
-    survived: float = 0.0  # proven [g]
-    fails: float = inf  # proven to bring something down [g]; inf if nothing is proven to
+    fate: int  # outcome of the build, see `SampleOutcome`
+    survived: float = 0.0  # acceleration that is proven to be survived [g]
+    fails: float = inf  # acceleration that is proven to bring bricks down [g]; inf if none is
 
 
 def capacities_of(design: BuildPlan, draws: Draws, bearing: float | None) -> tuple[list[Capacity], Counter[str]]:
-    """The capacities of some samples, and how many each way decided.
+    """Return the capacities of a batch of samples, and the number of samples by kind of proof.
 
-    Along one bearing [rad], which bricks are pulled along, or in the worst direction of all.
+    A capacity is that along the bearing of the pull [rad], or in the worst direction if `bearing` is None.
     """
     fates, ways = sample_outcomes_of(design, draws), Counter[str]()
     hands = PlacementSampler(design, draws).build()
-    found = []
+    capacities = []
     for sample, (fate, way) in enumerate(zip(fates.fates.tolist(), fates.ways, strict=True)):
         if fate == SampleOutcome.STANDS:
-            found.append(Capacity(fate, *_margin(design, hands.placed(sample), bearing)))
+            capacities.append(Capacity(fate, *_margin(design, hands.placed(sample), bearing)))
             ways[SOLVED] += 1
         else:
-            found.append(Capacity(fate, 0.0, 0.0 if fate > 0 else inf))
+            capacities.append(Capacity(fate, 0.0, 0.0 if fate > 0 else inf))
             ways.update([str(way)] if way is not None else [])
-    return found, ways
+    return capacities, ways
 
 
 def _margin(design: BuildPlan, placed: Sequence[Placed], bearing: float | None) -> tuple[float, float]:

@@ -1,8 +1,8 @@
-"""What a margin depends on most: places and masses of bricks, friction of joints, numbers of the file.
+"""Sensitivity of a margin to positions and masses of bricks, friction of contacts, and numbers of the file.
 
-Slopes come from the forces and motions at the limit, without solving anything anew. Those that matter most are held
-against differences: the margin is asked again with a little less and a little more. Where that says otherwise the
-margin has a kink, or forces that are not unique, and the differences are what is told.
+Slopes follow from the forces and motions at the limit, without another solution. The largest ones are checked against
+finite differences: the margin is computed with a little less and a little more. If both disagree, the margin has a kink
+or its forces are not unique, and the finite differences are reported.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -23,55 +23,55 @@ from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import Proofs, proofs_of
 from stackdsl.studies.find_limit import SearchError, SearchVariable, names_in, search_variable_of
 
-SHARE: Final = 0.01  # of each number: what is compared
-NEAR: Final = 1e-6  # of each number: how far data are compared for slopes
-APART: Final = 1e-3  # of each number: how far the margin is asked anew
-AGREE: Final = 0.02  # of a slope: how far it may be off what differences say, which are a thousandth off themselves
-FINE: Final = 1e-8  # to which margins are asked
-ROUNDING: Final = 1e-9  # of a margin: no change
-CHECKED: Final = 10  # slopes, unless told otherwise
+SHARE: Final = 0.01  # of each number: the change by which effects are compared
+NEAR: Final = 1e-6  # of each number: step for derivatives of the problem data
+APART: Final = 1e-3  # of each number: step of finite differences of the margin
+AGREE: Final = 0.02  # relative difference of a slope from finite differences, which have an error of a thousandth
+FINE: Final = 1e-8  # accuracy of margins
+ROUNDING: Final = 1e-9  # of a margin: smaller changes are rounding
+CHECKED: Final = 10  # default number of checked slopes
 
 
 class MarginKind(StrEnum):
-    """Which margin."""
+    """The kind of margin."""
 
-    ACCELERATION = "acceleration"  # [g] that is survived in every direction; of a tilt, its tangent
-    FRICTION = "friction"  # the least coefficient with which it stands
+    ACCELERATION = "acceleration"  # [g] survived in every direction; for a tilt, its tangent
+    FRICTION = "friction"  # the least coefficient with which the structure stands
 
 
 class SlopeSource(StrEnum):
-    """Where slopes come from."""
+    """The source of a slope."""
 
-    DUALS = "duals"  # from forces and motions at the limit; not held against differences
-    CHECKED = "checked"  # the same, and differences say so too
-    DIFFERENCES = "differences"  # the margin was asked anew, as forces or motions are not unique, or touch elsewhere
-    NONE = "none"  # there is no margin on one of the sides
+    DUALS = "duals"  # forces and motions at the limit; not checked
+    CHECKED = "checked"  # forces and motions at the limit, confirmed by finite differences
+    DIFFERENCES = "differences"  # finite differences, as forces, motions or contacts are not unique
+    NONE = "none"  # no margin on one of the sides
 
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """How a margin changes with one number."""
+    """The effect of one number on a margin."""
 
-    what: str
+    what: str  # name of the number
     unit: str  # of the number; empty for none
-    size: float  # of the number, or of the brick that is moved, in its unit
-    less: float | None  # change of the margin by a unit, to the side of less
-    more: float | None  # to the side of more
+    size: float  # of the number, or of the moved brick, in that unit
+    less: float | None  # slope for a smaller number, per unit
+    more: float | None  # slope for a larger number, per unit
     source: SlopeSource
 
     @property
     def matters(self) -> float:
-        """By how much the margin changes at most, by a hundredth of the number."""
+        """Largest change of the margin if the number changes by a hundredth."""
         return SHARE * abs(self.size) * max(abs(self.less or 0.0), abs(self.more or 0.0))
 
     @property
     def counts(self) -> bool:
-        """Whether it matters at all, beyond rounding."""
+        """Whether the effect is larger than rounding."""
         return self.less is None or self.more is None or self.matters > ROUNDING
 
     @property
     def has_kink(self) -> bool:
-        """Whether it changes otherwise to one side than to the other."""
+        """Whether the slopes of both sides differ."""
         if self.less is None or self.more is None:
             return True
         return self.counts and abs(self.less - self.more) > AGREE * max(abs(self.less), abs(self.more))
@@ -79,29 +79,29 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class Sensitivities:
-    """What one margin of one case depends on, the most first."""
+    """The effects of all numbers on one margin of one case, the largest first."""
 
     case: str
     of: MarginKind
     margin: float
     effects: Sequence[Effect]
-    judged: int = 0  # bricks that statics judged
-    bricks: int = 0  # bricks that are built
+    judged: int = 0  # number of judged bricks
+    bricks: int = 0  # number of bricks
 
     @property
     def in_doubt(self) -> bool:
-        """Whether differences contradicted a slope, so that others that were not checked, or are none, may be off."""
+        """Whether a check contradicted a slope, so that unchecked slopes may be wrong too."""
         return {SlopeSource.DIFFERENCES, SlopeSource.DUALS} <= {each.source for each in self.effects}
 
 
 @dataclass(frozen=True, slots=True)
 class _Number:
-    """What may be changed."""
+    """A number that can be changed."""
 
-    what: str
+    what: str  # its name
     unit: str
     size: float
-    problem: Callable[[float], Problem | None]  # with so much more of it, in its unit
+    problem: Callable[[float], Problem | None]  # the problem, by the change of the number in its unit
 
 
 def sensitivities_of(
@@ -109,27 +109,27 @@ def sensitivities_of(
     name: str,
     of: MarginKind,
     checked: int = CHECKED,
-    told: Callable[[int, int], None] = lambda done, all_: None,
+    on_progress: Callable[[int, int], None] = lambda done, all_: None,
 ) -> Sensitivities:
-    """What a margin of a case depends on; `told` hears of how many numbers enough is known, of how many.
+    """Return the effects of all numbers on a margin of a case. Raises SearchError if there is no such margin.
 
-    Raises SearchError for what has no such margin.
+    `on_progress` is called with the number of finished numbers and their total.
     """
     proofs = proofs_of(case.timeline)
     _refuse(proofs)
     margins = _Margins(proofs.assembly, of)
     if not margins.limits:
-        raise SearchError(f"it has no limit of {of.value}, so that nothing matters to it")
+        raise SearchError(f"it has no limit of {of.value}, so there are no sensitivities")
     numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *_joints(proofs.assembly), *_variables(case)]
     effects = []
     for done, number in enumerate(numbers):
         effects.append(margins.effect(number))
-        told(done, len(numbers))
+        on_progress(done, len(numbers))
     order = sorted(range(len(numbers)), key=lambda i: -effects[i].matters)
     for rank, index in enumerate(order):
         if rank < checked or effects[index].source is SlopeSource.NONE:
-            effects[index] = margins.held_against_differences(numbers[index], effects[index])
-        told(rank, len(numbers))
+            effects[index] = margins.checked(numbers[index], effects[index])
+        on_progress(rank, len(numbers))
     ranked = sorted(effects, key=lambda each: -each.matters)
     bricks = sum(not each.hits for each in case.timeline.placements)
     return Sensitivities(name, of, margins.value, ranked, len(proofs.assembly.bricks), bricks)
@@ -138,16 +138,16 @@ def sensitivities_of(
 def _refuse(proofs: Proofs) -> None:
     verdict = proofs.verdict
     if not proofs.assembly.bricks:
-        raise SearchError("nothing is set down at rest, so there is nothing that statics could judge")
+        raise SearchError("no brick is set down at rest, so statics has nothing to judge")
     if verdict.stability is not Stability.STABLE:
-        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; what does not stand has no margin")
+        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; only a structure that stands has a margin")
 
 
 # --- the margin -------------------------------------------------------------------------------------------------------
 
 
 class _Margins:
-    """One margin of an assembly, and of what is nearly the same."""
+    """One margin of an assembly and of its slight changes."""
 
     def __init__(self, assembly: Assembly, of: MarginKind) -> None:
         self._of, self._gravity = of, assembly.gravity
@@ -155,26 +155,26 @@ class _Margins:
         self._unit = (
             1.0 if of is MarginKind.ACCELERATION else max((c.law.friction for c in problem.contacts), default=0.0)
         )
-        found = (
+        value, limits = (
             acceleration_limits(problem, self._gravity) if of is MarginKind.ACCELERATION else friction_limits(problem)
         )
-        self.value: float = found[0] * self._unit if found[0] < inf else inf
-        self.limits: Sequence[MarginLimit] = found[1]
-        self._exact = self._asked(problem) or self.value
+        self.value: float = value * self._unit if value < inf else inf
+        self.limits: Sequence[MarginLimit] = limits
+        self._exact = self._margin(problem) or self.value
 
     def effect(self, number: _Number) -> Effect:
-        """What one number changes, from the limits alone."""
+        """Return the effect of a number, from the forces and motions at the limit."""
         step = NEAR * number.size
-        found = slopes(self.limits, number.problem(-step), number.problem(step), step)
-        if found is None:
+        both = slopes(self.limits, number.problem(-step), number.problem(step), step)
+        if both is None:
             return Effect(number.what, number.unit, number.size, None, None, SlopeSource.NONE)
-        less, more = found.less * self._unit, found.more * self._unit
+        less, more = both.less * self._unit, both.more * self._unit
         return Effect(number.what, number.unit, number.size, less, more, SlopeSource.DUALS)
 
-    def held_against_differences(self, number: _Number, effect: Effect) -> Effect:
-        """The same, held against the margin with a little less and a little more."""
+    def checked(self, number: _Number, effect: Effect) -> Effect:
+        """Return the effect checked against finite differences of the margin, or corrected by these."""
         step = APART * number.size
-        below, above = (self._asked(number.problem(side)) for side in (-step, step))
+        below, above = (self._margin(number.problem(side)) for side in (-step, step))
         less = None if below is None else (self._exact - below) / step
         more = None if above is None else (above - self._exact) / step
         if effect.less is not None and effect.more is not None and less is not None and more is not None:
@@ -185,22 +185,22 @@ class _Margins:
         source = SlopeSource.NONE if less is None and more is None else SlopeSource.DIFFERENCES
         return replace(effect, less=less, more=more, source=source)
 
-    def _asked(self, problem: Problem | None) -> float | None:
-        """The margin of a problem; None if it has none."""
+    def _margin(self, problem: Problem | None) -> float | None:
+        """Return the margin of a problem; None if it has none."""
         if problem is None:
             return None
         if self._of is MarginKind.ACCELERATION:
-            found = acceleration(problem, FINE, self._gravity)
-            return None if found is None or found.upper == inf else found.upper
-        factor = least_friction(problem, FINE)
-        return None if factor.factor == inf else 0.5 * (factor.factor + factor.too_little) * self._unit
+            worst = acceleration(problem, FINE, self._gravity)
+            return None if worst is None or worst.upper == inf else worst.upper
+        friction = least_friction(problem, FINE)
+        return None if friction.factor == inf else 0.5 * (friction.factor + friction.too_little) * self._unit
 
 
-# --- what may be changed ----------------------------------------------------------------------------------------------
+# --- numbers that can be changed --------------------------------------------------------------------------------------
 
 
 def _places(assembly: Assembly) -> Iterator[_Number]:
-    """Where bricks lie, along two axes of the ground."""
+    """Yield the positions of bricks, along two axes of the ground."""
     moved = _Moved(assembly)
     normal = assembly.planes[0].normal_W if assembly.planes else (0.0, 0.0, 1.0)
     across = unit(cross(normal, (1.0, 0.0, 0.0)))
@@ -216,7 +216,7 @@ def _shifted(moved: "_Moved", brick: BodyId, axis: Vec3) -> Callable[[float], Pr
 
 
 class _Moved:
-    """An assembly with one brick elsewhere: only what that touches is found anew, and nothing is proven."""
+    """An assembly with one shifted brick: only the contacts of that brick are recomputed, and nothing is proven."""
 
     def __init__(self, assembly: Assembly) -> None:
         self._structure = Structure(
@@ -226,16 +226,16 @@ class _Moved:
             self._structure.put(placed)
 
     def problem(self, brick: BodyId, shift: Vec3) -> Problem:
-        """The problem with a brick shifted [m]."""
-        here = self._structure.bricks[brick]
-        there = Pose(add_scaled(here.pose.position_W, 1.0, shift), here.pose.orientation)
+        """Return the problem with a shifted brick [m]."""
+        original = self._structure.bricks[brick]
+        pose = Pose(add_scaled(original.pose.position_W, 1.0, shift), original.pose.orientation)
         self._structure.take(brick)
-        self._structure.put(Placed(here.brick, there))
+        self._structure.put(Placed(original.brick, pose))
         names = sorted(self._structure.bricks)
-        found = self._structure.problem(names, self._structure.contacts_of(names))
+        problem = self._structure.problem(names, self._structure.contacts_of(names))
         self._structure.take(brick)
-        self._structure.put(here)
-        return found
+        self._structure.put(original)
+        return problem
 
 
 def _masses(assembly: Assembly) -> Iterator[_Number]:
@@ -273,26 +273,26 @@ def _rougher(problem: Problem, number: int, contact: Contact) -> Callable[[float
 
 
 def _variables(case: Case) -> Iterator[_Number]:
-    """Numbers of the file that need not be whole, but for places of single bricks, which are there already."""
+    """Yield the numbers of the file that can be fractions, without positions of bricks, which `_places` yields."""
     places = {f"{axis} of {each.brick.id}" for axis in "xy" for each in case.timeline.placements}
     for name in names_in(case):
         if name in places:
             continue
         try:
-            sought = search_variable_of(case, name, wants_more=True)
-        except SearchError:  # such as one that is written twice
+            variable = search_variable_of(case, name, wants_more=True)
+        except SearchError:  # for example, a number that is written twice
             continue
-        size = abs(sought.number) or sought.size
-        if _built(sought, NEAR * size) is not None:
-            yield _Number(name, sought.unit, size, _other(sought))
+        size = abs(variable.number) or variable.size
+        if _built(variable, NEAR * size) is not None:
+            yield _Number(name, variable.unit, size, _other(variable))
 
 
-def _other(sought: SearchVariable) -> Callable[[float], Problem | None]:
-    return lambda more: _built(sought, more)
+def _other(variable: SearchVariable) -> Callable[[float], Problem | None]:
+    return lambda more: _built(variable, more)
 
 
-def _built(sought: SearchVariable, more: float) -> Problem | None:
-    timeline, _ = sought.compiled(sought.number + more)
+def _built(variable: SearchVariable, more: float) -> Problem | None:
+    timeline, _ = variable.compiled(variable.number + more)
     if timeline is None:
         return None
     proofs = proofs_of(timeline, names_smallest=False)

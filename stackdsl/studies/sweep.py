@@ -28,47 +28,47 @@ from stackdsl.studies.sweep_workers import Workers
 from stackdsl.supervising.executors import asked_of
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, interrupts_held_back
 
-# A sweep under way: pieces go to an Executor, as many at a time as keep it busy, and rows to a file, in order.
+# A running sweep: pieces go to an Executor, enough to keep it busy, and rows go to a file, in order.
 
 
-FIRST: Final = 100  # samples of the pieces that go out before it is known what one takes
-MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and take more memory where they are waited for
-WANTED: Final = 2.0  # [s] of a piece, or longer where so many workers would send more messages than these
-MESSAGES: Final = 200  # a second: a scheduler, and this process, can do some times as many
-FRESH: Final = 0.2  # how much the latest piece counts in what a sample takes
-AHEAD: Final = 4  # times what is under way may be judged, and wait for a row before theirs
-ATTEMPTS: Final = 3  # that an executor has to carry a piece to an end
-ALONE: Final = 2  # that a sample by itself has: what brings it down may be somebody else's doing
+FIRST: Final = 100  # samples of a piece before the time of one sample is known
+MOST: Final = 20_000  # samples of a piece: more would be lost by a kill, and need more memory while they wait
+WANTED: Final = 2.0  # [s] time of a piece; longer if the workers would exceed `MESSAGES`
+MESSAGES: Final = 200  # per second: a scheduler and this process can handle several times as many
+FRESH: Final = 0.2  # weight of the latest piece in the time of a sample
+AHEAD: Final = 4  # judged pieces that may wait for earlier rows, as a multiple of the pieces under way
+ATTEMPTS: Final = 3  # of an executor to finish a piece
+ALONE: Final = 2  # attempts of a single sample, as its failure may be caused by another program
 MOST_FAILED: Final = 100  # samples: more are no accident
-LONGEST_WAIT: Final = 0.05  # [s] between two looks at whoever is told that we wait
+LONGEST_WAIT: Final = 0.05  # [s] between two calls of `on_wait`
 SAME: Final = "install the same stackdsl, Python, numpy, scipy, clarabel and engines there as here"
-LOOK: Final = 5.0  # [s] between two looks at how many workers there are
+LOOK: Final = 5.0  # [s] between two queries of the number of workers
 
 
 class SweepError(Exception):
-    """A sweep that cannot go on; what is in its file is kept, and is gone on with by calling it again."""
+    """A sweep cannot go on; the rows in its file are kept, and another call resumes it."""
 
 
 class RowsFile(Protocol):
-    """Where rows go."""
+    """A destination of rows."""
 
-    counts: Counts  # of what was there on opening, to which is added what is written
+    counts: Counts  # of all rows, those before opening included
 
     @property
     def rows(self) -> int:
-        """How many there are."""
+        """Number of rows."""
 
     def write(self, lines: list[bytes]) -> None:
-        """Add some. Raises RowsError."""
+        """Append rows. Raises RowsError."""
 
 
 @dataclass
 class Piece:
-    """Some samples of a case that follow each other, judged at once, or in parts where that fails."""
+    """Consecutive samples of a case, judged at once, or in parts if that fails."""
 
     first: int
     count: int
-    parts: dict[int, JudgedSamples] = field(default_factory=dict)  # by their first sample
+    parts: dict[int, JudgedSamples] = field(default_factory=dict)  # by first sample
     missing: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -77,21 +77,21 @@ class Piece:
 
 @dataclass
 class Lane:
-    """The rows of one case."""
+    """The progress of one case."""
 
     index: int
     entry: PlannedCase
-    next: int  # the first sample that is in no piece
+    next: int  # first sample that is in no piece
     head: bytes = field(init=False)
-    pieces: deque[Piece] = field(default_factory=deque)  # under way, in their order
-    ready: deque[tuple[bytes, RowKind]] = field(default_factory=deque)  # of the rows that come next: how each ends
-    cost: float | None = None  # [s] that a sample takes
+    pieces: deque[Piece] = field(default_factory=deque)  # under way, in order
+    ready: deque[tuple[bytes, RowKind]] = field(default_factory=deque)  # next rows: text after the number, and result
+    cost: float | None = None  # time of a sample [s]
 
     def __post_init__(self) -> None:
         self.head = head_of(self.entry)
 
     def cut(self, wanted: float) -> Piece:
-        """The next piece: so many samples as take about so long [s]."""
+        """Return the next piece, of as many samples as take about `wanted` seconds."""
         count = FIRST if self.cost is None else int(min(MOST, wanted / max(self.cost, wanted / MOST)))
         piece = Piece(self.next, max(1, min(count, self.entry.count - self.next)))
         self.next += piece.count
@@ -99,7 +99,7 @@ class Lane:
         return piece
 
     def done(self, piece: Piece, first: int, judged: JudgedSamples) -> int:
-        """Keep what became of a part of a piece, and get ready what comes next; how many pieces are done by that."""
+        """Store the results of a part of a piece, and prepare the next rows; return the number of finished pieces."""
         piece.parts[first] = judged
         piece.missing -= len(judged.which)
         if judged.cpu_time > 0.0:
@@ -115,8 +115,8 @@ class Lane:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
-    """What an executor was asked for."""
+class Job:
+    """A call of an executor."""
 
     lane: Lane
     piece: Piece
@@ -127,23 +127,21 @@ class Order:
 
 @dataclass
 class Sweep:
-    """Pieces under way, and rows that wait for those before them; this process holds counts, and no rows else."""
+    """A running sweep. It holds only rows that wait for earlier ones, and counts of all others."""
 
     plan: SweepPlan
     file: RowsFile
     executor: Executor
-    capacity: Callable[[], int]  # how many pieces can be judged at a time; may change
+    capacity: Callable[[], int]  # number of pieces that can be judged in parallel; may change
     on_wait: Callable[[int], None] = lambda rows: None  # called many times a second with the number of rows
     _lanes: list[Lane] = field(init=False)
     _order: Iterator[tuple[int, int]] = field(init=False)
-    _at: tuple[int, int] | None = field(init=False)  # the sample and the case of the next row
-    _under_way: dict["Future[TaskResult]", Order] = field(default_factory=dict)
+    _at: tuple[int, int] | None = field(init=False)  # sample and case of the next row
+    _under_way: dict["Future[TaskResult]", Job] = field(default_factory=dict)
     _ended: "SimpleQueue[Future[TaskResult]]" = field(default_factory=SimpleQueue)
-    _turns: list[tuple[int, int]] = field(
-        init=False
-    )  # a heap: the next sample of each case that has more, and the case
-    _ahead: int = 0  # pieces that are not done, or wait for those before them
-    _workers: tuple[float, int] = (0.0, 0)  # how many there are, and when that was asked
+    _turns: list[tuple[int, int]] = field(init=False)  # heap of unfinished cases: next sample and case
+    _ahead: int = 0  # pieces that are not done, or wait for earlier ones
+    _workers: tuple[float, int] = (0.0, 0)  # time of the last query, and number of workers
 
     def __post_init__(self) -> None:
         sample, index = self.plan.at(self.file.rows)
@@ -157,23 +155,23 @@ class Sweep:
         self._at = next(self._order, None)
 
     def run(self) -> None:
-        """Judge all that is not there. Raises SweepError, RowsError, and what interrupts it; rows are kept."""
+        """Judge all missing samples. Raises SweepError, RowsError and interruptions; rows are kept."""
         try:
             self._refuse_more_failures()
             while self._at is not None:
                 self._hand_out()
                 for future in self._done():
-                    self._hear(self._under_way.pop(future), future)
+                    self._receive(self._under_way.pop(future), future)
                 self._write()
                 self.on_wait(self.file.rows)
         finally:
             for future in self._under_way:
                 future.cancel()
 
-    # --- what goes out ------------------------------------------------------------------------------------------------
+    # --- submission ---------------------------------------------------------------------------------------------------
 
     def _hand_out(self) -> None:
-        """Keep the executor busy, but do not run far ahead of what is written."""
+        """Submit enough pieces to keep the executor busy, but not far ahead of the written rows."""
         workers = self._capacity()
         most, wanted = 2 * workers, max(WANTED, workers / MESSAGES)
         while self._turns and len(self._under_way) < most and self._ahead < AHEAD * most:
@@ -185,16 +183,16 @@ class Sweep:
                 heapreplace(self._turns, (lane.next, index))
             else:
                 heappop(self._turns)
-            self._ask(Order(lane, piece, piece.first, piece.count))
+            self._submit(Job(lane, piece, piece.first, piece.count))
 
-    def _ask(self, order: Order) -> None:
-        entry = order.lane.entry
-        arguments = (entry.packed, order.first, order.count, entry.program)
+    def _submit(self, job: Job) -> None:
+        entry = job.lane.entry
+        arguments = (entry.packed, job.first, job.count, entry.program)
         try:
             future = asked_of(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
-        except Exception as error:  # it was shut down, its processes have died, or its cluster has gone
-            raise SweepError(f"the executor takes no more work: {_what(error)}") from error
-        self._under_way[future] = order
+        except Exception as error:  # the executor was shut down, its processes died, or its cluster ended
+            raise SweepError(f"the executor takes no more work: {_text(error)}") from error
+        self._under_way[future] = job
         future.add_done_callback(self._ended.put)
 
     def _capacity(self) -> int:
@@ -202,15 +200,15 @@ class Sweep:
         if not count or monotonic() > when + LOOK:
             try:
                 count = max(1, self.capacity())
-            except Exception as error:  # whatever its cluster makes of its own troubles
-                raise SweepError(f"the executor no longer answers: {_what(error)}") from error
+            except Exception as error:  # a cluster may raise anything
+                raise SweepError(f"the executor no longer answers: {_text(error)}") from error
             self._workers = (monotonic(), count)
         return count
 
-    # --- what comes back ----------------------------------------------------------------------------------------------
+    # --- results ------------------------------------------------------------------------------------------------------
 
     def _done(self) -> Iterator["Future[TaskResult]"]:
-        """The futures that have ended, at least one if that does not take too long."""
+        """Yield finished futures, after a short wait for the first."""
         try:
             yield self._ended.get(timeout=LONGEST_WAIT)
             while True:
@@ -218,52 +216,52 @@ class Sweep:
         except Empty:
             return
 
-    def _hear(self, order: Order, future: "Future[TaskResult]") -> None:
+    def _receive(self, job: Job, future: "Future[TaskResult]") -> None:
         try:
             result = future.result()
-        except (Exception, CancelledError) as error:  # whatever the executor makes of its own troubles
-            self._lost(order, error)
+        except (Exception, CancelledError) as error:  # an executor may raise anything
+            self._lost(job, error)
             return
         judged = result.value
         if isinstance(judged, OtherProgram):
-            told = f"it has the digest {judged.digest[:12]}, and this one {order.lane.entry.program[:12]}"
-            raise SweepError(f"the worker on {judged.where} has another program: {told}; {SAME}")
+            digests = f"it has the digest {judged.digest[:12]}, and this one {job.lane.entry.program[:12]}"
+            raise SweepError(f"the worker on {judged.where} has another program: {digests}; {SAME}")
         if result.status is TaskStatus.DONE and isinstance(judged, JudgedSamples):
-            self._ahead -= order.lane.done(order.piece, order.first, judged)
+            self._ahead -= job.lane.done(job.piece, job.first, judged)
         elif result.status is TaskStatus.NOT_RUN:
-            self._lost(order, RuntimeError(result.message))
+            self._lost(job, RuntimeError(result.message))
         else:
-            self._failed(order, result)
+            self._failed(job, result)
 
-    def _lost(self, order: Order, error: BaseException) -> None:
-        """Nothing is known of the samples: whoever was to carry them out has failed."""
-        if isinstance(error, ImportError | AttributeError):  # so says Python of what is missing in what it is to read
+    def _lost(self, job: Job, error: BaseException) -> None:
+        """Submit a job again after a failure of the executor. Raises SweepError after several attempts."""
+        if isinstance(error, ImportError | AttributeError):  # the worker cannot unpickle an object of this program
             raise SweepError(f"a worker has another program: {error}; {SAME}") from error
-        if order.attempt >= ATTEMPTS:
-            told = f"the executor failed {ATTEMPTS} times with the same samples: {_what(error)}"
-            raise SweepError(told) from error
-        self._ask(Order(order.lane, order.piece, order.first, order.count, order.attempt + 1))
+        if job.attempt >= ATTEMPTS:
+            message = f"the executor failed {ATTEMPTS} times with the same samples: {_text(error)}"
+            raise SweepError(message) from error
+        self._submit(Job(job.lane, job.piece, job.first, job.count, job.attempt + 1))
 
-    def _failed(self, order: Order, result: TaskResult) -> None:
-        """Some sample brings down what judges it, or takes too long: find out which."""
-        if order.count == 1 and (order.attempt >= ALONE or not order.lane.entry.case.is_sampled):
+    def _failed(self, job: Job, result: TaskResult) -> None:
+        """Find the sample that crashed its worker or exceeded the time limit, by halving the job."""
+        if job.count == 1 and (job.attempt >= ALONE or not job.lane.entry.case.is_sampled):
             kind = RowKind(FAILED, None, result.message or str(result.status))
-            self._ahead -= order.lane.done(order.piece, order.first, judged_as([kind], 0.0))
-        elif order.count == 1:
-            self._ask(Order(order.lane, order.piece, order.first, 1, order.attempt + 1))
+            self._ahead -= job.lane.done(job.piece, job.first, judged_as([kind], 0.0))
+        elif job.count == 1:
+            self._submit(Job(job.lane, job.piece, job.first, 1, job.attempt + 1))
         else:
-            half = order.count // 2
-            self._ask(Order(order.lane, order.piece, order.first, half))
-            self._ask(Order(order.lane, order.piece, order.first + half, order.count - half))
+            half = job.count // 2
+            self._submit(Job(job.lane, job.piece, job.first, half))
+            self._submit(Job(job.lane, job.piece, job.first + half, job.count - half))
 
-    # --- what is written ----------------------------------------------------------------------------------------------
+    # --- rows ---------------------------------------------------------------------------------------------------------
 
     def _write(self) -> None:
-        """Write all rows whose turn it is."""
+        """Write all rows that have no missing row before them."""
         lines: list[bytes] = []
         fresh, at = Counts(), self._at
         while at is not None and (lane := self._lanes[at[1]]).ready:
-            if len(self._lanes) == 1:  # no other case's rows come between
+            if len(self._lanes) == 1:  # rows of a single case are consecutive
                 ends, sample = [*lane.ready], at[0]
                 lane.ready.clear()
                 lines = [b"%b%d%b" % (lane.head, number, tail) for number, (tail, _) in enumerate(ends, sample)]
@@ -276,7 +274,7 @@ class Sweep:
             at = next(self._order, None)
         self._at = at
         if lines:
-            with interrupts_held_back():  # what is told of rows is to be what is there
+            with interrupts_held_back():  # the counts must match the written rows
                 self.file.write(lines)
                 self.file.counts.merge(fresh)
             self._refuse_more_failures()
@@ -288,11 +286,11 @@ class Sweep:
         count = sum(n for *_, n in failed)
         if count > MOST_FAILED:
             index, kind, _ = failed[0]
-            told = f"of {self.plan.entries[index].name}: {kind.how}"
-            raise SweepError(f"{count} samples failed, which is no accident; one {told}; mend that and write anew")
+            example = f"one of {self.plan.entries[index].name}: {kind.how}"
+            raise SweepError(f"{count} samples failed; {example}; fix the cause and write to a new file")
 
 
-def _what(error: BaseException) -> str:
+def _text(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":")
 
 
@@ -300,70 +298,70 @@ def _fails(kind: RowKind) -> bool:
     return kind.verdict == FAILED
 
 
-# A whole sweep: rows into a file, on whatever Executor there is; and what came of it.
+# A whole sweep: rows into a file, on an Executor; and its results.
 
 
 FORMS: Final[dict[str, type[JsonLines | ParquetFolder]]] = {
     ".jsonl": JsonLines,
     ".parquet": ParquetFolder,
 }
-UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may have stood
+UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may stand
 
 
 @dataclass(frozen=True, slots=True)
 class SweptCase:
-    """What became of the samples of one case so far, or of the case that has none."""
+    """The results of one case so far."""
 
     entry: PlannedCase
     kinds: Counter[RowKind]
 
     @property
     def rows(self) -> int:
-        """How many there are."""
+        """Number of rows."""
         return self.kinds.total()
 
     @property
     def verdicts(self) -> dict[str, int]:
-        """How many rows have each verdict."""
+        """Number of rows by verdict."""
         return self._by(lambda kind: kind.verdict)
 
     @property
     def ways(self) -> dict[str, int]:
-        """How many rows each way decided."""
+        """Number of rows by kind of proof or decision."""
         return self._by(lambda kind: kind.how if kind.verdict != FAILED else "")
 
     @property
     def fell(self) -> dict[int, int]:
-        """How many fell, by the level under construction."""
-        found = Counter[int]()
+        """Number of fallen samples by the level under construction."""
+        counts = Counter[int]()
         for kind, count in self.kinds.items():
             if kind.level is not None:
-                found[kind.level] += count
-        return dict(sorted(found.items()))
+                counts[kind.level] += count
+        return dict(sorted(counts.items()))
 
     @property
     def failed(self) -> dict[str, int]:
-        """How many brought down what judged them, and why."""
+        """Number of failed samples by reason."""
         return {kind.how: count for kind, count in self.kinds.items() if kind.verdict == FAILED}
 
     @property
     def stands(self) -> Interval | None:
-        """Between which the share that stands lies, as sure as the scenario says; None of what has no samples."""
+        """Confidence interval of the share that stands; None without samples."""
         if not self.entry.case.is_sampled or not self.rows:
             return None
         stood, unknown = self.verdicts.get("stands", 0), sum(self.verdicts.get(each, 0) for each in UNKNOWN)
         return interval(stood, stood + unknown, self.rows, 1.0 - self.entry.case.scenario.confidence)
 
     def _by(self, word: Callable[[RowKind], str]) -> dict[str, int]:
-        found = Counter[str]()
+        counts = Counter[str]()
         for kind, count in self.kinds.items():
             if word(kind):
-                found[word(kind)] += count
-        return dict(sorted(found.items(), key=lambda each: (-each[1], each[0])))
+                counts[word(kind)] += count
+        return dict(sorted(counts.items(), key=lambda each: (-each[1], each[0])))
 
 
 def rows_file(path: Path, plan: SweepPlan) -> JsonLines | ParquetFolder:
-    """Where the rows go, by the ending of the path. Raises RowsError."""
+    """Open the file or folder for rows, by the suffix of the path. Raises RowsError."""
     try:
         form = FORMS[path.suffix.lower()]
     except KeyError:
@@ -378,18 +376,18 @@ def sweep(
     on_rows: Callable[[int], None] = lambda rows: None,
     on_counts: Callable[[Counts], None] = lambda counts: None,
 ) -> tuple[SweptCase, ...]:
-    """Bring all rows of a plan into a file, those that lack there; `on_counts` is told what is there before it begins.
+    """Append all missing rows of a plan to a file; `on_counts` is called first with the counts of existing rows.
 
-    Raises RowsError and SweepError, and whatever `workers` raises. However it ends, rows that are there are kept.
+    Raises RowsError, SweepError, and any error of `workers`. Written rows are kept in any case.
     """
     with rows_file(out, plan) as file:
         on_counts(file.counts)
         if file.rows < plan.total:
-            with workers() as those:
-                Sweep(plan, file, those.executor, those.capacity, on_rows).run()
-    return told(plan, file.counts)
+            with workers() as pool:
+                Sweep(plan, file, pool.executor, pool.capacity, on_rows).run()
+    return swept_cases(plan, file.counts)
 
 
-def told(plan: SweepPlan, counts: Counts) -> tuple[SweptCase, ...]:
-    """What became of each case."""
+def swept_cases(plan: SweepPlan, counts: Counts) -> tuple[SweptCase, ...]:
+    """Return the results of each case."""
     return tuple(SweptCase(entry, counts.of.get(index, Counter())) for index, entry in enumerate(plan.entries))

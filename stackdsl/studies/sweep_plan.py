@@ -17,7 +17,7 @@ from stackdsl.checking.cache import portable_digest
 from stackdsl.checking.cases import Case
 from stackdsl.checking.ensembles import PLAYED, judged_each
 from stackdsl.checking.play_case import play_case
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of, timelines
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
@@ -25,56 +25,56 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.supervising.executors import TIME_LIMIT
 
-# A piece of a sweep: some samples of one case, or a case that is played once. What a worker does, wherever it is.
+# A piece of a sweep: consecutive samples of one case, or a case that is played once; judged by a worker.
 
 
-TOGETHER: Final = 500  # samples that are judged as one; more are hardly cheaper, and take more memory
-CASES: Final = 64  # that a worker keeps unpacked
-PROVEN: Final = "proven"  # how it is known of a case that is played once, where no engine took a step
+TOGETHER: Final = 500  # samples judged together; more are hardly cheaper, and take more memory
+CASES: Final = 64  # unpacked cases that a worker caches
+PROVEN: Final = "proven"  # kind of decision of a case that is played once without a step of an engine
 
 
 class RowKind(NamedTuple):
-    """What became of a sample, or of a case that is played once; all of a row but its number."""
+    """The result of a sample, or of a case that is played once: a row without its number."""
 
     verdict: str  # stands, collapses, undecided, unfit, failed; or the verdict of a run
     level: int | None  # under construction when it fell
-    how: str  # it was decided, or why it failed
+    how: str  # kind of proof or decision; for a failed sample, the reason
 
 
-FAILED: Final = "failed"  # the verdict of a sample that brings down whatever judges it
+FAILED: Final = "failed"  # verdict of a sample that crashes its worker or exceeds the time limit
 NOT_FELL: Final = {SampleOutcome.STANDS: "stands", SampleOutcome.UNDECIDED: "undecided", SampleOutcome.UNFIT: "unfit"}
 
 
 @dataclass(frozen=True, slots=True)
 class JudgedSamples:
-    """What became of the samples of a piece, in order of their numbers."""
+    """The results of the samples of a piece, in order of their numbers."""
 
-    kinds: tuple[RowKind, ...]  # those that there are
-    which: "array[int]"  # of these each sample is
+    kinds: tuple[RowKind, ...]  # distinct results
+    which: "array[int]"  # index into `kinds`, by sample
     cpu_time: float  # [s]
 
 
 @dataclass(frozen=True, slots=True)
 class OtherProgram:
-    """What a worker says that has another program than the one that asks."""
+    """The answer of a worker that has another program than the caller."""
 
-    where: str
+    where: str  # its machine
     digest: str
 
 
 def packed(case: Case) -> bytes:
-    """A case as it goes to workers; some kilobytes."""
+    """Return a case packed for workers; some kilobytes."""
     return zlib.compress(pickle.dumps(case))
 
 
 def program_of(systems: tuple[str, ...]) -> str:
-    """The digest of what decides the results of these systems."""
+    """Return the digest of all code that the results of these systems depend on."""
     engines = {system.engine.package.name for system in map(system_named, systems)}
     return portable_digest(tuple(sorted(engines)))
 
 
 def judged_piece(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
-    """What a worker does: judge so many samples of a case from one on, or play the case that has none."""
+    """Judge `count` samples of a case from `first` on, or play a case without samples; runs in a worker."""
     started = process_time()
     whole, design = _unpacked(case)
     own = program_of((whole.system,))
@@ -90,34 +90,34 @@ def judged_piece(case: bytes, first: int, count: int, program: str) -> JudgedSam
 
 
 def judged_as(kinds: list[RowKind], cpu_time: float) -> JudgedSamples:
-    """What became of some samples, each of these kinds."""
+    """Return the results of some samples, given the kind of each."""
     number = {kind: index for index, kind in enumerate(dict.fromkeys(kinds))}
     return JudgedSamples(tuple(number), array("H", map(number.__getitem__, kinds)), cpu_time)
 
 
 def joined(parts: list[JudgedSamples]) -> JudgedSamples:
-    """The parts of a piece as one, in their order."""
+    """Join the parts of a piece, in their order."""
     kinds = [part.kinds[which] for part in parts for which in part.which]
     return judged_as(kinds, sum(part.cpu_time for part in parts))
 
 
 @lru_cache(maxsize=CASES)
 def _unpacked(case: bytes) -> tuple[Case, BuildPlan | None]:
-    """A case, and its design where that is the same in all samples."""
+    """Unpack a case; also return its build plan, if that is the same in all samples."""
     whole = pickle.loads(zlib.decompress(case))
     assert isinstance(whole, Case)
     return whole, build_plan_of(whole.timeline) if whole.is_sampled and whole.scenario.uncertain is None else None
 
 
 def _built(case: Case, design: BuildPlan, samples: range) -> Iterator[RowKind]:
-    """Samples of which only the hands err, some judged together."""
+    """Yield the results of samples that differ only by placement errors, judged in batches."""
     for at in samples[::TOGETHER]:
         draws = Draws(case.scenario.seed, case.scenario.scenario, at, min(TOGETHER, samples.stop - at))
         yield from (_kind(*each) for each in judged_each(design, case.timeline, case.system, draws))
 
 
 def _varied(case: Case, number: int) -> Iterator[RowKind]:
-    """A sample with values of its own. Raises SampleMistakeError."""
+    """Yield the result of a sample with uncertain variables. Raises SampleMistakeError."""
     draws = Draws(case.scenario.seed, case.scenario.scenario, number, 1)
     for timeline in timelines(case.variant, draws):
         yield from (_kind(*each) for each in judged_each(build_plan_of(timeline), timeline, case.system, draws))
@@ -130,7 +130,7 @@ def _kind(fate: int, way: str) -> RowKind:
 
 def _played_once(case: Case) -> RowKind:
     try:
-        trace = play_case(case.timeline, case.system, known_of(case.scenario, case.system))
+        trace = play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system))
     except BlockedPlacementError as error:
         return RowKind("blocked", None, str(error))
     proven = system_named(case.system).method is Method.PROVEN and trace.cost.steps == 0
@@ -138,52 +138,52 @@ def _played_once(case: Case) -> RowKind:
     return RowKind(trace.reported_verdict, level, PROVEN if proven else PLAYED)
 
 
-# What a sweep is to find out: which cases, how many samples of each, and in which order its rows come.
+# The plan of a sweep: its cases, the number of samples of each, and the order of rows.
 #
-# Rows come by sample, and of each sample by case, so that more samples are more rows at the end.
+# Rows are ordered by sample, then by case, so that further samples append rows at the end.
 
 
-ROWS: Final = 1  # the number of the form that rows have
-# What is said of a scenario that no row depends on; the choice of a variant is known by itself.
+ROWS: Final = 1  # version of the row format
+# Keys of a scenario that no row depends on; the choices of a variant are recorded separately.
 NO_MATTER: Final = frozenset(
     {"description", "tags", "samples", "confidence", "truth", "skip", "xfail", "systems", "matrix", "cases", "exclude"}
 )
 
 
 class NothingToSweepError(Exception):
-    """A sweep without cases, or with two that cannot be told apart."""
+    """A sweep has no cases, or two cases of the same name."""
 
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """A case, and how many rows it has."""
+    """A case and its number of rows."""
 
     case: Case
-    count: int  # of samples; 1 of a case that is played once
+    count: int  # number of samples; 1 for a case that is played once
 
     @property
     def name(self) -> str:
-        """What people call the case."""
+        """The name of the case."""
         return self.case.name
 
     @property
     def seed(self) -> int | None:
-        """Of its samples; None where there are none."""
+        """The seed of its samples; None without samples."""
         return self.case.scenario.seed if self.case.is_sampled else None
 
     @cached_property
     def packed(self) -> bytes:
-        """The case as it goes to workers."""
+        """The case packed for workers."""
         return packed(self.case)
 
     @cached_property
     def program(self) -> str:
-        """The digest of what decides its results."""
+        """The digest of all code that its results depend on."""
         return program_of((self.case.system,))
 
     @cached_property
-    def told(self) -> dict[str, object]:
-        """What the header of a file says of it."""
+    def header(self) -> dict[str, object]:
+        """The entry of the case in the header of a file."""
         return {
             "case": self.name,
             "system": self.case.system,
@@ -202,43 +202,43 @@ class SweepPlan:
 
     @cached_property
     def total(self) -> int:
-        """How many rows there are to be."""
+        """Total number of rows."""
         return sum(entry.count for entry in self.entries)
 
     @cached_property
     def header(self) -> dict[str, object]:
-        """By which a file is known to be of this sweep, whatever the number of samples."""
+        """The header of a file, which identifies the sweep independent of the number of samples."""
         systems = tuple(sorted({entry.case.system for entry in self.entries}))
         return {
             "stackdsl": version("stackdsl"),
             "rows": ROWS,
             "program": program_of(systems),
-            "cases": [entry.told for entry in self.entries],
+            "cases": [entry.header for entry in self.entries],
         }
 
     def at(self, row: int) -> tuple[int, int]:
-        """The sample and the case of a row, counted from 0; the sample behind the last one where it is behind all."""
+        """Return the sample and the case of a row, from 0 on; for a row beyond the end, one sample after the last."""
         sample = 0
         for end in sorted({entry.count for entry in self.entries}):
-            there = self.there(sample)
-            if row < len(there) * (end - sample):
-                more, which = divmod(row, len(there))
-                return sample + more, there[which]
-            row -= len(there) * (end - sample)
+            cases = self.cases_with(sample)
+            if row < len(cases) * (end - sample):
+                more, which = divmod(row, len(cases))
+                return sample + more, cases[which]
+            row -= len(cases) * (end - sample)
             sample = end
         return sample, 0
 
-    def there(self, sample: int) -> list[int]:
-        """The cases that have a sample of this number."""
+    def cases_with(self, sample: int) -> list[int]:
+        """Return the cases that have a sample of this number."""
         return [index for index, entry in enumerate(self.entries) if sample < entry.count]
 
     def order(self, row: int) -> Iterator[tuple[int, int]]:
-        """The sample and the case of each row from one on."""
+        """Yield the sample and the case of each row, starting at `row`."""
         sample, first = self.at(row)
         for end in sorted({entry.count for entry in self.entries if entry.count > sample}):
-            there = self.there(sample)
+            cases = self.cases_with(sample)
             for number in range(sample, end):
-                for index in there:
+                for index in cases:
                     if index >= first:
                         yield number, index
                 first = 0
@@ -246,27 +246,27 @@ class SweepPlan:
 
 
 def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float = TIME_LIMIT) -> SweepPlan:
-    """The plan of a sweep, with so many samples of what has some, or as many as is written.
+    """Return the plan of a sweep. Raises NothingToSweepError.
 
-    Raises NothingToSweepError.
+    `samples` replaces the numbers of samples in the scenarios.
     """
     if not cases:
         raise NothingToSweepError("there is nothing to sweep")
     if samples is not None and not any(case.is_sampled for case in cases):
-        told = "write under `uncertain` or `jitter` what is uncertain, and `samples: 1000`"
-        raise NothingToSweepError(f"'{cases[0].name}' has no samples, so no number of them can be drawn: {told}")
+        remedy = "add `samples: 1000`, and `uncertain` or `jitter`"
+        raise NothingToSweepError(f"'{cases[0].name}' has no samples to draw: {remedy}")
     names = [case.name for case in cases]
     twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
     if twice is not None:
-        raise NothingToSweepError(f"there are several cases called '{twice}', whose rows could not be told apart")
+        raise NothingToSweepError(f"there are several cases called '{twice}': rows need different names of cases")
     counts = [(samples or case.scenario.samples or 1) if case.is_sampled else 1 for case in cases]
     return SweepPlan(tuple(map(PlannedCase, cases, counts)), time_limit)
 
 
 def _digest(case: Case) -> str:
-    """Of what is built and how it varies, as written, and of what a variant chose: comments make no difference."""
-    kept = {key: value for key, value in case.variant.written.values.items() if key not in NO_MATTER}
-    if case.is_sampled:  # of which nothing that is expected is asked; of a run it decides how long it is played
-        kept.pop("expect", None)
-    told = json.dumps([kept, case.variant.choice, case.system], sort_keys=True, default=str)
-    return sha256(told.encode()).hexdigest()
+    """Return the digest of all parts of a case that rows depend on; comments make no difference."""
+    values = {key: value for key, value in case.variant.written.values.items() if key not in NO_MATTER}
+    if case.is_sampled:  # samples ignore expectations; a run ends earlier or later by them
+        values.pop("expect", None)
+    text = json.dumps([values, case.variant.choice, case.system], sort_keys=True, default=str)
+    return sha256(text.encode()).hexdigest()

@@ -22,125 +22,127 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-# Rows as text: a line of JSON each, below a line that says of which sweep they are.
+# Rows as text: one line of JSON each, below a header line that identifies the sweep.
 
 
 class RowsError(Exception):
-    """A file that cannot be gone on with: of another sweep, in use, damaged, or one that cannot be written."""
+    """A file cannot be resumed: it is of another sweep, in use, damaged, or not writable."""
 
 
 @dataclass
 class Counts:
-    """How many rows of each kind there are, by the number of the case."""
+    """Number of rows by kind, for each case by its number."""
 
     of: dict[int, Counter[RowKind]] = field(default_factory=dict)
 
     @property
     def rows(self) -> int:
-        """All of them."""
+        """Total number of rows."""
         return sum(counter.total() for counter in self.of.values())
 
     def add(self, index: int, kind: RowKind, count: int = 1) -> None:
-        """So many more of a kind."""
+        """Add rows of a kind."""
         self.of.setdefault(index, Counter())[kind] += count
 
     def merge(self, more: "Counts") -> None:
-        """Add all of those."""
+        """Add other counts."""
         for index, counter in more.of.items():
             self.of.setdefault(index, Counter()).update(counter)
 
 
 def head_of(entry: PlannedCase) -> bytes:
-    """What a row of a case begins with, up to the number of the sample."""
+    """Return the start of a row, before the number of the sample."""
     return f'{{"case": {json.dumps(entry.name)}, "seed": {json.dumps(entry.seed)}, "sample": '.encode()
 
 
 def tail_of(kind: RowKind) -> bytes:
-    """What a row ends with."""
+    """Return the end of a row, after the number of the sample."""
     return b", " + json.dumps(kind._asdict()).encode()[1:] + b"\n"
 
 
 def number_of(entry: PlannedCase, sample: int) -> bytes:
-    """The number of a sample; a case that is played once has none."""
+    """Return the text for the number of a sample; null for a case that is played once."""
     return b"%d" % sample if entry.case.is_sampled else b"null"
 
 
 def kind_of(tail: bytes) -> RowKind | None:
-    """What such an end says; None where it is none."""
+    """Parse the end of a row; None if it is invalid."""
     try:
-        said = json.loads(b"{" + tail[2:])
-        kind = RowKind(said["verdict"], said["level"], said["how"])
+        values = json.loads(b"{" + tail[2:])
+        kind = RowKind(values["verdict"], values["level"], values["how"])
     except (KeyError, TypeError, ValueError):
         return None
     return kind if tail_of(kind) == tail else None
 
 
 def header_line(plan: SweepPlan, after: int = 0) -> bytes:
-    """The first line of a file, of which so many rows are kept elsewhere."""
+    """Return the first line of a file; `after` is the number of earlier rows in other files."""
     return json.dumps({**plan.header, "after": after}).encode() + b"\n"
 
 
 def refuse_other(line: bytes, plan: SweepPlan, path: object) -> int:
-    """How many rows come before those of a file, by its first line. Raises RowsError where it is of another sweep."""
+    """Return the number of earlier rows in other files, by the first line. Raises RowsError for another sweep."""
     try:
-        said = json.loads(line)
-        differing = [key for key in plan.header if said.get(key) != plan.header[key]]
-        after = said["after"]
-        cases = {told["case"]: told for told in said["cases"]}
+        header = json.loads(line)
+        differing = [key for key in plan.header if header.get(key) != plan.header[key]]
+        after = header["after"]
+        cases = {entry["case"]: entry for entry in header["cases"]}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RowsError(f"{path} is no file of a sweep: its first line says nothing of one; {_ELSE}") from error
+        raise RowsError(f"{path} is no file of a sweep: its first line is no header; {_ELSE}") from error
     if differing:
-        raise RowsError(f"{path} is of another sweep: {_why(differing, said, cases, plan)}; {_ELSE}")
+        raise RowsError(f"{path} is of another sweep: {_difference(differing, header, cases, plan)}; {_ELSE}")
     return int(after)
 
 
 _ELSE: Final = "write to another file, or remove this one"
 
 
-def _why(differing: list[str], said: dict[str, object], cases: dict[str, dict[str, object]], plan: SweepPlan) -> str:
+def _difference(
+    differing: list[str], header: dict[str, object], cases: dict[str, dict[str, object]], plan: SweepPlan
+) -> str:
     if "stackdsl" in differing or "rows" in differing:
-        return f"stackdsl {said.get('stackdsl')} wrote it, and this is {plan.header['stackdsl']}"
+        return f"stackdsl {header.get('stackdsl')} wrote it, and this is {plan.header['stackdsl']}"
     for entry in plan.entries:
         was = cases.get(entry.name)
         if was is None:
             return f"it has no case '{entry.name}', but {', '.join(cases)}"
         if was.get("seed") != entry.seed:
             return f"'{entry.name}' had seed {was.get('seed')}, and has {entry.seed} now"
-        if was.get("scenario") != entry.told["scenario"]:
+        if was.get("scenario") != entry.header["scenario"]:
             return f"'{entry.name}' has been changed since"
     if len(cases) != len(plan.entries):
-        gone = [name for name in cases if name not in {entry.name for entry in plan.entries}]
-        return f"it also has {', '.join(gone)}"
+        removed = [name for name in cases if name not in {entry.name for entry in plan.entries}]
+        return f"it also has {', '.join(removed)}"
     if "cases" in differing:
-        return "its cases come in another order, or with other values of their parameters"
+        return "its cases have another order, or other values of their parameters"
     return "another program wrote it: the code of stackdsl, Python, numpy, scipy, clarabel or the engine has changed"
 
 
-# Locks of files that one process writes to, and that no copy of that process keeps.
+# Locks of files, held by one process and not inherited by its forks.
 
 
 IN_USE: Final = "another sweep writes to it now: wait for that, or write to another file"
-_HELD: Final[set[int]] = set()  # the descriptors of what is locked
+_HELD: Final[set[int]] = set()  # descriptors of locked files
 
 
 def lock(descriptor: int, path: Path) -> None:
-    """Let nobody else write to what is open, until `unlock`. Raises RowsError."""
+    """Lock an open file against other sweeps until `unlock`. Raises RowsError if it is in use."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
             raise RowsError(f"{path} is in use: {IN_USE}") from error
-        return  # a file system without locks: then it is up to whoever calls
+        return  # a file system without locks: the user must not start two sweeps
     _HELD.add(descriptor)
 
 
 def unlock(descriptor: int) -> None:
-    """No longer keep what is about to be closed from others; nothing happens if it was not locked."""
+    """Forget the lock of a file that will be closed; no effect if it was not locked."""
     _HELD.discard(descriptor)
 
 
 def _let_go() -> None:
-    """A copy of this process would hold what is locked for as long as it lives, even if this one is killed."""
+    """Release all locks in a fork, which would otherwise keep them even after a kill of this process."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for descriptor in _HELD:
         os.dup2(nowhere, descriptor)
@@ -151,26 +153,26 @@ def _let_go() -> None:
 os.register_at_fork(after_in_child=_let_go)
 
 
-# Rows in a file of JSON lines, in order, that is gone on with where it ends.
+# Rows in a file of JSON lines, in order; a sweep resumes at the end of the file.
 
 
-LONGEST: Final = 1 << 20  # [bytes] of a line; what has none within so many is no file of ours
+LONGEST: Final = 1 << 20  # [bytes] of a line; a file with a longer one is not of a sweep
 
 
 class JsonLines:
-    """A file of rows under way. What it holds on opening is counted, and a last line that was cut short is removed."""
+    """A file of rows. On opening, existing rows are counted, and an incomplete last line is removed."""
 
     def __init__(self, path: Path, plan: SweepPlan, *, locked: bool = True) -> None:
-        """Raises RowsError."""
+        """Open the file, for exclusive use if `locked`. Raises RowsError."""
         self.path, self.plan = path, plan
-        self._due = b""  # the first line, which comes with the first rows: until then the file is of no sweep
-        self.counts = Counts()  # of what is there on opening; whoever writes adds to it
+        self._due = b""  # first line, written together with the first rows
+        self.counts = Counts()  # of existing rows on opening; the caller adds those that it writes
         descriptor = _opened(path) if locked else _opened(path, path.parent)
         self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
             if locked:
                 lock(descriptor, path)
-            self.after = self._read()  # rows that are kept elsewhere, and come before
+            self.after = self._read()  # earlier rows in other files
             self.rows = self.after + self.counts.rows
         except BaseException:
             unlock(descriptor)
@@ -184,29 +186,29 @@ class JsonLines:
         self.close()
 
     def write(self, lines: list[bytes]) -> None:
-        """Add rows, so that they are there even if this process is killed. Raises RowsError."""
+        """Append rows, so that they persist even if this process is killed. Raises RowsError."""
         try:
             self._stream.write(self._due + b"".join(lines))
             self._due = b""
             self._stream.flush()
         except OSError as error:
-            raise RowsError(f"{self.path} cannot be written on: {error.strerror}; what is there is kept") from error
+            raise RowsError(f"{self.path} cannot be extended: {error.strerror}; its rows are kept") from error
         self.rows += len(lines)
 
     def close(self) -> None:
-        """Write all of it to the disk."""
+        """Flush the file to the disk and close it."""
         if self._stream.closed:
             return
-        with suppress(OSError):  # what could not be written was told, and is tried once more by closing
+        with suppress(OSError):  # `write` has reported the error already
             os.fsync(self._stream.fileno())
         unlock(self._stream.fileno())
         with suppress(OSError):
             self._stream.close()
 
-    # --- what is there ------------------------------------------------------------------------------------------------
+    # --- existing rows ------------------------------------------------------------------------------------------------
 
     def _read(self) -> int:
-        """Count the rows, and get ready to write behind them; how many come before this file."""
+        """Count the rows, and position the file behind them; return the number of earlier rows in other files."""
         try:
             line = self._stream.readline(LONGEST)
             after = end = 0
@@ -220,20 +222,20 @@ class JsonLines:
             self._stream.seek(end)
             self._stream.truncate()
         except OSError as error:
-            raise RowsError(f"{self.path} cannot be read, or written on: {error.strerror}") from error
+            raise RowsError(f"{self.path} cannot be read or extended: {error.strerror}") from error
         return after
 
     def _counted(self, end: int, after: int) -> int:
-        """Count the rows behind the first line; where the last one of them ends [bytes]."""
+        """Count the rows after the first line; return the end of the last one [bytes]."""
         heads = [head_of(entry) for entry in self.plan.entries]
         kinds = dict[bytes, RowKind | None]()
         order = self.plan.order(after)
         for place, line in enumerate(self._lines(), start=2):
             if not line.endswith(b"\n"):
-                break  # cut short by whatever ended the sweep before
+                break  # incomplete, as the sweep before was killed
             sample, index = next(order, (-1, 0))
             if sample < 0:
-                raise RowsError(f"{self.path} has more rows than the {self.plan.total} that are asked for: {_MORE}")
+                raise RowsError(f"{self.path} has more rows than the {self.plan.total} of this sweep: {_MORE}")
             start = heads[index] + number_of(self.plan.entries[index], sample)
             tail = line[len(start) :]
             if tail not in kinds:
@@ -251,49 +253,49 @@ class JsonLines:
 
     def _wrong(self, place: int, index: int, sample: int) -> str:
         name = self.plan.entries[index].name
-        lacks = f"{self.path}:{place}: there should be the row of sample {sample} of {name}"
-        why = "the file was changed, or its cases had other numbers of samples"
-        return f"{lacks}: {why}; write to another file, or remove this one"
+        error = f"{self.path}:{place}: this should be the row of sample {sample} of {name}"
+        cause = "the file was changed, or its cases had other numbers of samples"
+        return f"{error}: {cause}; write to another file, or remove this one"
 
 
-_MORE: Final = "ask for as many samples as it has, or more; or write to another file"
+_MORE: Final = "use at least as many samples as it has, or write to another file"
 
 
 def _opened(path: Path, *folders: Path) -> int:
-    """The descriptor of a file that is left as it is, as it may be of another sweep. Raises RowsError."""
+    """Open a file without changing it, as it may be of another sweep; return its descriptor. Raises RowsError."""
     try:
         make_asked(path.parent)
         return open_asked(path, os.O_RDWR | os.O_CREAT, *folders)
     except OSError as error:
         if error.strerror == NOT_REGULAR:
-            raise RowsError(f"{path} is no regular file, so no sweep could go on with it") from error
+            raise RowsError(f"{path} is no regular file, so a sweep cannot be resumed from it") from error
         raise RowsError(f"{path} cannot be written: {error.strerror}") from error
 
 
-# Rows in a folder of Parquet files, with a file of JSON lines for those that fill no file yet.
+# Rows in a folder of Parquet files, with a file of JSON lines for rows that do not fill a Parquet file yet.
 #
-# A Parquet file is of no use before its last byte is written, so each is written at once, of as many rows as fill one.
-# What comes after stands in `_tail.jsonl`, which readers of such folders pass over, and in a last file once a sweep
-# ends. Where a kill has left rows in both, the tail has them: it says how many rows come before its own.
+# A Parquet file is unreadable before its last byte is written, so each is written at once when its rows are complete.
+# The remaining rows are in `_tail.jsonl`, which readers of such folders ignore, and go to a last file when the sweep
+# ends. If a kill leaves rows in both, those of the tail count: it states the number of rows before its own.
 
 
 HINT: Final = "pip install 'stackdsl[parquet]'"
-PART: Final = 100_000  # rows of a file
+PART: Final = 100_000  # rows of a Parquet file
 TAIL: Final = "_tail.jsonl"
 SMALL: Final[dict[str, Any]] = {
     "compression": "zstd",
     "use_dictionary": ["case", "seed", "verdict", "level", "how"],
-    "column_encoding": {"sample": "DELTA_BINARY_PACKED"},  # numbers that follow each other take next to nothing
+    "column_encoding": {"sample": "DELTA_BINARY_PACKED"},  # consecutive numbers take almost no space
 }
 PART_NAME: Final = re.compile(r"part-([0-9]{12})\.parquet")
-FRESH: Final = "_fresh"  # what is being written, until it has its name
+FRESH: Final = "_fresh"  # name of a file while it is written
 
 
 class ParquetFolder:
-    """A folder of rows under way. What it holds on opening is counted, and is gone on with where it ends."""
+    """A folder of rows. On opening, existing rows are counted, and the sweep resumes after the last."""
 
     def __init__(self, path: Path, plan: SweepPlan, part: int = PART) -> None:
-        """Raises RowsError."""
+        """Open the folder for exclusive use; `part` is the number of rows per file. Raises RowsError."""
         try:
             import pyarrow.parquet  # noqa: F401, PLC0415 -- an optional extra
         except ModuleNotFoundError as error:
@@ -321,11 +323,11 @@ class ParquetFolder:
 
     @property
     def rows(self) -> int:
-        """How many rows there are."""
+        """Number of rows."""
         return self._tail.rows
 
     def write(self, lines: list[bytes]) -> None:
-        """Add rows. Raises RowsError."""
+        """Append rows. Raises RowsError."""
         while lines:
             room = self.part - (self._tail.rows - self._tail.after)
             here, lines = lines[:room], lines[room:]
@@ -334,7 +336,7 @@ class ParquetFolder:
                 self._seal()
 
     def close(self) -> None:
-        """Bring what is left into a last file. Raises RowsError."""
+        """Write the remaining rows to a last file, and close the folder. Raises RowsError."""
         try:
             if self._tail.rows > self._tail.after:
                 self._seal()
@@ -344,37 +346,37 @@ class ParquetFolder:
             with suppress(OSError):
                 os.close(self._folder)
 
-    # --- what is there ------------------------------------------------------------------------------------------------
+    # --- existing rows ------------------------------------------------------------------------------------------------
 
     def _opened(self) -> JsonLines:
         import pyarrow as pa  # noqa: PLC0415 -- an optional extra
 
         try:
-            remove_file(self.path / FRESH, self.path)  # which a run that was killed has left
+            remove_file(self.path / FRESH, self.path)  # left by a run that was killed
             after = self._after()
             for first in self._parts():
                 if first >= after:
                     self._file(first).unlink()  # the tail has its rows
-            end = self._taken_over()
+            end = self._count_files()
         except (OSError, pa.ArrowException) as error:
-            raise RowsError(f"{self.path} cannot be read, or written on: {error}") from error
+            raise RowsError(f"{self.path} cannot be read or extended: {error}") from error
         except (KeyError, TypeError, ValueError) as error:
-            raise RowsError(f"{self.path} has rows of no such sweep: write to another folder") from error
+            raise RowsError(f"{self.path} has no rows of this sweep: write to another folder") from error
         if end != after:
             raise RowsError(f"{self.path} lacks the rows from {end} on: write to another folder, or remove this one")
         tail = JsonLines(self.path / TAIL, self.plan, locked=False)
         self.counts.merge(tail.counts)
         return tail
 
-    def _taken_over(self) -> int:
-        """Count the rows of all files, and put those of one that is not full back into the tail; how many there are."""
+    def _count_files(self) -> int:
+        """Count the rows of all files, and move those of an incomplete one back to the tail; return their number."""
         end = 0
         for first in self._parts():
             table = self._table(first)
             if first != end:
                 break
             end += len(table)
-            if len(table) < self.part:  # the last one of a sweep that ended, and now goes on
+            if len(table) < self.part:  # last file of a finished sweep that is now extended
                 self._begin(first, [*self._lines(table)])
                 self._file(first).unlink()
             else:
@@ -382,19 +384,19 @@ class ParquetFolder:
         return end
 
     def _after(self) -> int:
-        """How many rows the tail says come before its own. Raises RowsError where it is of another sweep."""
+        """Return the number of rows before the tail, by its header. Raises RowsError if it is of another sweep."""
         try:
             line, end, _ = read_file(self.path / TAIL, LONGEST, self.path).partition(b"\n")
         except FileNotFoundError:
             if any(self.path.iterdir()):
-                told = f"has files and no {TAIL}, so it is no folder of a sweep"
-                raise RowsError(f"{self.path} {told}: write to another folder") from None
+                error = f"{self.path} has files and no {TAIL}, so it is no folder of a sweep"
+                raise RowsError(f"{error}: write to another folder") from None
             return 0
         return refuse_other(line + end, self.plan, self.path / TAIL) if end else 0
 
     def _parts(self) -> list[int]:
-        """The number of the first row of each file."""
-        return sorted(int(found[1]) for file in self.path.iterdir() if (found := PART_NAME.fullmatch(file.name)))
+        """Return the number of the first row of each file."""
+        return sorted(int(match[1]) for file in self.path.iterdir() if (match := PART_NAME.fullmatch(file.name)))
 
     def _file(self, first: int) -> Path:
         return self.path / f"part-{first:012}.parquet"
@@ -416,10 +418,10 @@ class ParquetFolder:
         for (case, *kind), count in Counter(zip(*columns, strict=True)).items():
             self.counts.add(numbers[case], RowKind(*kind), count)
 
-    # --- what is written ----------------------------------------------------------------------------------------------
+    # --- writing ------------------------------------------------------------------------------------------------------
 
     def _seal(self) -> None:
-        """Write the rows of the tail as a file of their own, and begin another tail. Raises RowsError."""
+        """Move the rows of the tail to a new Parquet file. Raises RowsError."""
         import pyarrow as pa  # noqa: PLC0415 -- an optional extra
         from pyarrow import json, parquet  # noqa: PLC0415 -- likewise
 
@@ -434,11 +436,11 @@ class ParquetFolder:
             self._tail.close()
             self._begin(self._tail.rows, [])
         except (OSError, pa.ArrowException) as error:
-            raise RowsError(f"{self.path} cannot be written on: {error}; what is there is kept") from error
+            raise RowsError(f"{self.path} cannot be extended: {error}; its rows are kept") from error
         self._tail = JsonLines(self.path / TAIL, self.plan, locked=False)
 
     def _begin(self, after: int, lines: list[bytes]) -> None:
-        """Another tail, at one stroke."""
+        """Replace the tail atomically by a new one."""
         replace_file(self.path / TAIL, header_line(self.plan, after) + b"".join(lines), self.path, fresh=FRESH)
 
 
@@ -447,7 +449,7 @@ def _kind(row: dict[str, Any]) -> RowKind:
 
 
 def _schema(words: "pa.DataType") -> "pa.Schema":
-    """The columns; seed, sample and level are empty where there are none."""
+    """Return the columns; seed, sample and level may be null."""
     import pyarrow as pa  # noqa: PLC0415 -- an optional extra
 
     return pa.schema(

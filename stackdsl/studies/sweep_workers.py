@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-# What does the work of a sweep.
+# Workers of a sweep.
 
 
 @dataclass(frozen=True, slots=True)
 class Workers:
-    """An Executor, and how many calls it can do at a time; that may change, and be none for a while."""
+    """An Executor and its number of parallel calls, which may change, and be 0 for a while."""
 
     executor: Executor
     capacity: Callable[[], int]
@@ -25,7 +25,7 @@ class Workers:
 
 @contextmanager
 def own_processes(count: int | None = None) -> Iterator[Workers]:
-    """So many supervised processes of this machine, by default one a core, which end once nobody wants them."""
+    """Start supervised processes on this machine, by default one per core; they end with the context."""
     executor = SupervisedExecutor(count)
     try:
         yield Workers(executor, lambda: executor.workers)
@@ -33,27 +33,27 @@ def own_processes(count: int | None = None) -> Iterator[Workers]:
         executor.shutdown(cancel_futures=True)
 
 
-# A Dask cluster that is there, as an Executor.
+# A running Dask cluster as an Executor.
 
 
 HINT: Final = "pip install 'stackdsl[dask]'"
 NAMED: Final = (
-    "say where its scheduler is: --scheduler tcp://HOST:8786, or DASK_SCHEDULER_ADDRESS, or Dask's own settings"
+    "give the address of its scheduler: --scheduler tcp://HOST:8786, DASK_SCHEDULER_ADDRESS, or Dask's own settings"
 )
 MENDED: Final = (
-    "see that it runs (`dask scheduler`) and that --scheduler tcp://HOST:8786 says where; without --executor dask "
-    "processes of this machine do the work"
+    "check that it runs (`dask scheduler`) and that --scheduler tcp://HOST:8786 has its address; without --executor "
+    "dask, processes of this machine do the work"
 )
 PATIENCE: Final = 10.0  # [s] for a scheduler to answer
 
 
 class NoClusterError(Exception):
-    """There is no cluster, or nothing that speaks to one."""
+    """There is no cluster, or Dask is not installed."""
 
 
 @contextmanager
 def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
-    """The cluster of the scheduler at an address, such as `tcp://10.0.0.1:8786`, or of that which Dask is set up for.
+    """Connect to the scheduler at an address, such as `tcp://10.0.0.1:8786`, or to that of Dask's own settings.
 
     Raises NoClusterError.
     """
@@ -62,15 +62,15 @@ def dask_cluster(scheduler: str = "") -> Iterator[Workers]:
     except ModuleNotFoundError as error:
         raise NoClusterError(f"Dask needs {error.name}, which is not installed; try: {HINT}") from error
     try:
-        # Each call is one of its own, even if it asks the same: what is done again is done for a reason.
+        # Not pure: an equal call is carried out again, as a repetition has a reason.
         yield Workers(client.get_executor(pure=False), lambda: sum(client.nthreads().values()))
     finally:
-        with suppress(OSError):  # it may have gone meanwhile
+        with suppress(OSError):  # the cluster may have ended meanwhile
             client.close()
 
 
 def _client(scheduler: str) -> "Client":
-    """A connection. Raises NoClusterError, and ModuleNotFoundError without Dask."""
+    """Connect to a scheduler. Raises NoClusterError, and ModuleNotFoundError without Dask."""
     import dask  # noqa: PLC0415 -- an optional extra
     from distributed import Client  # noqa: PLC0415 -- likewise
     from distributed.comm import resolve_address  # noqa: PLC0415 -- likewise
@@ -80,6 +80,6 @@ def _client(scheduler: str) -> "Client":
         raise NoClusterError(f"no Dask cluster is named; {NAMED}")
     try:
         return Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:  # what it times out with is an OSError
-        told = " ".join(str(error).split()) or type(error).__name__
-        raise NoClusterError(f"the scheduler at {address} does not answer: {told}; {MENDED}") from error
+    except (OSError, ValueError) as error:  # a time-out is an OSError
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise NoClusterError(f"the scheduler at {address} does not answer: {reason}; {MENDED}") from error

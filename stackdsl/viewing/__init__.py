@@ -1,1 +1,1 @@
-"""What people look at: replays, pictures and reports of runs, each one file that asks nothing of any network."""
+"""Replays, pictures and reports of runs: self-contained files that load nothing from a network."""

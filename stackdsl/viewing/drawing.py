@@ -1,4 +1,4 @@
-"""Draws a scene as flat shapes: parallel projection and painter's order."""
+"""Draws a scene as SVG shapes, by parallel projection and in painter's order."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -16,28 +16,28 @@ from stability.model import BodyId, ConvexShape, Pose
 from stackdsl.trace import EventKind
 from stackdsl.viewing.run_view import RunView, ShownProof
 
-# From where a scene is looked at, and where its points are on paper: parallel projections, without perspective.
+# Views: parallel projections, without perspective.
 
 
 @dataclass(frozen=True)
 class View:
-    """A direction to look from."""
+    """A direction of view."""
 
     name: str
-    towards: Array  # (3,) unit, to who looks
-    right: Array  # (3,) unit
-    up: Array  # (3,) unit
+    towards: Array  # (3,) unit vector to the viewer
+    right: Array  # (3,) unit vector, to the right on paper
+    up: Array  # (3,) unit vector, upwards on paper
 
     @classmethod
     def of(cls, name: str, towards: tuple[float, float, float], up: tuple[float, float, float]) -> "View":
-        """Looked at from a direction of any length, with another one upwards on paper."""
+        """Return the view from a direction, with another one upwards on paper; both of any length."""
         to = np.array(towards) / np.linalg.norm(towards)
         right = np.cross(up, to)
         right /= np.linalg.norm(right)
         return cls(name, to, right, np.cross(to, right))
 
     def on_paper(self, points_W: Array) -> Array:
-        """Points (n, 3) in W to (n, 2) on paper, right and up [m]."""
+        """Project points (n, 3) in W to (n, 2) on paper, right and up [m]."""
         return points_W @ np.column_stack((self.right, self.up))
 
 
@@ -52,30 +52,30 @@ VIEWS: Final = {
 }
 
 
-# Which solids are painted first, so that none that is behind covers one in front of it: painter's order, exactly.
+# Painter's order: solids behind are painted before those in front. The order is exact.
 #
-# Two convex solids that do not overlap have a plane between them, and whoever is on its far side is painted first. Only
-# pairs that cover each other on paper need one. Where three or more cover each other in a ring, no order is right for
-# whole solids; the farthest of them goes first.
+# Two convex solids that do not overlap are separated by a plane, and the one on its far side is painted first. Only
+# pairs that overlap on paper need this test. If three or more solids cover each other in a cycle, no order of whole
+# solids is right; the farthest is painted first.
 
 
-TOUCHING = 1e-6  # share of a solid's size by which two may overlap and still have a plane between them
-PARALLEL = 1e-6  # sine of the angle between two edges that span no plane
-FLAT = 1e-9  # of the direction to who looks along the normal of a plane that is seen edge-on
+TOUCHING = 1e-6  # share of a solid's size by which two may overlap and still count as separated
+PARALLEL = 1e-6  # sine of the angle below which two edges are parallel
+FLAT = 1e-9  # cosine deviation below which two directions are equal
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A brick in its place."""
+    """The geometry of a placed brick."""
 
     corners: Array  # (n, 3) in W [m]
     normals: Array  # (faces, 3) in W, unit, outwards
     edges: Array  # (directions, 3) in W, unit
-    faces: tuple[tuple[int, ...], ...]  # places among the corners
+    faces: tuple[tuple[int, ...], ...]  # indices of corners
 
     @classmethod
     def of(cls, shape: ConvexShape, pose: Pose) -> "Solid":
-        """A shape in a pose."""
+        """Return the solid of a shape at a pose."""
         corners = np.array([rotate(pose.orientation, corner) for corner in shape.corners]) + pose.position_W
         normals = np.array([rotate(pose.orientation, face.normal) for face in shape.faces])
         edges = np.array([corners[b] - corners[a] for a, b in shape.edges])
@@ -84,8 +84,8 @@ class Solid:
 
 
 def painters_order(solids: Sequence[Solid], view: View) -> list[int]:
-    """The places of solids, from the first that is painted to the last."""
-    behind: list[set[int]] = [set() for _ in solids]  # who is painted before each
+    """Return the indices of solids in the order in which they are painted."""
+    behind: list[set[int]] = [set() for _ in solids]  # solids to paint before each
     covers: list[list[int]] = [[] for _ in solids]
     for a, b in _on_each_other(solids, view):
         way = _in_front(solids[a], solids[b], view)
@@ -97,11 +97,11 @@ def painters_order(solids: Sequence[Solid], view: View) -> list[int]:
 
 
 def _sorted(behind: list[set[int]], covers: list[list[int]], near: Sequence[float]) -> list[int]:
-    """Those with nobody unpainted behind them first; of a ring the farthest."""
+    """Sort topologically: a solid follows all those behind it; a cycle starts with the farthest."""
     waiting = set(range(len(behind)))
     ready: list[tuple[float, int]] = [(near[place], place) for place in waiting if not behind[place]]
     ready.sort()
-    found = []
+    order = []
     while waiting:
         if not ready:
             heappush(ready, min((near[place], place) for place in _ring(behind, waiting)))
@@ -109,26 +109,26 @@ def _sorted(behind: list[set[int]], covers: list[list[int]], near: Sequence[floa
         if place not in waiting:
             continue
         waiting.remove(place)
-        found.append(place)
+        order.append(place)
         for other in covers[place]:
             behind[other].discard(place)
             if not behind[other]:
                 heappush(ready, (near[other], other))
-    return found
+    return order
 
 
 def _ring(behind: Sequence[set[int]], waiting: set[int]) -> list[int]:
-    """Some that cover each other in a ring, of those that all have somebody behind them."""
-    way = [min(waiting)]
+    """Return a cycle of solids that cover each other; every waiting solid has another one behind it."""
+    path = [min(waiting)]
     while True:
-        further = min(behind[way[-1]])
-        if further in way:
-            return way[way.index(further) :]
-        way.append(further)
+        further = min(behind[path[-1]])
+        if further in path:
+            return path[path.index(further) :]
+        path.append(further)
 
 
 def _on_each_other(solids: Sequence[Solid], view: View) -> Iterator[tuple[int, int]]:
-    """Pairs whose boxes on paper overlap, by a sweep from the left to the right."""
+    """Yield pairs whose bounding boxes on paper overlap, by a sweep from left to right."""
     if not solids:
         return
     low = np.array([view.on_paper(solid.corners).min(axis=0) for solid in solids])
@@ -145,13 +145,13 @@ def _on_each_other(solids: Sequence[Solid], view: View) -> Iterator[tuple[int, i
 
 
 def _in_front(a: Solid, b: Solid, view: View) -> int:
-    """1 if b is in front of a, -1 if a is in front of b, 0 if neither covers the other.
+    """Return 1 if b is in front of a, -1 if a is in front of b, 0 if neither covers the other.
 
-    Of the planes between them, that with most room: so what overlaps by a rounding still has one.
+    The decision uses the separating plane with the largest gap, so solids that overlap by rounding still have one.
     """
     slack = TOUCHING * float(np.ptp(a.corners, axis=0).max())
     if _room(a, b, _crossed(np.concatenate((a.edges, b.edges)), view.towards[None, :])).max() >= -slack:
-        return 0  # a plane that is seen edge-on keeps them apart on paper
+        return 0  # a plane seen edge-on separates them on paper
     normals = np.concatenate((a.normals, -b.normals, _crossed(a.edges, b.edges)))
     room, faces = _room(a, b, normals), normals @ view.towards
     apart = room >= room.max() - slack
@@ -159,13 +159,13 @@ def _in_front(a: Solid, b: Solid, view: View) -> int:
 
 
 def _room(a: Solid, b: Solid, normals: Array) -> Array:
-    """How far b begins beyond a along each direction [m]; negative where they overlap."""
-    found: Array = (b.corners @ normals.T).min(axis=0) - (a.corners @ normals.T).max(axis=0)
-    return found
+    """Return the gap between a and b along each direction [m]; negative if they overlap."""
+    gap: Array = (b.corners @ normals.T).min(axis=0) - (a.corners @ normals.T).max(axis=0)
+    return gap
 
 
 def _crossed(a: Array, b: Array) -> Array:
-    """The directions across an edge of each, both ways."""
+    """Return the unit cross products of all pairs of edges, with both signs."""
     crossed = np.array([np.cross(first, second) for first, second in product(a, b)])
     length = np.linalg.norm(crossed, axis=1)
     crossed = crossed[length > PARALLEL] / length[length > PARALLEL][:, None]
@@ -173,29 +173,29 @@ def _crossed(a: Array, b: Array) -> Array:
 
 
 def _different(directions: Array) -> Array:
-    """Directions, each once, whichever way it points."""
-    found: list[Array] = []
+    """Return each direction once, regardless of sign."""
+    unique: list[Array] = []
     for direction in directions:
-        if not any(abs(abs(float(direction @ other)) - 1.0) < FLAT for other in found):
-            found.append(direction)
-    return np.array(found)
+        if not any(abs(abs(float(direction @ other)) - 1.0) < FLAT for other in unique):
+            unique.append(direction)
+    return np.array(unique)
 
 
-# A run at a time as shapes on paper: its bricks in painter's order, the ground, and the forces of the proof.
+# A run at one time as shapes on paper: bricks in painter's order, the ground, and the forces of the proof.
 
 
 HELD, AWAKE, RIDING, FALLEN, THROWN = "#dcbd8f", "#6fb9e8", "#35ab85", "#e0763a", "#cf8fb4"
 EDGE, GROUND, FORCE = "#4d4536", "#8a8577", "#c4232b"
-LIGHT = (-0.35, -0.6, 0.72)  # where light comes from; what it does not meet has half of it
-LONGEST = 0.6  # of the arrow of the largest force, in the longest side of the bricks
-EDGE_ON = 1e-6  # of a unit normal along the direction to who looks
-SHORTEST = 3.0  # [px] of an arrow; what points to who looks has no length
+LIGHT = (-0.35, -0.6, 0.72)  # direction to the light
+LONGEST = 0.6  # length of the arrow of the largest force, in longest sides of the bricks
+EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
+SHORTEST = 3.0  # [px] least length of an arrow; a force along the view has none
 SMALLEST = 0.01  # share of the largest force below which no arrow is drawn
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What is drawn of a run, and how."""
+    """The view and time of a drawing."""
 
     view: View
     time: float  # [s]
@@ -204,32 +204,32 @@ class Frame:
 
 @dataclass(frozen=True)
 class Paper:
-    """Which part of the plane of projection is on the paper, and how large."""
+    """The part of the plane of projection that is drawn, and its scale."""
 
-    low: Array  # (2,) the corner at the bottom left [m]
+    low: Array  # (2,) corner at the bottom left [m]
     scale: float  # [px/m]
     height: float  # [px]
 
     def place(self, points: Array) -> Array:
-        """Points (n, 2) of the plane of projection on the paper, from its top left [px]."""
+        """Map points (n, 2) of the plane of projection to the paper, from its top left [px]."""
         at = (points - self.low) * self.scale
         return np.column_stack((at[:, 0], self.height - at[:, 1]))
 
 
 def solids_at(run: RunView, time: float) -> dict[BodyId, Solid]:
-    """The bricks that are there at a time [s]."""
+    """Return the bricks that are present at a time [s]."""
     poses = run.recording.at(time)
-    found = {}
+    solids = {}
     for number, brick in enumerate(run.recording.bricks):
         if not np.isnan(poses.positions[number, 0]):
             x, y, z = poses.positions[number].tolist()
             pose = Pose((x, y, z), tuple(poses.orientations[number].tolist()))
-            found[brick.id] = Solid.of(brick.shape, pose)
-    return found
+            solids[brick.id] = Solid.of(brick.shape, pose)
+    return solids
 
 
 def drawn(run: RunView, frame: Frame, paper: Paper) -> Iterator[str]:
-    """The shapes of SVG, from the back to the front."""
+    """Yield SVG elements, from the back to the front."""
     solids = solids_at(run, frame.time)
     yield from _ground(run, frame.view, paper)
     names, colours = list(solids), Colours(run, frame.time)
@@ -237,13 +237,13 @@ def drawn(run: RunView, frame: Frame, paper: Paper) -> Iterator[str]:
         name = names[place]
         yield from _brick(solids[name], colours.of(name), frame.view, paper, name)
     if frame.forces:
-        proof = next((one for one in run.proofs.standing if one.begin <= frame.time < one.end), None)
+        proof = next((proof for proof in run.proofs.standing if proof.begin <= frame.time < proof.end), None)
         if proof is not None:
             yield from _forces(run, proof, frame.view, paper)
 
 
 class Colours:
-    """What bricks are coloured by: their state at a time."""
+    """Colours of bricks by their state at a time."""
 
     def __init__(self, run: RunView, time: float) -> None:
         self._run, self._time = run, time
@@ -258,7 +258,7 @@ class Colours:
                 self._states |= dict.fromkeys(event.bricks, AWAKE) | dict.fromkeys(event.riding, RIDING)
 
     def of(self, brick: BodyId) -> str:
-        """The colour of a brick."""
+        """Return the colour of a brick."""
         left_at = self._run.trace.tracks[brick].left_at
         if left_at is not None and self._time >= left_at:
             return FALLEN
@@ -282,7 +282,7 @@ def _lit(colour: str, normal: Array) -> str:
 
 
 def _ground(run: RunView, view: View, paper: Paper) -> Iterator[str]:
-    """Planes that are seen edge-on, as lines across the paper."""
+    """Yield planes seen edge-on, as lines across the paper."""
     for plane in run.timeline.world.planes:
         normal = np.array(plane.normal_W)
         if abs(normal @ view.towards) > EDGE_ON:
@@ -294,7 +294,7 @@ def _ground(run: RunView, view: View, paper: Paper) -> Iterator[str]:
 
 
 def _forces(run: RunView, proof: ShownProof, view: View, paper: Paper) -> Iterator[str]:
-    """Arrows from where bodies press on each other, each as long as its force beside the largest."""
+    """Yield arrows at contact points, with lengths in proportion to the forces."""
     pairs = [
         (point, force)
         for contact in proof.contacts

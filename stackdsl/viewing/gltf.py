@@ -1,7 +1,7 @@
-"""A recording as binary glTF: a node a brick, a mesh a shape, and one animation that moves what moved.
+"""A recording as binary glTF: one node per brick, one mesh per shape, and one animation.
 
-glTF has y up and metres, so one root node turns the scene. A brick that comes later, or is pulled out, has no size
-while it is not there.
+In glTF y is up and the unit is the metre, so a root node rotates the scene. A brick has size zero before it is placed
+and after it is removed.
 """
 
 from itertools import pairwise
@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from stability.model import ConvexShape
 from stackdsl.simulation.recording import Recording, Track
 
-Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # turns z to y
-WOOD = [0.72, 0.52, 0.28, 1.0]  # linear red, green, blue, and how opaque
+Z_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]  # rotates z to y
+WOOD = [0.72, 0.52, 0.28, 1.0]  # linear red, green, blue, and opacity
 
 
 class _Buffer:
-    """The one buffer of a file, and what is where in it."""
+    """The buffer of a file, with its accessors."""
 
     def __init__(self, gltf: pygltflib.GLTF2) -> None:
         self._gltf, self.data = gltf, bytearray()
 
     def add(self, values: NDArray[np.float64], form: str, target: int | None = None) -> int:
-        """Numbers as 32-bit floats; returns the accessor."""
+        """Append numbers as 32-bit floats; return the accessor."""
         data = np.ascontiguousarray(values, dtype="<f4")
         rows = data.reshape(len(data), -1)
         view = pygltflib.BufferView(buffer=0, byteOffset=len(self.data), byteLength=data.nbytes, target=target)
@@ -43,7 +43,7 @@ class _Buffer:
 
 
 def glb(recording: Recording) -> bytes:
-    """The whole recording as the bytes of a .glb file."""
+    """Return a recording as the bytes of a .glb file."""
     gltf = pygltflib.GLTF2(asset=pygltflib.Asset(generator="stackdsl"), scene=0)
     buffer = _Buffer(gltf)
     gltf.materials.append(
@@ -79,7 +79,7 @@ def glb(recording: Recording) -> bytes:
 
 
 def _mesh(shape: ConvexShape, buffer: _Buffer) -> pygltflib.Mesh:
-    """The faces of a shape as fans of triangles, each corner with the normal of its face."""
+    """Return the faces of a shape as triangle fans, each corner with the normal of its face."""
     corners, normals = [], []
     for face in shape.faces:
         first, *others = face.corners
@@ -94,7 +94,7 @@ def _mesh(shape: ConvexShape, buffer: _Buffer) -> pygltflib.Mesh:
 
 
 def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: Track, gone: float) -> None:
-    """Let a brick move as it did, and have no size while it is not there."""
+    """Add the motion of a brick, with size zero while it is absent."""
     if len(track.times) > 1:
         orientations = track.orientations * _signs(track.orientations)[:, None]
         _channel(animation, buffer, node, "translation", track.times, track.positions)
@@ -108,7 +108,7 @@ def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: 
         _channel(animation, buffer, node, "scale", np.array(times), np.array(sizes)[:, None] * np.ones(3), "STEP")
 
 
-def _channel(  # noqa: PLR0913, PLR0917 -- what a channel of glTF is made of
+def _channel(  # noqa: PLR0913, PLR0917 -- the parts of a channel of glTF
     animation: pygltflib.Animation,
     buffer: _Buffer,
     node: int,
@@ -118,14 +118,14 @@ def _channel(  # noqa: PLR0913, PLR0917 -- what a channel of glTF is made of
     between: str = "LINEAR",
 ) -> None:
     form = pygltflib.VEC4 if path == "rotation" else pygltflib.VEC3
-    keys, found = buffer.add(times, pygltflib.SCALAR), buffer.add(values, form)
-    animation.samplers.append(pygltflib.AnimationSampler(input=keys, output=found, interpolation=between))
+    keys, output = buffer.add(times, pygltflib.SCALAR), buffer.add(values, form)
+    animation.samplers.append(pygltflib.AnimationSampler(input=keys, output=output, interpolation=between))
     target = pygltflib.AnimationChannelTarget(node=node, path=path)
     animation.channels.append(pygltflib.AnimationChannel(sampler=len(animation.samplers) - 1, target=target))
 
 
 def _signs(orientations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The signs with which quaternions change least from one to the next."""
+    """Return signs that make consecutive quaternions continuous."""
     flips = np.where((orientations[1:] * orientations[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
     signs: NDArray[np.float64] = np.concatenate(([1.0], np.cumprod(flips)))
     return signs

@@ -1,9 +1,9 @@
-"""A golden file as something to look at, beside the run that was held against it.
+"""View of a golden file beside the run that was compared with it.
 
-A golden file tells where bricks were set down and where those that stood ended, but of no way between. So each brick is
-shown where it was set down until something fell, and from then on where it ended, if that is told; what is said to have
-fallen, and not where to, stays where it was and is coloured so. What differs is what the comparison says, to its own
-tolerances, and not what is far apart on the screen.
+A golden file contains the placements of bricks and the final poses of those that stood, but no motion. So each brick is
+shown at its placement until the collapse, and then at its final pose, if the file has one. A fallen brick without a
+final pose stays at its placement, in the colour of fallen bricks. Marked differences are those of the comparison, by
+its tolerances.
 """
 
 import json
@@ -28,18 +28,18 @@ from stackdsl.timeline import FixedWorld, Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
 from stackdsl.viewing.run_view import RunView, ShownProofs
 
-Told: TypeAlias = Mapping[str, Any]
+Json: TypeAlias = Mapping[str, Any]
 
-LONGEST = 64_000_000  # [bytes] of a file that is looked at
+LONGEST = 64_000_000  # [bytes] largest file to view
 
 
 def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
-    """What a golden file tells, beside the run that was held against it; None where it tells nothing that can be shown.
+    """Return the view of a golden file, for the run compared with it; None if the file cannot be shown.
 
-    People write golden files as well, so what is in it may be anything.
+    A golden file may be edited by hand, so any content is possible.
     """
     try:
-        confined(file := Path(golden.file))  # this process may be a new one, which knows no folder from before
+        confined(file := Path(golden.file))  # again, as this may be a new process
         text = read_file(file, LONGEST + 1, directory_of(file)).decode()
         if len(text) > LONGEST:
             return None
@@ -48,7 +48,7 @@ def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
         return None
 
 
-def _view(told: Told, golden: GoldenResult, text: str, now: RunView) -> RunView:
+def _view(told: Json, golden: GoldenResult, text: str, now: RunView) -> RunView:
     known = {placement.brick.id: placement.brick for placement in now.timeline.placements}
     placements = tuple(_placements(told, known))
     if len({placement.brick.id for placement in placements}) < len(placements):
@@ -63,7 +63,7 @@ def _view(told: Told, golden: GoldenResult, text: str, now: RunView) -> RunView:
     return RunView(
         f"{now.name}, golden file",
         now.system,
-        f"As {golden.file} tells it: where bricks were set down and where they ended, and not their way.",
+        f"From {golden.file}: placements and final poses of bricks, without their motion.",
         timeline,
         trace,
         _recorded(placements, tracks, told, fell),
@@ -75,20 +75,20 @@ def _view(told: Told, golden: GoldenResult, text: str, now: RunView) -> RunView:
     )
 
 
-def _verdict(told: Told, collapse: Told) -> str:
+def _verdict(told: Json, collapse: Json) -> str:
     return f"{told['verdict']} at level {collapse['level']}" if collapse else str(told["verdict"])
 
 
 def _marks(differences: Iterable[GoldenDifference]) -> Mapping[str, tuple[str, ...]]:
-    """What differs, in words, by brick, or by what else it is of."""
+    """Return the differences in words, by brick or other subject."""
     marks: defaultdict[str, tuple[str, ...]] = defaultdict(tuple)
     for each in differences:
         marks[each.subject] += (f"{each.quantity}: the golden file has {each.expected}, this run {each.got}",)
     return marks
 
 
-def _placements(told: Told, known: Mapping[BodyId, Brick]) -> Iterator[Placement]:
-    """All bricks that were set down; one that is no box has the shape of its namesake in the run."""
+def _placements(told: Json, known: Mapping[BodyId, Brick]) -> Iterator[Placement]:
+    """Yield the placements of all bricks; one that is no box has the shape of the brick of that name in the run."""
     for event in told["events"]:
         for name, placed in event.get("placed", {}).items():
             brick = known.get(name)
@@ -100,17 +100,17 @@ def _placements(told: Told, known: Mapping[BodyId, Brick]) -> Iterator[Placement
                 yield Placement(_finite(event["time_s"]), brick, int(level), pose)
 
 
-def _track(placement: Placement, bricks: Told, fell: float) -> BrickTrack:
+def _track(placement: Placement, bricks: Json, fell: float) -> BrickTrack:
     final = bricks.get(placement.brick.id, {})
     state = final.get("state")
     known = BrickState(state) if state in set(BrickState) else BrickState.UNWATCHED
     left = fell if known is BrickState.FALLEN and fell < inf else None
-    at = placement.pose if not _is_told(final) else replace(placement.pose, position_W=_metres(final["at_mm"]))
+    at = placement.pose if not _has_position(final) else replace(placement.pose, position_W=_metres(final["at_mm"]))
     came = placement.pose
     return BrickTrack(placement.brick, placement.level, known, came, came, at, shift=0.0, tilt=0.0, left_at=left)
 
 
-def _events(told: Told, collapse: Told, fell: float) -> Iterator[Event]:
+def _events(told: Json, collapse: Json, fell: float) -> Iterator[Event]:
     for event in told["events"]:
         time = _finite(event["time_s"])
         for key, kind in (("placed", EventKind.PLACED), ("removed", EventKind.REMOVED), ("pushed", EventKind.PUSHED)):
@@ -124,7 +124,7 @@ def _events(told: Told, collapse: Told, fell: float) -> Iterator[Event]:
 
 
 def _recorded(
-    placements: Iterable[Placement], tracks: Mapping[BodyId, BrickTrack], told: Told, fell: float
+    placements: Iterable[Placement], tracks: Mapping[BodyId, BrickTrack], told: Json, fell: float
 ) -> Recording:
     recorder = Recorder()
     moved = {}
@@ -142,7 +142,7 @@ def _recorded(
     return recorder.recording()
 
 
-def _world(told: Told) -> FixedWorld:
+def _world(told: Json) -> FixedWorld:
     planes = tuple(
         Plane(name, _metres(plane["at_mm"]), _vector(plane["normal"]), _finite(plane["friction"]))
         for name, plane in told["planes"].items()
@@ -151,12 +151,12 @@ def _world(told: Told) -> FixedWorld:
 
 
 def _place(file: str, text: str, name: BodyId) -> Span:
-    """Where a golden file first speaks of a brick."""
-    found = text.find(f'"{name}": {{')
-    return Span(file, text.count("\n", 0, max(found, 0)) + 1, 1, 1)
+    """Return the position of the first entry of a brick in a golden file."""
+    start = text.find(f'"{name}": {{')
+    return Span(file, text.count("\n", 0, max(start, 0)) + 1, 1, 1)
 
 
-def _is_told(final: Told) -> bool:
+def _has_position(final: Json) -> bool:
     at = final.get("at_mm")
     return isinstance(at, list) and all(isinstance(value, int | float) for value in at)
 

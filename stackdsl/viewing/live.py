@@ -24,7 +24,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.exits import INTERRUPTS
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import margins_of_assembly, proofs_of
 from stackdsl.report.statics import TOLD, Extent, proven_lines
@@ -35,18 +35,18 @@ from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
-from stackdsl.viewing.replay.page import told
+from stackdsl.viewing.replay.page import run_json
 from stackdsl.viewing.run_view import RunView, ShownProofs, shown_proofs, view_of
 from stackdsl.viewing.server import HOST, Board, PageServer, WebSite, listening
 
-# What a case comes to before it is played: what is built, and what statics says of it. No engine is asked.
+# Preview of a case before it is played: the build and its proofs, without an engine.
 #
-# Each structure is judged once, as it is set down, up to the first that is not proven to stand. What is dropped,
-# thrown, pushed or shaken, and all that comes after it, has to be played.
+# Each structure is judged once, up to the first that is not proven to stand. The first drop, throw, push or shaking,
+# and everything after it, has to be played.
 
 
 def preview_of(case: Case) -> RunView:
-    """A run in which everything stays where it is set down, up to what is not proven to stand."""
+    """Return a run in which every brick stays at its placement, up to the first that is not proven to stand."""
     timeline = as_played(case.timeline, system_named(case.system).modification)
     timeline = replace(timeline, actions=tuple(takewhile(lambda a: not leaves_to_engine(a), timeline.actions)))
     proofs = shown_proofs(timeline, _trace(timeline, set()), names_smallest=False)
@@ -59,20 +59,20 @@ def preview_of(case: Case) -> RunView:
 
 
 def _end(proofs: ShownProofs, timeline: Timeline) -> float:
-    """When that which is not proven to stand is set down, or the last thing [s]."""
+    """Return the time of the first placement that is not proven to stand, or of the last action [s]."""
     end = proofs.standing[-1].end if proofs.standing else 0.0
     return min(end, max((action.time for action in timeline.actions), default=0.0))
 
 
 def _verdict(proofs: ShownProofs, timeline: Timeline) -> str:
     if proofs.fall is not None:
-        return "proven to fall; how is being played"
+        return "proven to fall; the fall is being played"
     whole = bool(timeline.actions) and bool(proofs.standing) and proofs.standing[-1].end == inf
-    return "proven to stand; what comes of it is being played" if whole else "being played"
+    return "proven to stand; the run is being played" if whole else "being played"
 
 
 def _trace(timeline: Timeline, proven: set[BodyId]) -> Trace:
-    """Everything as it is set down."""
+    """Return a trace with every brick at its placement."""
     tracks = {
         placement.brick.id: BrickTrack(
             placement.brick,
@@ -113,47 +113,47 @@ def _recorded(timeline: Timeline) -> Recorder:
     return recorder
 
 
-# What a live page is told of a case: at once what statics says of it, then how it was played, then its margins.
+# Data of a live page for a case: first the preview by statics, then the played run, then its margins.
 
 
-MANNERS = 10  # of a worker beside the browser, which is to draw first what is known already
+MANNERS = 10  # niceness of a worker, so that the browser draws the preview first
 
 
 @dataclass(frozen=True, slots=True)
 class Played:
     """A case that was played."""
 
-    told: str  # JSON for the page
+    json: str  # for the page
     text: str  # for a terminal
     result: VariantResult
 
 
 @dataclass(frozen=True, slots=True)
 class Margined:
-    """What the proofs of a case would survive."""
+    """The margins of the proofs of a case."""
 
     lines: tuple[str, ...]
-    weakest: BodyId | None  # the brick that the lines call so
+    weakest: BodyId | None  # the brick that the lines call the weakest
 
 
-@uncollected()  # what is made is small, and who looks waits
+@uncollected()  # the objects are few, and the user waits
 def preview(case: Case) -> str:
-    """What a page is told at once."""
-    return told(preview_of(case), hurried=True)
+    """Return the preview of a case as JSON."""
+    return run_json(preview_of(case), hurried=True)
 
 
 def played(case: Case) -> Played:
-    """What a worker does: play, and tell a page and a terminal of it. Raises BlockedPlacementError."""
+    """Play a case for a page and a terminal; runs in a worker. Raises BlockedPlacementError."""
     os.nice(MANNERS)
     recorder = Recorder()
-    trace = play_case(case.timeline, case.system, known_of(case.scenario, case.system), recorder=recorder)
+    trace = play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), recorder=recorder)
     result = judged(case, trace)
     run = view_of(case, trace, recorder.recording(), result)
-    return Played(told(run, hurried=True), run_text(trace, result), result)
+    return Played(run_json(run, hurried=True), run_text(trace, result), result)
 
 
 def margined(case: Case) -> Margined:
-    """What a worker does: tell what the proofs would survive, and what gives way first."""
+    """Compute the margins of a case and the mechanism that gives way first; runs in a worker."""
     os.nice(MANNERS)
     timeline = as_played(case.timeline, system_named(case.system).modification)
     count = sum(not placement.hits for placement in timeline.placements)
@@ -165,59 +165,60 @@ def margined(case: Case) -> Margined:
     return Margined(tuple(line.strip() for line in lines), weakest)
 
 
-# Whether files were saved: looked up a hundred times a second, which costs next to nothing for those of a scenario.
+# Detection of saved files by polling, a hundred times a second; the cost is small for the files of a scenario.
 #
-# Libraries that are told by the system bring threads, see no files on some network drives, and lose files that an
-# editor replaces; and what a scenario takes from others can lie anywhere.
+# Libraries that use notifications of the system need threads, miss files on some network drives, and lose files that an
+# editor replaces. Included files can be in any folder.
 
 
 INTERVAL = 0.01  # [s] between looks
-TICK = 0.01  # [s] of the clock of a file system: of two saves within one, stamps may know the first alone
-SETTLED = 0.02  # [s] without a change, after which a file that makes no sense counts as written
+TICK = 0.01  # [s] resolution of file times: of two saves within it, only the first may show
+SETTLED = 0.02  # [s] without a change after which an invalid file counts as completely written
 
 Stamps: TypeAlias = Mapping[Path, tuple[int, int, int] | None]
 Read = TypeVar("Read")
 
 
 def stamps_of(files: Iterable[Path]) -> Stamps:
-    """What tells of each file whether it is as it was; None of one that is not there."""
+    """Return the stamp of each file, which changes when it is saved; None for a missing file."""
     return {file: _stamp(file) for file in files}
 
 
 def read_whole(
     files: Iterable[Path], read: Callable[[], Read], makes_sense: Callable[[Read], bool]
 ) -> tuple[Stamps, Read]:
-    """What `read` makes of files that nobody changed meanwhile, and the stamps that they had.
+    """Read files that do not change meanwhile; return their stamps and the result of `read`.
 
-    Many editors empty a file before they write it: what makes no sense is believed only after a while without a change.
+    Many editors empty a file before they write it, so a result that makes no sense is accepted only after a while
+    without a change.
     """
     files = list(files)
     while True:
         sleep(TICK)
         stamps = stamps_of(files)
-        found = read()
-        if not makes_sense(found):
+        result = read()
+        if not makes_sense(result):
             sleep(SETTLED)
         if not is_saved_since(stamps):
-            return stamps, found
+            return stamps, result
 
 
 def is_saved_since(stamps: Stamps) -> bool:
-    """Whether a file is not as it was."""
+    """Return whether a file has changed since its stamp."""
     return any(_stamp(file) != stamp for file, stamp in stamps.items())
 
 
 def _stamp(file: Path) -> tuple[int, int, int] | None:
     try:
-        found = os.stat(file)
+        status = os.stat(file)
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-# The server as whoever plays runs sees it: a process of its own, so that a run that takes long keeps no page waiting.
+# The server in a separate process, so that a long run does not block a page.
 #
-# And so that who plays has no threads: only of such a process are copies safe, which start in a hundredth of a second.
+# The main process then has no threads, so it can be forked safely; a fork starts in a hundredth of a second.
 
 
 TOKEN_BYTES = 24  # 192 bits
@@ -225,27 +226,27 @@ TOKEN_BYTES = 24  # 192 bits
 
 @dataclass(frozen=True)
 class Showing:
-    """A site that is served."""
+    """A served web site."""
 
     url: str
     _connection: Connection
 
     def put(self, name: str, value: object) -> None:
-        """Show a value, as JSON, under a name. Raises OSError if the server is gone."""
+        """Publish a value as JSON under a name. Raises OSError if the server has ended."""
         self.put_text(name, json.dumps(value, allow_nan=False))
 
     def put_text(self, name: str, text: str) -> None:
-        """Show JSON in one line under a name. Raises OSError if the server is gone."""
+        """Publish one line of JSON under a name. Raises OSError if the server has ended."""
         self._connection.send((name, text))
 
     def drop(self, name: str) -> None:
-        """Show nothing under a name any more. Raises OSError if the server is gone."""
+        """Remove the value of a name. Raises OSError if the server has ended."""
         self._connection.send((name, None))
 
 
 @contextmanager
 def showing(site: WebSite) -> Iterator[Showing]:
-    """Serve a site until the end of the block. Raises OSError if no port of this machine can be had."""
+    """Serve a site until the end of the block. Raises OSError if no port is free."""
     token = token_urlsafe(TOKEN_BYTES)
     with listening() as listener:
         ours, theirs = multiprocessing.Pipe()
@@ -262,9 +263,9 @@ def showing(site: WebSite) -> Iterator[Showing]:
         ours.close()
 
 
-def _serve(listener: socket.socket, token: str, site: WebSite, told: Connection, others: Connection) -> None:
-    """What the process does, until nobody tells it anything any more."""
-    for number in INTERRUPTS:  # whoever started it decides what they mean
+def _serve(listener: socket.socket, token: str, site: WebSite, inbox: Connection, others: Connection) -> None:
+    """Run the server process until the connection to its parent is closed."""
+    for number in INTERRUPTS:  # the parent process handles interrupts
         signal.signal(number, signal.SIG_IGN)
     others.close()
     board = Board()
@@ -272,60 +273,60 @@ def _serve(listener: socket.socket, token: str, site: WebSite, told: Connection,
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         while True:
-            name, text = told.recv()
+            name, text = inbox.recv()
             if text is None:
                 board.drop(name)
             else:
                 board.put(name, text)
     except (EOFError, OSError):
-        os._exit(0)  # threads that wait for browsers would keep it
+        os._exit(0)  # at once, as threads that wait for browsers would keep the process alive
 
 
-# A live page of runs: what it is told, by whoever plays them. `live.ts` hears it.
+# A live page of runs; `live.ts` receives its events.
 
 
 @dataclass
 class RunPage:
-    """What a page shows of some runs, which are known by their numbers."""
+    """The content of a page with several runs, by their numbers."""
 
     showing: Showing
     runs: int = 0
-    mistakes: tuple[str, ...] = ()  # in the file
-    doing: str = ""  # while something is still to come
+    mistakes: tuple[str, ...] = ()  # errors in the file
+    doing: str = ""  # current activity; empty if none
 
     def expect(self, runs: int) -> None:
-        """There are so many runs from now on; those beyond are forgotten."""
+        """Set the number of runs, and remove those beyond."""
         for number in range(runs, self.runs):
             self.showing.drop(f"run {number}")
             self.showing.drop(f"lines {number}")
         self.runs = runs
 
-    def tell_mistakes(self, mistakes: Iterable[str]) -> None:
-        """What is wrong with the file; what is seen of runs stays."""
+    def show_mistakes(self, mistakes: Iterable[str]) -> None:
+        """Show errors in the file, beside the runs."""
         self.mistakes = tuple(mistakes)
-        self._say()
+        self._publish()
 
-    def tell_doing(self, doing: str) -> None:
-        """What is being done; nothing any more, if this is empty."""
+    def show_activity(self, doing: str) -> None:
+        """Show the current activity; an empty text shows none."""
         self.doing = doing
-        self._say()
+        self._publish()
 
-    def _say(self) -> None:
+    def _publish(self) -> None:
         self.showing.put("status", {"runs": self.runs, "mistakes": self.mistakes, "doing": self.doing})
 
-    def show(self, number: int, told: str) -> None:
-        """A run as JSON, instead of what was shown of it."""
-        self.showing.put_text(f"run {number}", f'{{"run":{number},"told":{told}}}')
+    def show(self, number: int, run: str) -> None:
+        """Show a run, given as JSON, in place of its earlier state."""
+        self.showing.put_text(f"run {number}", f'{{"run":{number},"told":{run}}}')
 
     def note(self, number: int, lines: Sequence[str], weakest: BodyId | None = None) -> None:
-        """What else there is to say of a run, and which of its bricks that calls the weakest."""
+        """Show further lines about a run, and mark its weakest brick."""
         self.showing.put(f"lines {number}", {"run": number, "lines": list(lines), "weakest": weakest})
 
 
-# Imports what statics may need before anything is saved: libraries that solve take longer to import than to ask.
+# Warm-up: imports the modules of statics before the first save, as solver libraries import longer than they solve.
 
 
-# Imported elsewhere where a verdict first needs them, which most runs never do.
+# Modules that are otherwise imported by the first verdict that needs them, which most runs never have.
 SELDOM: Final = (
     "clarabel",
     "scipy.sparse.linalg",
@@ -340,7 +341,7 @@ SELDOM: Final = (
 
 
 def warm_up() -> None:
-    """Import it, and let the collector of garbage pass over all that there is by now, here and in copies of this."""
+    """Import these modules, and exclude all existing objects from garbage collection, also in forks."""
     for name in SELDOM:
         import_module(name)
     exclude_from_collection()

@@ -19,13 +19,13 @@ from stackdsl.trace import EventKind
 from stackdsl.viewing.drawing import EDGE, FORCE, Frame, Paper, View, drawn, solids_at
 from stackdsl.viewing.run_view import RunView
 
-# Pictures of a run: one panel a view and a time, side by side, all at one scale.
+# Pictures of a run: one panel per view and time, in rows, at one scale.
 
 
 MARGIN, CAPTION = 10.0, 20.0  # [px]
 MOST_WIDE, MOST_HIGH = 420.0, 320.0  # of the drawing in a panel [px]
 MOST_IN_ROW = 1300.0  # [px]
-AROUND = 1.0  # times the longest side of all that is there: what hits is on the paper so far around
+AROUND = 1.0  # distance up to which flying bricks are on the paper, in largest extents of the structure
 FONTS = "DejaVu Sans, Liberation Sans, Noto Sans, Arial, Helvetica, sans-serif"
 TIP = (
     f'<defs><marker id="tip" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto">'
@@ -44,7 +44,7 @@ class Panel:
 def picture(
     run: RunView, panels: Sequence[Panel], width: float = MOST_WIDE, among: Sequence[Panel] | None = None
 ) -> str:
-    """Panels as SVG, in rows; each view has one scale and one piece of paper, that of all panels `among` them."""
+    """Return panels as SVG, in rows; each view has one paper, which fits all panels of `among`."""
     papers = {panel.frame.view.name: _paper(run, among or panels, panel.frame.view, width) for panel in panels}
     cells = [(panel, *papers[panel.frame.view.name]) for panel in panels]
     rows: list[list[str]] = [[]]
@@ -73,7 +73,7 @@ def _panel(run: RunView, panel: Panel, paper: Paper, width: float, corner: tuple
 
 
 def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[Paper, float]:
-    """Paper on which all is that is seen from a direction at any of the times, and how wide its panel is [px]."""
+    """Return the paper that fits all panels of a view, and the width of its panel [px]."""
     hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
     seen: list[Array] = [np.zeros((0, 2))]
     hits: list[Array] = []
@@ -82,14 +82,15 @@ def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> t
             (hits if name in hitting else seen).append(view.on_paper(solid.corners))
     points = np.concatenate(seen)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
-    reach = AROUND * (high - low).max()  # what hits may come from far away
-    middles = [one.mean(axis=0) for one in hits]
+    reach = AROUND * (high - low).max()  # flying bricks may come from far away
     near = [
-        one for one, at in zip(hits, middles, strict=True) if (low - reach <= at).all() and (at <= high + reach).all()
+        corners
+        for corners in hits
+        if (low - reach <= corners.mean(axis=0)).all() and (corners.mean(axis=0) <= high + reach).all()
     ]
     low, high = (
-        np.min([low, *(one.min(axis=0) for one in near)], axis=0),
-        np.max([high, *(one.max(axis=0) for one in near)], axis=0),
+        np.min([low, *(corners.min(axis=0) for corners in near)], axis=0),
+        np.max([high, *(corners.max(axis=0) for corners in near)], axis=0),
     )
     size = np.maximum(high - low, 1e-9)
     scale = min(width / size[0], MOST_HIGH / size[1])
@@ -98,15 +99,15 @@ def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> t
 
 
 def panels_at(run: RunView, views: Sequence[View], time: float | None, forces: bool) -> list[Panel]:
-    """One panel a view, at a time [s], or at the end."""
+    """Return one panel per view, at a time [s], or at the end."""
     at = run.trace.cost.simulated_time if time is None else time
     return [Panel(Frame(view, at, forces), f"{run.name}, {view.name}, {at:g} s") for view in views]
 
 
 def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Panel]:
-    """Panels from just before something moves to the end, with as much motion between each two.
+    """Return panels from just before the first motion to the end, with equal motion in between.
 
-    Of what never moves, while it is built.
+    A run without motion gets panels of its build.
     """
     begin, end = moving_span(run)
     if not _beginnings(run):
@@ -115,7 +116,7 @@ def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Pa
 
 
 def building(run: RunView, view: View, count: int) -> list[Panel]:
-    """Panels from the first brick to the end, evenly."""
+    """Return evenly spaced panels from the first brick to the end."""
     return _panels(view, np.linspace(0.0, run.trace.cost.simulated_time, count).tolist())
 
 
@@ -124,14 +125,14 @@ def _panels(view: View, times: Sequence[float], forces: bool = False) -> list[Pa
 
 
 def moving_frames(run: RunView, view: View, rate: float, most: int, forces: bool = False) -> list[Panel]:
-    """So many panels a second of what moves, and no more in all than `most`."""
+    """Return `rate` panels per second of motion, at most `most` in all."""
     begin, end = moving_span(run)
     count = max(2, min(most, round((end - begin) * rate)))
     return _panels(view, np.linspace(begin, end, count).tolist(), forces)
 
 
 def moving_span(run: RunView) -> tuple[float, float]:
-    """From when to when there is something to see [s]."""
+    """Return begin and end of the motion [s]."""
     began = _beginnings(run)
     end = run.trace.cost.simulated_time
     last = run.recording.times.max(initial=0.0)
@@ -139,16 +140,16 @@ def moving_span(run: RunView) -> tuple[float, float]:
 
 
 def _beginnings(run: RunView) -> list[float]:
-    """When something begins to move [s]."""
+    """Return the times at which a motion begins [s]."""
     moving = (EventKind.WOKEN, EventKind.PUSHED, EventKind.COLLAPSED)
     hits = [placement.time for placement in run.timeline.placements if placement.hits]
     return [event.time for event in run.trace.events if event.kind in moving] + hits
 
 
 def times_of_motion(keys: Rows, begin: float, end: float, count: int) -> list[float]:
-    """Times [s] between each two of which all bricks together go as far; evenly spaced where nothing moves.
+    """Return times [s] with equal total path of all bricks in between; evenly spaced if nothing moves.
 
-    So a fall that takes a tenth of the time fills a strip, and what lies still afterwards takes one picture.
+    So a short fall fills a strip, and the rest after it takes one picture.
     """
     parts = np.linspace(0.0, 1.0, count)
     ways = np.linalg.norm(np.diff(keys[:, POSITION], axis=0), axis=1)
@@ -156,73 +157,76 @@ def times_of_motion(keys: Rows, begin: float, end: float, count: int) -> list[fl
     times = keys[1:, TIME]
     moving = np.flatnonzero((ways > 0.0) & (times > begin) & (times <= end))
     order = moving[np.argsort(times[moving], kind="stable")]
-    gone = np.concatenate(([0.0], np.cumsum(ways[order])))
-    if gone[-1] == 0.0:
+    path = np.concatenate(([0.0], np.cumsum(ways[order])))
+    if path[-1] == 0.0:
         return list((begin + parts * (end - begin)).tolist())
-    found = np.interp(parts * gone[-1], gone, np.concatenate(([begin], times[order])))
-    return [*found[:-1].tolist(), end]
+    spaced = np.interp(parts * path[-1], path, np.concatenate(([begin], times[order])))
+    return [*spaced[:-1].tolist(), end]
 
 
-# SVG -> PNG, and several of them -> GIF or WebP that moves; by libraries that come with an extra.
+# SVG -> PNG, and several SVGs -> animated GIF or WebP, by libraries of an extra.
 
 
 HINT = "pip install 'stackdsl[picture]'"
 
 
 def png(svg: str, zoom: float = 2.0) -> bytes:
-    """A picture with so many pixels for each of SVG, along one side. Raises ModuleNotFoundError without resvg."""
+    """Return a PNG with `zoom` pixels per SVG pixel along each side. Raises ModuleNotFoundError without resvg."""
     import resvg_py  # noqa: PLC0415 -- an extra
 
     return bytes(resvg_py.svg_to_bytes(svg_string=svg, zoom=zoom))
 
 
 def moving(svgs: Sequence[str], rate: float, form: str) -> bytes:
-    """Pictures one after the other, so many a second, as `gif` or `webp`, again and again."""
+    """Return an endless animation of pictures, `rate` per second, as `gif` or `webp`."""
     from PIL import Image  # noqa: PLC0415 -- likewise
 
     frames = [Image.open(BytesIO(png(svg, zoom=1.0))).convert("RGB") for svg in svgs]
-    found = BytesIO()
+    animation = BytesIO()
     settings = {"quality": 80, "method": 4} if form == "webp" else {"optimize": True}
     frames[0].save(
-        found, form, save_all=True, append_images=frames[1:], duration=round(1000.0 / rate), loop=0, **settings
+        animation, form, save_all=True, append_images=frames[1:], duration=round(1000.0 / rate), loop=0, **settings
     )
-    return found.getvalue()
+    return animation.getvalue()
 
 
-# SVGs one after the other -> MP4, by the ffmpeg of this machine, where there is one.
+# SVGs -> MP4, by the ffmpeg of this machine.
 
 
 PROGRAM: Final = "ffmpeg"
 REMEDY: Final = "install ffmpeg (https://ffmpeg.org; on Debian: apt install ffmpeg), or write a .webp or .gif"
-# Players want sides that are even, and colour at half of the pixels. Which encoder there is, the program knows best.
+# Players need even sides and chroma at half resolution. The encoder is the default of ffmpeg.
 SETTINGS: Final = ("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p", "-movflags", "+faststart")
 
 
 class FilmError(RuntimeError):
-    """There is no ffmpeg, or it could not make a film of this; the message says which."""
+    """There is no ffmpeg, or it failed; the message has the reason."""
 
 
 def film_maker() -> str:
-    """The path of the ffmpeg of this machine. Raises FilmError if there is none."""
-    found = shutil.which(PROGRAM)
-    if found is None:
+    """Return the path of ffmpeg. Raises FilmError if there is none."""
+    path = shutil.which(PROGRAM)
+    if path is None:
         raise FilmError(f".mp4 needs {PROGRAM}, which is not on the path; {REMEDY}")
-    return found
+    return path
 
 
 def mp4(svgs: Sequence[str], rate: float) -> bytes:
-    """A film of pictures of one size, so many a second. Raises FilmError, and ModuleNotFoundError without resvg."""
+    """Return a film of pictures of one size, `rate` per second.
+
+    Raises FilmError, and ModuleNotFoundError without resvg.
+    """
     program = film_maker()
     frames = b"".join(png(svg) for svg in svgs)
-    with tempfile.TemporaryDirectory() as folder:  # a film has its index at its head, written when all is known
+    with tempfile.TemporaryDirectory() as folder:  # a file, as ffmpeg finally rewrites the index at its head
         film = Path(folder) / "film.mp4"
-        told = ("-hide_banner", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", f"{rate:g}")
-        command = [program, *told, "-i", "-", *SETTINGS, str(film)]
+        source = ("-hide_banner", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", f"{rate:g}")
+        command = [program, *source, "-i", "-", *SETTINGS, str(film)]
         try:
             done = subprocess.run(command, input=frames, capture_output=True, check=False)
         except OSError as error:
             raise FilmError(f"{program} cannot be started: {error.strerror}; {REMEDY}") from error
         if done.returncode or not film.is_file():
-            said = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["it says nothing"]
-            raise FilmError(f"{program} made no film: {said[-1]}; {REMEDY}")
+            errors = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["it printed no error"]
+            raise FilmError(f"{program} made no film: {errors[-1]}; {REMEDY}")
         return film.read_bytes()

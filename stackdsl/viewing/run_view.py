@@ -1,4 +1,4 @@
-"""Everything about one run that can be shown: claims, events, poses, proofs."""
+"""All data of one run for display: claims, events, poses, proofs."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -22,19 +22,18 @@ from stackdsl.timeline import Handled, Placement, PushAction, Removal, ShakeActi
 from stackdsl.trace import ACTIONS, UNRELIABLE, EventKind, Trace
 from stackdsl.wording import energy_fault
 
-# What statics proves of a run, to be shown beside it: contacts, forces, and who rests on whom, while they hold.
+# Proofs to show beside a run: contacts, forces, and supports, with the time span in which they hold.
 #
-# Worth a look are the last structure that was proven to stand before anything was woken, and what stands at the end;
-# where few things are done, also every structure on the way. Where something is proven to fall, so is the motion with
-# which it begins.
+# Shown are the last structure that was proven to stand before a brick was woken, and the structure that stands at the
+# end; in a run with few actions also every structure in between. A proven fall is shown by its initial motion.
 
 
-MOST_STEPS = 40  # actions of a run of which every structure on the way is shown: each repeats all contacts
+MOST_STEPS = 40  # actions of a run up to which every structure is shown, as each repeats all contacts
 
 
 @dataclass(frozen=True, slots=True)
 class ShownContact:
-    """Where two bodies press on each other, and with what."""
+    """A contact of two bodies, with its forces."""
 
     lower: BodyId
     upper: BodyId
@@ -44,18 +43,16 @@ class ShownContact:
 
 @dataclass(frozen=True, slots=True)
 class ShownBrick:
-    """What is proven of one brick."""
+    """The proof of one brick."""
 
     stage: str
-    rests_on: Mapping[BodyId, float]  # which part of its load goes where
-    depth: (
-        float | None
-    )  # how far its centre lies inside what carries it to the ground [m]; None where that says nothing
+    rests_on: Mapping[BodyId, float]  # share of its load, by support
+    depth: float | None  # distance of its centre inside the area that carries it [m]; None if it has no such area
 
 
 @dataclass(frozen=True, slots=True)
 class ShownProof:
-    """A structure that is proven to stand, and for how long it is there."""
+    """A structure that is proven to stand, with its time span."""
 
     begin: float  # [s]
     end: float  # [s]
@@ -65,7 +62,7 @@ class ShownProof:
 
 @dataclass(frozen=True, slots=True)
 class ShownFall:
-    """The motion with which all that is proven to fall begins to, which no admissible forces can stop."""
+    """The initial motion of a proven fall, which no admissible forces can prevent."""
 
     time: float  # [s]
     motion: Motion
@@ -74,14 +71,14 @@ class ShownFall:
 
 @dataclass(frozen=True, slots=True)
 class ShownProofs:
-    """All that is proven of one run."""
+    """All proofs of one run."""
 
     standing: tuple[ShownProof, ...]
     fall: ShownFall | None
 
 
 def shown_proofs(timeline: Timeline, trace: Trace, names_smallest: bool = True) -> ShownProofs:
-    """What statics proves of a run, whatever it was played on; of a fall, `names_smallest` as in `Assembly.add_all`."""
+    """Return the proofs of a run on any system; `names_smallest` is passed to `Assembly.add_all`."""
     moved = [event.time for event in trace.events if event.kind in (EventKind.WOKEN, EventKind.COLLAPSED)]
     last = max((event.time for event in trace.events if event.kind in ACTIONS), default=inf)
     structure = _Structure(timeline, every=len(timeline.actions) <= MOST_STEPS, names_smallest=names_smallest)
@@ -95,17 +92,17 @@ def shown_proofs(timeline: Timeline, trace: Trace, names_smallest: bool = True) 
 
 
 class _Structure:
-    """What is set down, as long as all of it is proven to stand."""
+    """The structure during the build, as long as it is proven to stand."""
 
     def __init__(self, timeline: Timeline, every: bool, names_smallest: bool) -> None:
-        """`every`: whether all that is built on the way is to be shown."""
+        """Start without bricks; `every` requests a view of each structure in between."""
         self.timeline, self.every, self.names_smallest = timeline.as_set_down(), every, names_smallest
         self.shown: list[ShownProof] = []
         self.assembly = timeline.world.assembly()
-        self.begin, self.until = 0.0, inf  # while it is as it is [s]
+        self.begin, self.until = 0.0, inf  # time span of the current structure [s]
 
     def judge(self, last: float) -> ShownFall | None:
-        """Build what is done up to a time [s]; where that falls, go back to what stood, and say how it falls."""
+        """Build up to a time [s]; on a fall, return its motion, and go back to the structure before."""
         for moment in self.timeline.moments():
             time = moment[0].time if isinstance(moment, tuple) else moment.time
             if time > last:
@@ -122,28 +119,28 @@ class _Structure:
                 verdict = as_it_begins(self.assembly, verdict)
                 undo()
                 self.until = time
-                self.shown = self.shown[:-1] if time > self.begin else self.shown  # it is the one that is there
+                self.shown = self.shown[:-1] if time > self.begin else self.shown  # the caller shows it again
                 return ShownFall(time, verdict.motion, verdict.reason) if verdict.motion is not None else None
             self.begin = time
         return None
 
     def show(self) -> ShownProof:
-        """What is there now, and proven."""
+        """Return the proof of the current structure."""
         return _shown(self.assembly, self.begin, inf)
 
     def _set_down(self, placements: Iterable[Placement]) -> tuple[Verdict, Callable[[], object]]:
-        coming = [Placed(placement.brick, placement.pose) for placement in placements]
-        verdict = self.assembly.add_all(coming, names_smallest=self.names_smallest)
-        return verdict, lambda: self.assembly.remove([placed.brick.id for placed in coming])
+        added = [Placed(placement.brick, placement.pose) for placement in placements]
+        verdict = self.assembly.add_all(added, names_smallest=self.names_smallest)
+        return verdict, lambda: self.assembly.remove([placed.brick.id for placed in added])
 
     def _taken_out(self, removal: Removal) -> tuple[Verdict, Callable[[], object]]:
-        going = [self.assembly.bricks[name] for name in removal.bricks]
+        removed = [self.assembly.bricks[name] for name in removal.bricks]
         verdict = self.assembly.remove(removal.bricks, names_smallest=self.names_smallest)
-        return verdict, lambda: self.assembly.add_all(going)
+        return verdict, lambda: self.assembly.add_all(removed)
 
 
 def _at_the_end(trace: Trace) -> ShownProof | None:
-    """What is held at the end, if it is proven to stand."""
+    """Return the proof of the frozen bricks at the end; None if they are not proven to stand."""
     standing = [Placed(track.brick, track.final) for track in trace.tracks.values() if track.frozen]
     if trace.world is None or not standing:
         return None
@@ -171,8 +168,8 @@ def _shown(assembly: Assembly, begin: float, end: float) -> ShownProof:
 
 def _depth(assembly: Assembly, placed: Placed) -> float | None:
     x, y, _ = placed.pose.position_W
-    found = assembly.core_depth(placed.brick.id, (x, y))
-    return found if found >= 0.0 else None
+    depth = assembly.core_depth(placed.brick.id, (x, y))
+    return depth if depth >= 0.0 else None
 
 
 def _sum(forces: Iterable[Vec3]) -> Vec3:
@@ -182,14 +179,14 @@ def _sum(forces: Iterable[Vec3]) -> Vec3:
     return total
 
 
-# All that can be seen of one run: what was asked, what happened, where everything was, and what was proven of it.
+# The view of one run.
 
 
 @dataclass(frozen=True)
 class RunView:
-    """One run, as renderers see it; they compute nothing of what happened."""
+    """The input of renderers: one run, without further computation."""
 
-    name: str  # what people call the case
+    name: str  # of the case
     system: str
     description: str
     timeline: Timeline  # as it was played
@@ -197,27 +194,26 @@ class RunView:
     recording: Recording
     result: VariantResult
     proofs: ShownProofs
-    places: Mapping[BodyId, Span]  # of what sets down each brick, in the file
+    places: Mapping[BodyId, Span]  # position in the file of the step that places each brick
     verdict: str  # in words
-    # Of what a golden file tells: what differs from the run beside it, in words, by brick or what else it is of.
-    marks: Mapping[str, tuple[str, ...]] | None = None
+    marks: Mapping[str, tuple[str, ...]] | None = None  # for a golden file: its differences in words, by subject
 
     @property
     def least_room(self) -> tuple[BodyId, float] | None:
-        """The brick of the last structure that is proven to stand whose centre has least room, and how much [m].
+        """The brick of the last proven structure whose centre has the least room, and that room [m].
 
-        Room is how deep the centre of a brick lies inside what carries it down to the ground, in plan. Of a brick that
-        stands by friction alone, or by the weight of others, that says nothing, and it is passed over.
+        Room is the distance in plan of the centre of a brick inside the area that carries it. A brick that stands only
+        by friction, or by the weight of others, has no such area and is left out.
         """
         standing = self.proofs.standing[-1:] if self.proofs.fall is None else ()
-        told = [(brick.depth, name) for proof in standing for name, brick in proof.bricks.items()]
-        depth, name = min(((depth, name) for depth, name in told if depth is not None), default=(0.0, ""))
+        depths = [(brick.depth, name) for proof in standing for name, brick in proof.bricks.items()]
+        depth, name = min(((depth, name) for depth, name in depths if depth is not None), default=(0.0, ""))
         return (name, depth) if name else None
 
     def weakest(self) -> Weakest | None:
-        """Which mechanism of what was built opens first; None where something falls, or is left to an engine.
+        """Return the mechanism that opens first; None if a brick falls or needs an engine.
 
-        That takes seconds, and of more than a few bricks minutes: nothing is told of these.
+        This takes seconds, and minutes for many bricks: None for more than `MOST_FOR_PROGRAMS`.
         """
         bricks = sum(not placement.hits for placement in self.timeline.placements)
         if not self.proofs.standing or self.proofs.fall is not None or bricks > MOST_FOR_PROGRAMS:
@@ -229,7 +225,7 @@ class RunView:
 def view_of(
     case: Case, trace: Trace, recording: Recording, result: VariantResult, proofs: ShownProofs | None = None
 ) -> RunView:
-    """What is to be seen of a case that was played; `proofs`, if they are known already."""
+    """Return the view of a played case; `proofs`, if they are computed already."""
     timeline = as_played(case.timeline, system_named(case.system).modification)
     return RunView(
         case.name,
@@ -241,12 +237,12 @@ def view_of(
         result,
         shown_proofs(timeline, trace) if proofs is None else proofs,
         places_of(case.scenario, case.source),
-        _told(trace),
+        _verdict_text(trace),
     )
 
 
-def _told(trace: Trace) -> str:
-    told, collapse = trace.reported_verdict, trace.collapse
-    if told == UNRELIABLE:
-        told = f"{UNRELIABLE}, {energy_fault(trace.energy_gained)}: {trace.verdict}"
-    return told if collapse is None else f"{told} at level {collapse.level} after {collapse.time:.3f} s"
+def _verdict_text(trace: Trace) -> str:
+    text, collapse = trace.reported_verdict, trace.collapse
+    if text == UNRELIABLE:
+        text = f"{UNRELIABLE}, {energy_fault(trace.energy_gained)}: {trace.verdict}"
+    return text if collapse is None else f"{text} at level {collapse.level} after {collapse.time:.3f} s"

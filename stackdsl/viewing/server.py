@@ -18,13 +18,13 @@ from stackdsl.disk import read_file
 from stackdsl.project_file import confined
 from stackdsl.viewing.replay.page import LOADER, policy_of, program_and_style
 
-# What is served: a page that plays runs, or the pages of a folder. Nothing else of this machine can be asked for.
+# Web sites: a page that replays runs, or the pages of a folder. No other file of this machine is served.
 
 
-EVENTS: Final = "events"  # where a page hears of changes
+EVENTS: Final = "events"  # address of the stream of changes
 INDEX: Final = "index.html"
 
-# A frame around the pages of a folder, which loads again what it shows whenever that was written anew.
+# Script of a frame around the pages of a folder; it reloads the shown page whenever that is rewritten.
 RELOADER: Final = (
     "const frame=document.querySelector('iframe');let seen=false;"
     "new EventSource('events').addEventListener('written',()=>{"
@@ -35,32 +35,32 @@ _FRAME_POLICY: Final = f"{policy_of((RELOADER,), (FRAME_STYLE,))}; frame-src 'se
 
 
 class WebSite(Protocol):
-    """What answers for the addresses below the token."""
+    """The pages below the token of a server."""
 
     def page(self, path: str) -> bytes | None:
-        """The page of an address, such as `index.html`; None if there is none."""
+        """Return the page at a path, such as `index.html`; None if there is none."""
 
     def policy(self, path: str) -> str:
-        """What a browser lets that page do at most, as a content security policy; empty if the page alone says so."""
+        """Return the content security policy of a page; empty if only the page itself has one."""
 
 
 @dataclass(frozen=True)
 class OnePage:
-    """A page, and nothing beside it."""
+    """A site of a single page."""
 
     text: str
 
     def page(self, path: str) -> bytes | None:
-        """The page, where no name is given."""
+        """Return the page for the empty path."""
         return self.text.encode() if not path else None
 
     def policy(self, path: str) -> str:
-        """This program wrote the page, and it says itself what it may do."""
+        """Return no policy, as the page has its own."""
         return ""
 
 
 def policy_of_reports() -> str:
-    """The policy by which the scripts of pages of a report run, whatever page they are on, and no other script does."""
+    """Return the policy that allows the scripts of reports on any page, and no other script."""
     from stackdsl.viewing.check_report.page import script_and_style  # noqa: PLC0415 -- only folders need it
 
     (script, style), (program, style_of_replays) = script_and_style(), program_and_style()
@@ -69,28 +69,28 @@ def policy_of_reports() -> str:
 
 @dataclass(frozen=True)
 class Folder:
-    """The pages below a folder, in a frame that loads them again when they are written.
+    """The pages below a folder, in a frame that reloads them when they are rewritten.
 
-    A folder may hold pages that somebody else wrote, and reports of earlier calls that are still to be looked at. So
-    pages are not told apart by who wrote them: each may run what a report is made of, and nothing else.
+    A folder may contain foreign pages and older reports. All pages are treated alike: each may run the scripts of a
+    report, and nothing else.
     """
 
     root: Path
     _policy: str = field(default_factory=policy_of_reports)
 
     def page(self, path: str) -> bytes | None:
-        """The frame, where no name is given; else a page that really lies below the folder, wherever links lead."""
+        """Return the frame for the empty path, otherwise a page in the folder; links out of the folder are refused."""
         if not path:
             return _frame().encode()
         try:
             file = self.root / path
             confined(file)
             return read_file(file, within=self.root) if Path(os.path.realpath(file)).suffix == ".html" else None
-        except (OSError, ValueError):  # a name that no file system takes
+        except (OSError, ValueError):  # ValueError for an impossible file name
             return None
 
     def policy(self, path: str) -> str:
-        """That of the frame, where no name is given; else that of reports."""
+        """Return the policy of the frame for the empty path, otherwise that of reports."""
         return self._policy if path else _FRAME_POLICY
 
 
@@ -102,40 +102,40 @@ def _frame() -> str:
     )
 
 
-# What there is to show now, under a few names: whoever looks gets all of it, and then whatever changes.
+# Published texts by name: a reader first gets all of them, then every change.
 
 
 @dataclass
 class Board:
-    """Texts by name, each the newest of its name; written by one thread, read by any number."""
+    """The latest text of each name; written by one thread, read by any number."""
 
-    _texts: dict[str, tuple[int, str]] = field(default_factory=dict)  # with the number of the change that brought each
+    _texts: dict[str, tuple[int, str]] = field(default_factory=dict)  # with the number of the change
     _changes: int = 0
     _changed: threading.Condition = field(default_factory=threading.Condition)
 
     def put(self, name: str, text: str) -> None:
-        """Show a text under a name, instead of what was there."""
+        """Publish a text under a name, in place of an earlier one."""
         with self._changed:
             self._changes += 1
             self._texts[name] = self._changes, text
             self._changed.notify_all()
 
     def drop(self, name: str) -> None:
-        """Show nothing under a name any more; who has seen it is not told."""
+        """Remove the text of a name; readers are not notified."""
         with self._changed:
             self._texts.pop(name, None)
 
     def follow(self, patience: float) -> Iterator[tuple[str, str]]:
-        """All that is there, and then every change, in their order and without what was overtaken meanwhile.
+        """Yield all texts, and then every change in order; texts that were replaced meanwhile are skipped.
 
-        An empty pair whenever nothing has changed for so long [s].
+        Yields an empty pair after every `patience` seconds without a change.
         """
         seen = 0
         while True:
-            news, seen = self._news(seen, patience)
-            yield from news or [("", "")]
+            changes, seen = self._changes_since(seen, patience)
+            yield from changes or [("", "")]
 
-    def _news(self, seen: int, patience: float) -> tuple[list[tuple[str, str]], int]:
+    def _changes_since(self, seen: int, patience: float) -> tuple[list[tuple[str, str]], int]:
         until = monotonic() + patience
         with self._changed:
             while self._changes == seen and (left := until - monotonic()) > 0.0:
@@ -144,17 +144,16 @@ class Board:
             return [(name, text) for _, name, text in fresh], self._changes
 
 
-# Serves a site to browsers of this machine, and tells them of changes as events (Server-Sent Events).
+# Serves a site to browsers of this machine, and sends changes as Server-Sent Events.
 #
-# The standard library does: one page, one stream of texts and a handful of readers need no framework, and nothing more
-# to install. It listens on the loopback interface alone, knows only addresses that begin with a token that nobody can
-# guess, and answers only who calls it by the name of this machine: a foreign page, whose name somebody lets point here
-# (DNS rebinding), gets nothing. No request changes anything.
+# The standard library suffices: one page, one stream of texts and a few readers need no framework. The server listens
+# only on the loopback interface, serves only addresses that begin with an unguessable token, and answers only requests
+# with the host name of this machine, so a foreign page gets nothing by DNS rebinding. No request changes any state.
 
 
 HOST: Final = "127.0.0.1"
-SLOWEST: Final = 30.0  # [s] for a browser to say what it wants, and to take what it gets
-ALIVE: Final = 10.0  # [s] between signs of life, by which a reader that is gone is noticed
+SLOWEST: Final = 30.0  # [s] time limit for a browser to send a request and to receive the answer
+ALIVE: Final = 10.0  # [s] between keep-alive messages, which detect readers that have left
 FRAMED: Final = "frame-ancestors 'self'"
 HEADERS: Final = {
     "Cache-Control": "no-store",
@@ -165,14 +164,14 @@ HEADERS: Final = {
 
 
 def listening() -> socket.socket:
-    """A socket that only this machine reaches, on a port that is free. Raises OSError."""
-    found = socket.create_server((HOST, 0), backlog=16)
-    found.settimeout(None)
-    return found
+    """Return a listening socket on a free port of the loopback interface. Raises OSError."""
+    listener = socket.create_server((HOST, 0), backlog=16)
+    listener.settimeout(None)
+    return listener
 
 
 class PageServer(ThreadingHTTPServer):
-    """Serves one site under one token, from a socket that listens."""
+    """Serves one site under one token, from a listening socket."""
 
     daemon_threads = True
 
@@ -186,7 +185,7 @@ class PageServer(ThreadingHTTPServer):
         self.names = {f"{HOST}:{port}", f"localhost:{port}"}
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """A browser that goes away in the middle is nobody's concern."""
+        """Ignore a browser that closes its connection early."""
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -197,14 +196,14 @@ class Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "stackdsl", ""
 
     def do_GET(self) -> None:
-        """A page, or the stream of events."""
+        """Answer with a page or the stream of events."""
         if self.headers.get_all("Host") not in [[name] for name in self.server.names]:
-            self._answer(HTTPStatus.MISDIRECTED_REQUEST, "text/plain", b"this is served to this machine alone\n")
+            self._answer(HTTPStatus.MISDIRECTED_REQUEST, "text/plain", b"this server answers only to this machine\n")
             return
         _, _, rest = unquote(urlsplit(self.path).path).partition("/")
         token, slash, path = rest.partition("/")
         if not slash or not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"open the address that stackdsl has told\n")
+            self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"open the address that stackdsl has printed\n")
         elif path == EVENTS:
             self._stream()
         elif (page := self.server.site.page(path)) is not None:
@@ -226,16 +225,16 @@ class Handler(BaseHTTPRequestHandler):
 
     def _stream(self) -> None:
         self._head(HTTPStatus.OK, "text/event-stream", {})
-        with suppress(OSError):  # it is gone
+        with suppress(OSError):  # the browser has left
             for event in events(self.server.board):
                 self.wfile.write(event)
 
-    def log_message(self, format: str, *args: Any) -> None:  # noqa: ANN401 -- as the library calls it
-        """Nobody reads of every request."""
+    def log_message(self, format: str, *args: Any) -> None:  # noqa: ANN401 -- signature of the library
+        """Log nothing."""
 
 
 def events(board: Board) -> Iterator[bytes]:
-    """What is on a board as the events of a stream: the kind is the first word of a name."""
+    """Yield the changes of a board as events of a stream; the kind of an event is the first word of its name."""
     for name, text in board.follow(ALIVE):
-        # JSON in one line, in which no text can begin a line of its own.
+        # Texts are JSON in one line, so they cannot contain a line of the protocol.
         yield f"event: {name.split()[0]}\ndata: {text}\n\n".encode() if name else b": alive\n\n"

@@ -12,7 +12,7 @@ from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
 from stackdsl.report.text import significant
 from stackdsl.results import VariantResult
 
-# An axis of a chart: where a value lies on it, and which round values are written beside it.
+# An axis of a chart: positions of values, and round values as labels.
 
 
 ABOUT = 6  # ticks
@@ -21,7 +21,7 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True, slots=True)
 class ChartAxis:
-    """From a least to a largest value, which lie at two places [px]."""
+    """A linear axis from a least to a largest value, between two positions [px]."""
 
     least: float
     largest: float
@@ -29,13 +29,13 @@ class ChartAxis:
     end: float
 
     def place(self, value: float) -> float:
-        """Where a value lies [px]; in the middle, if there is only one."""
+        """Return the position of a value [px]; the middle if the axis has only one value."""
         wide = self.largest - self.least
         part = (value - self.least) / wide if wide > 0.0 else 0.5
         return self.begin + part * (self.end - self.begin)
 
     def ticks(self) -> Iterator[float]:
-        """Round values within, some six."""
+        """Yield about six round values within the axis."""
         wide = self.largest - self.least
         if wide <= 0.0:
             yield self.least
@@ -47,64 +47,64 @@ class ChartAxis:
             yield number * step
 
 
-# What was measured over the variables of a scenario: which variables those are, and which one quantity.
+# A measured quantity over the variables of a scenario.
 #
-# Measured is at which level it collapsed, where all cases do; else how far a claim is from its threshold: above zero it
-# passed, and where a line crosses zero the answer flips. A claim may count millimetres of what stands and bricks of
-# what fell: then those in the unit of most are measured, and the others only passed or failed.
+# If all cases collapse, the quantity is the level of collapse. Otherwise it is the margin of a claim: above zero it
+# passes, and the result changes where a line crosses zero. The unit of a margin may differ between cases, such as
+# millimetres for standing and bricks for fallen ones: the most frequent unit is drawn; other cases only pass or fail.
 
 
-FEWEST = 3  # values of a variable that are worth a line
+FEWEST = 3  # values of a variable to draw a line
 WRITTEN = re.compile(rf"(?P<number>{SIGNED})\s*(?P<unit>{UNIT})?")
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable that runs through numbers."""
+    """A variable with several numbers."""
 
     name: str
-    unit: str  # as it was written first
-    values: Mapping[str, float]  # in that unit, by what was written; from the least to the largest
+    unit: str  # of the first value
+    values: Mapping[str, float]  # in that unit, by written value; in increasing order
 
     @property
     def title(self) -> str:
-        """For an axis."""
+        """The label of its axis."""
         return f"{self.name}, {self.unit}" if self.unit else self.name
 
 
 @dataclass(frozen=True, slots=True)
 class ChartPoint:
-    """What was measured of one case."""
+    """The measurement of one case."""
 
-    at: tuple[str, ...]  # the values of the variables, as written
-    value: float | None  # in the one unit; None where it was measured in another
+    at: tuple[str, ...]  # values of the variables, as written
+    value: float | None  # in the unit of the chart; None if it was measured in another unit
     passed: bool
-    told: str  # all of it, in words
+    text: str  # the measurement in words
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """One quantity over one variable, or over two."""
+    """One quantity over one or two variables."""
 
     scenario: str
     quantity: str
     unit: str
     variables: tuple[Variable, ...]
-    series: Mapping[str, Sequence[ChartPoint]]  # by system, and by what else differs
+    series: Mapping[str, Sequence[ChartPoint]]  # by system and other differing variables
 
     @property
     def title(self) -> str:
-        """For an axis."""
+        """The label of its axis."""
         return f"{self.quantity}, {self.unit}" if self.unit else self.quantity
 
 
 @dataclass(frozen=True, slots=True)
 class _Measured:
-    """One quantity of some cases."""
+    """One measured quantity."""
 
     name: str
     unit: str
-    claim: int | None  # which of the claims; None for the level of collapse
+    claim: int | None  # number of the claim; None for the level of collapse
 
     def of(self, run: VariantResult) -> float | None:
         if self.claim is None:
@@ -117,7 +117,7 @@ class _Measured:
 
 
 def studies(results: Iterable[VariantResult]) -> Iterator[Study]:
-    """One for each scenario that runs through numbers and claims something that can be measured."""
+    """Yield a study for each scenario with numeric variables and a measurable claim."""
     by_scenario: defaultdict[str, list[VariantResult]] = defaultdict(list)
     for result in results:
         if result.outcomes and result.parameters:
@@ -129,20 +129,20 @@ def studies(results: Iterable[VariantResult]) -> Iterator[Study]:
             yield Study(scenario, measured.name, measured.unit, variables, _series(runs, variables, measured))
 
 
-def _worth_drawing(found: Sequence[Variable]) -> tuple[Variable, ...]:
-    """The two with the most values, or the one, if it has enough for a line."""
-    most = sorted(found, key=lambda variable: -len(variable.values))[:2]
+def _worth_drawing(variables: Sequence[Variable]) -> tuple[Variable, ...]:
+    """Return the two variables with the most values, or the only one if it has enough values for a line."""
+    most = sorted(variables, key=lambda variable: -len(variable.values))[:2]
     return tuple(most) if len(most) > 1 or any(len(variable.values) >= FEWEST for variable in most) else ()
 
 
 def _variables(runs: Sequence[VariantResult]) -> list[Variable]:
-    """The variables that have several values, all of them numbers of one kind."""
+    """Return the variables with several values that are all numbers of one dimension."""
     written: defaultdict[str, dict[str, None]] = defaultdict(dict)
     for run in runs:
         for name, text in run.parameters:
             written[name][text] = None
-    found = (_variable(name, texts) for name, texts in written.items() if len(texts) > 1)
-    return [variable for variable in found if variable is not None]
+    variables = (_variable(name, texts) for name, texts in written.items() if len(texts) > 1)
+    return [variable for variable in variables if variable is not None]
 
 
 def _variable(name: str, texts: Iterable[str]) -> Variable | None:
@@ -163,17 +163,17 @@ def _are_of_one_kind(units: set[str]) -> bool:
 
 
 def _measured(runs: Sequence[VariantResult]) -> _Measured | None:
-    """The level of collapse, or the first of the claims that is told in one unit in the most cases."""
+    """Return the level of collapse, or the first claim that has a margin in one unit for the most cases."""
     if all(run.collapse is not None for run in runs):
         return _Measured("level of collapse", "", None)
-    found = []
+    candidates = []
     for claim in range(min(len(run.outcomes) for run in runs)):
         outcomes = [run.outcomes[claim] for run in runs if isfinite(run.outcomes[claim].margin)]
         for unit, count in Counter(outcome.unit for outcome in outcomes).most_common(1):
-            found.append((-count, claim, unit))
-    if not found:
+            candidates.append((-count, claim, unit))
+    if not candidates:
         return None
-    _, claim, unit = min(found)
+    _, claim, unit = min(candidates)
     return _Measured(f"margin of {runs[0].outcomes[claim].name}", unit, claim)
 
 
@@ -190,28 +190,28 @@ def _series(
             continue
         name = ", ".join([run.system, *(f"{key} {text}" for key, text in chosen.items() if key in differing)])
         at = tuple(chosen[key] for key in names)
-        series[name].append(ChartPoint(at, measured.of(run), measured.passed(run), _told(run, measured)))
+        series[name].append(ChartPoint(at, measured.of(run), measured.passed(run), _text(run, measured)))
     return series
 
 
-def _told(run: VariantResult, measured: _Measured) -> str:
+def _text(run: VariantResult, measured: _Measured) -> str:
     if measured.claim is None:
         return run.name
     outcome = run.outcomes[measured.claim]
     return f"{run.name}: {outcome.measured}, margin {outcome.margin:.3g} {outcome.unit}".rstrip()
 
 
-# One quantity over one variable as a line: axes with their units, and a cross for what has no number in that unit.
+# One quantity over one variable as a line: axes with units, and a cross for a case without a number in that unit.
 
 
 WIDE, HIGH = 520.0, 250.0  # [px]
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 508.0, 22.0, 210.0  # [px] of what is drawn; around it something is written
+LEFT, RIGHT, TOP, BOTTOM = 52.0, 508.0, 22.0, 210.0  # [px] of the plot area, inside the labels
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c")
 CROSS = 4.0  # [px]
 
 
 def line_chart(study: Study) -> str:
-    """A figure as HTML."""
+    """Return a line chart as HTML."""
     variable = study.variables[0]
     points = [point for of_series in study.series.values() for point in of_series]
     measured = [0.0, *(point.value for point in points if point.value is not None)]
@@ -243,7 +243,7 @@ class _Frame:
     up: ChartAxis
 
     def drawn(self, title: str) -> Iterator[str]:
-        """Lines, numbers and units."""
+        """Yield grid lines, numbers and units."""
         for value in self.across.ticks():
             x = self.across.place(value)
             yield f'<path class="grid" d="M{x:.1f} {TOP:.0f}V{BOTTOM:.0f}"/>'
@@ -257,14 +257,14 @@ class _Frame:
         yield f'<text x="4" y="13">{escape(title)}</text>'
 
     def placed(self, points: Sequence[ChartPoint]) -> list[tuple[float, ChartPoint]]:
-        """The points of a series from left to right, each with where it is [px]."""
-        found = [(self.across.place(self.variable.values[point.at[0]]), point) for point in points]
-        return sorted(found, key=lambda item: item[0])
+        """Return the points of a series from left to right, each with its position [px]."""
+        placed = [(self.across.place(self.variable.values[point.at[0]]), point) for point in points]
+        return sorted(placed, key=lambda item: item[0])
 
 
 @dataclass(frozen=True, slots=True)
 class _Series:
-    """One line, which is broken where nothing was measured."""
+    """One line, with gaps at points without a number."""
 
     frame: _Frame
     name: str
@@ -286,7 +286,7 @@ class _Series:
         return f'<polyline points="{" ".join(places)}" stroke="{self.colour}">{title}</polyline>' if places[1:] else ""
 
     def _mark(self, x: float, point: ChartPoint) -> str:
-        title = f"<title>{escape(point.told)}</title>"
+        title = f"<title>{escape(point.text)}</title>"
         if point.value is not None:
             y = self.frame.up.place(point.value)
             return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{self.colour}">{title}</circle>'
@@ -296,26 +296,26 @@ class _Series:
         return f'<path class="cross" d="{strokes}" stroke="{self.colour}">{title}</path>'
 
 
-# What was measured over the variables of scenarios, drawn: a line over one variable, a map of cells over two.
+# Charts of scenarios: a line over one variable, a table of coloured cells over two.
 
 
 MOST_MAPS = 12  # of one scenario
-FEW = 3  # scenarios whose charts are shown at once; of more, one click shows them
+FEW = 3  # scenarios whose charts are open at first; with more, they are folded
 
 
 def charts(results: Iterable[VariantResult]) -> str:
-    """A chart for each scenario that runs through numbers, as HTML; nothing where there is none."""
+    """Return a chart for each scenario with numeric variables, as HTML; empty if there are none."""
     drawn = [line_chart(study) if len(study.variables) == 1 else _maps(study) for study in studies(results)]
     if not drawn:
         return ""
     opened = " open" if len(drawn) <= FEW else ""
     count = f"{len(drawn)} scenarios" if len(drawn) > 1 else "1 scenario"
-    summary = f"what was measured over the variables of {count}"
+    summary = f"measurements over the variables of {count}"
     return f'<details class="studies"{opened}><summary>{summary}</summary>{"".join(drawn)}</details>'
 
 
 def _maps(study: Study) -> str:
-    """A table for each series, as a cell has one colour."""
+    """Return one table per series, as a cell has one colour."""
     drawn = [_map(study, name, points) for name, points in list(study.series.items())[:MOST_MAPS]]
     more = len(study.series) - len(drawn)
     return "".join(drawn) + (f"<p>and {more} more of {escape(study.scenario)}</p>" if more > 0 else "")
@@ -336,10 +336,10 @@ def _map(study: Study, name: str, points: Sequence[ChartPoint]) -> str:
 
 
 def _cell(point: ChartPoint | None, most: float) -> str:
-    """Of a point without a number only whether it passed."""
+    """Return a cell; for a point without a number it only shows whether it passed."""
     if point is None:
         return "<td></td>"
     good = point.passed if point.value is None else point.value >= 0.0
     depth = 4 if point.value is None else min(4, 1 + int(4 * abs(point.value) / (most or 1.0)))
-    told = ("holds" if good else "fails") if point.value is None else significant(point.value)
-    return f'<td class="{"above" if good else "below"}{depth}" title="{escape(point.told)}">{told}</td>'
+    label = ("holds" if good else "fails") if point.value is None else significant(point.value)
+    return f'<td class="{"above" if good else "below"}{depth}" title="{escape(point.text)}">{label}</td>'

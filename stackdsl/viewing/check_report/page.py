@@ -15,7 +15,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.check import CheckConfig
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import judged
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.text import closing_line, outcome_text, significant, unchecked_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, GoldenResult, Report, VariantResult
 from stackdsl.shown_text import harmless
@@ -27,67 +27,67 @@ from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.drawing import VIEWS, Frame
 from stackdsl.viewing.golden_view import golden_view
 from stackdsl.viewing.pictures import Panel, picture
-from stackdsl.viewing.replay.page import page_of, policy_of, told
+from stackdsl.viewing.replay.page import page_of, policy_of, run_json
 from stackdsl.viewing.run_view import view_of
 
-# A case played once more to be looked at: its replay goes to a page, its small picture into the report.
+# A case played once more for the report: its replay goes to a page, its small picture into the table.
 
 
-SMALL = 150.0  # [px] wide
-MOST_DRAWN = 300  # bricks of a small picture; of more nobody sees any
+SMALL = 150.0  # [px] width of a small picture
+MOST_DRAWN = 300  # bricks of a small picture; more would not be visible
 
 
 @dataclass(frozen=True, slots=True)
 class PlayedCase:
     """A case that was played once more."""
 
-    told: tuple[str, ...]  # JSON for a page: the run, and what its golden file tells, if there is one
-    picture: str  # SVG; empty where there are too many bricks for a small one
+    json: tuple[str, ...]  # for a page: the run, and the view of its golden file, if there is one
+    picture: str  # SVG; empty if there are too many bricks for a small one
 
 
 @dataclass(frozen=True, slots=True)
 class ShownCase:
-    """What there is to look at of one case."""
+    """The replay and picture of one case."""
 
-    replay: str  # the file, from the index on, and which of its runs
-    picture: str  # SVG; empty where there are too many bricks for a small one
+    replay: str  # link from the index to the page and the run on it
+    picture: str  # SVG; empty if there are too many bricks for a small one
 
 
 def file_name(name: str) -> str:
-    """A name for a page of replays, that every file system takes and nothing that is called otherwise has."""
+    """Return a unique file name for a page of replays, valid on every file system."""
     plain = re.sub(r"[^A-Za-z0-9.=-]+", "-", name).strip("-.")[:80]
     return f"{plain}-{sha256(name.encode()).hexdigest()[:8]}.html"
 
 
 def show_case(case: Case, golden: GoldenResult | None) -> PlayedCase:
-    """What a worker does: play, and tell what a page shows of it, beside its golden file."""
+    """Play a case for its page, with the view of its golden file; runs in a worker."""
     recorder = Recorder()
-    trace = play_case(case.timeline, case.system, known_of(case.scenario, case.system), recorder=recorder)
+    trace = play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), recorder=recorder)
     run = view_of(case, trace, recorder.recording(), judged(case, trace))
-    before = golden_view(golden, run) if golden is not None else None
+    expected = golden_view(golden, run) if golden is not None else None
     small = ""
     if len(run.recording.bricks) <= MOST_DRAWN:
         panel = Panel(Frame(VIEWS["three-quarter"], trace.cost.simulated_time), "")
         small = picture(run, [panel], width=SMALL)
-    return PlayedCase(tuple(told(each) for each in (run, before) if each is not None), small)
+    return PlayedCase(tuple(run_json(view) for view in (run, expected) if view is not None), small)
 
 
 # The report of a check as one page: a table of all cases, failures first, each with its picture and its replay.
 #
-# The table is plain HTML, which needs no script; a small one filters it. Names and texts are escaped, and the policy of
-# the page lets nothing run but that script.
+# The table is plain HTML, readable without scripts; a small script filters it. Names and texts are escaped, and the
+# policy of the page allows only that script.
 
 
 COLUMNS: Final = ("", "case", "verdict", "expectations", "golden file", "speed, error")
 
 
 def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[str, str]) -> str:
-    """The page; `shown` and `unseen` say by the name of a case what there is to look at, or why there is nothing."""
+    """Return the page. By name of a case, `shown` has its replay and `unseen` the reason why there is none."""
     script, style = script_and_style()
     policy = policy_of((script,), (style,))
-    found = sorted(report.results, key=lambda result: (result.conclusion == "passed", result.conclusion == UNCHECKED))
+    ranked = sorted(report.results, key=lambda result: (result.conclusion == "passed", result.conclusion == UNCHECKED))
     head = "".join(f"<th>{name}</th>" for name in COLUMNS)
-    rows = "\n".join(_row(result, shown.get(result.name), unseen.get(result.name, "")) for result in found)
+    rows = "\n".join(_row(result, shown.get(result.name), unseen.get(result.name, "")) for result in ranked)
     lines = [
         "<!DOCTYPE html>",
         '<html lang="en"><head><meta charset="utf-8">',
@@ -99,7 +99,7 @@ def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[s
         charts(report.results),
         '<p class="filter" hidden>',
         '<input type="search" id="search" placeholder="words of a case" aria-label="filter">',
-        '<label><input type="checkbox" id="only"> only what did not pass</label></p>',
+        '<label><input type="checkbox" id="only"> only cases that did not pass</label></p>',
         f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
         rows,
         "</tbody></table>",
@@ -139,9 +139,9 @@ def _verdict(result: VariantResult) -> str:
 def _outcomes(result: VariantResult) -> str:
     if not result.outcomes:
         return escape(unchecked_text(result)) if result.unchecked else ""
-    told = "".join(f"<li>{_outcome(outcome)}</li>" for outcome in result.outcomes)
+    items = "".join(f"<li>{_outcome(outcome)}</li>" for outcome in result.outcomes)
     count = f"{result.met} of {len(result.outcomes)} hold"
-    return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{told}</ul></details>"
+    return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{items}</ul></details>"
 
 
 def _outcome(outcome: ClaimOutcome) -> str:
@@ -166,11 +166,11 @@ def _measures(result: VariantResult) -> Iterator[str]:
     if result.verdict:
         yield f"drift {significant(1000.0 * result.drift)} mm"
     if result.truths:
-        yield "as known from outside" if result.truth_agrees else "other than known from outside"
+        yield "agrees with the reference" if result.truth_agrees else "disagrees with the reference"
 
 
 def script_and_style() -> tuple[str, str]:
-    """What every such page is made of."""
+    """Return the script and the style of the page."""
     return _packaged("report.js"), _packaged("report.css")
 
 
@@ -178,7 +178,7 @@ def _packaged(name: str) -> str:
     return files("stackdsl.viewing.check_report").joinpath(name).read_text(encoding="utf-8")
 
 
-# Writes the report of a check into a folder: cases are played once more, recorded, in supervised processes.
+# Writes the report of a check to a folder: all cases are played once more and recorded, in supervised processes.
 
 
 REPLAYS: Final = "replays"
@@ -191,9 +191,9 @@ def write_folder(
     terms: CheckConfig,
     on_done: Callable[[Case], None] = lambda case: None,
 ) -> Path:
-    """Write the replays of all cases and the index of them; returns the index. Raises OSError.
+    """Write the replays of all cases and their index; return the path of the index. Raises OSError.
 
-    All systems that play the same share a page, where any two of them can be seen side by side.
+    All systems of a case share a page, where two of them can be shown side by side.
     """
     make_asked(folder / REPLAYS)
     playable = [case for case in cases if case.skip is None and not unplayable(case.system)]
@@ -213,37 +213,37 @@ def write_folder(
 
 @dataclass
 class _Pages:
-    """The pages of replays, each written once all that belongs on it is there."""
+    """The pages of replays; each is written as soon as all its cases are played."""
 
     folder: Path
     cases: Sequence[Case]
     shown: dict[str, ShownCase] = field(default_factory=dict)  # by case
-    unseen: dict[str, str] = field(default_factory=dict)  # why there is nothing to look at, by case
-    _told: dict[int, tuple[str, ...]] = field(default_factory=dict)  # by number of a case, until its page is written
-    _groups: dict[str, list[int]] = field(default_factory=dict)  # cases of a page, by what it is called
+    unseen: dict[str, str] = field(default_factory=dict)  # reason why there is no replay, by case
+    _json: dict[int, tuple[str, ...]] = field(default_factory=dict)  # by number of a case, until its page is written
+    _groups: dict[str, list[int]] = field(default_factory=dict)  # cases of a page, by its name
 
     def __post_init__(self) -> None:
         for number, case in enumerate(self.cases):
             self._groups.setdefault(_page_name(case), []).append(number)
 
     def take(self, number: int, result: TaskResult) -> None:
-        """What became of a case that was to be played."""
+        """Take the result of a played case; write its page if it was the last one of it."""
         case = self.cases[number]
         page = _page_name(case)
         file = f"{REPLAYS}/{file_name(page)}"
         if isinstance(result.value, PlayedCase):
-            self._told[number] = result.value.told
+            self._json[number] = result.value.json
             self.shown[case.name] = ShownCase(f"{quote(file)}#{quote(case.name)}", result.value.picture)
         else:
-            self._told[number] = ()
+            self._json[number] = ()
             self.unseen[case.name] = result.message or result.status.value
         group = self._groups[page]
-        if self._told.keys() >= {*group}:
-            told = [text for each in group for text in self._told.pop(each)]
-            write_asked(self.folder / file, page_of(told, page).encode(), self.folder)
+        if self._json.keys() >= {*group}:
+            runs = [text for each in group for text in self._json.pop(each)]
+            write_asked(self.folder / file, page_of(runs, page).encode(), self.folder)
 
 
 def _page_name(case: Case) -> str:
-    """What the page of a case is called, which all systems that play the same share."""
+    """Return the name of the page of a case, which all systems share."""
     chosen = ",".join(f"{name}={text}" for name, text in case.parameters)
     return f"{case.scenario_name}[{chosen}]" if chosen else case.scenario_name

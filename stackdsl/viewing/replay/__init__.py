@@ -1,1 +1,1 @@
-"""A run as one HTML page that plays it: data in a few bytes, a program that comes with the package, and no network."""
+"""A run as one self-contained HTML page that replays it: compact data, and a program that comes with the package."""

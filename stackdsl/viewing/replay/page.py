@@ -22,29 +22,29 @@ from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, R
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.viewing.run_view import RunView, ShownProof
 
-# Poses over time in few bytes: rounded to what can be seen, told by how they change, and deflated.
+# Compact poses over time: rounded to visible accuracy, delta-encoded, and deflated.
 #
-# All that a brick does is told column by column (times, x, y, z, and the four parts of its orientation), as differences
-# of differences of whole numbers: of what goes on as it did, these are zeros. `unpack.ts` reads it.
+# The poses of a brick are stored by column (time, x, y, z, and the four parts of its orientation), as second
+# differences of integers, which are zero for a steady motion. `unpack.ts` reads them.
 
 
-FINEST = 400.0  # the smallest side of all bricks in units of position: 0.02 mm of a plank of 7.8 mm
-TURNS = 16_384.0  # a unit quaternion in units of orientation: 7 micrometres at the end of a plank of 120 mm
-TICKS = 10_000.0  # a second in units of time
+FINEST = 400.0  # units of position per smallest side of all bricks: 0.02 mm for a plank of 7.8 mm
+TURNS = 16_384.0  # units of orientation per unit quaternion: 7 micrometres at the end of a plank of 120 mm
+TICKS = 10_000.0  # units of time per second
 
 
 @dataclass(frozen=True, slots=True)
 class Packed:
-    """The poses of a recording."""
+    """The packed poses of a recording."""
 
-    counts: tuple[int, ...]  # of each brick
-    origin: tuple[float, float, float]  # of the whole numbers [m]
-    unit: float  # of a position [m]
+    counts: tuple[int, ...]  # number of poses, by brick
+    origin: tuple[float, float, float]  # of positions [m]
+    unit: float  # of positions [m]
     data: str  # base64 of deflated bytes
 
 
 def packed(recording: Recording) -> Packed:
-    """All poses of a recording."""
+    """Pack all poses of a recording."""
     rows = recording.keys
     numbers = rows[:, NUMBER].astype(int)
     smallest = min((brick.shape.least_thickness for brick in recording.bricks), default=1.0)
@@ -65,28 +65,28 @@ def packed(recording: Recording) -> Packed:
 
 
 def packed_floats(values: NDArray[np.float64]) -> str:
-    """Numbers with the seven digits of a 32-bit float, as base64 of deflated bytes."""
+    """Pack numbers as 32-bit floats: base64 of deflated bytes."""
     return deflated(_planes(values.astype("<f4").view("<i4")))
 
 
 def deflated(data: bytes) -> str:
-    """Bytes as base64 of what zlib makes of them."""
+    """Return the base64 of bytes deflated by zlib."""
     return base64.b64encode(zlib.compress(data, 9)).decode("ascii")
 
 
 def _changes(whole: NDArray[np.int64], first: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """What is added to each row from the one before; the first of each brick as it is."""
+    """Return the difference of each row from the one before; the first row of each brick is kept."""
     before = np.vstack((np.zeros_like(whole[:1]), whole[:-1]))
     return whole - np.where(first[:, None], 0, before)
 
 
 def _planes(whole: NDArray[np.int32]) -> bytes:
-    """The lowest bytes of all numbers, then the next ones, and so on: small numbers leave the latter empty."""
+    """Return the lowest bytes of all numbers, then the next, and so on; they compress well, as most are zero."""
     return np.ascontiguousarray(whole.astype("<i4").reshape(-1, 1).view(np.uint8).reshape(-1, 4).T).tobytes()
 
 
 def _continuous(orientations: NDArray[np.float64], numbers: NDArray[np.intp]) -> NDArray[np.float64]:
-    """The same turns, each brick's quaternions with the signs that make them change least."""
+    """Return the orientations with signs that make the quaternions of each brick continuous."""
     if not len(orientations):
         return orientations
     flips = np.where((orientations[1:] * orientations[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
@@ -97,14 +97,14 @@ def _continuous(orientations: NDArray[np.float64], numbers: NDArray[np.intp]) ->
     return steady
 
 
-# What a replay is told of a run, as JSON: names and texts are data, which the page takes for nothing else.
+# The data of a replay as JSON; the page treats names and texts as data only.
 
 
 Json: TypeAlias = Mapping[str, Any]
 
 
 def payload_of(run: RunView, hurried: bool = False) -> Json:
-    """One run; who is in a hurry hears of its weakest spot later."""
+    """Return the data of one run; `hurried` omits the weakest mechanism, which takes seconds."""
     placements = {placement.brick.id: placement for placement in run.timeline.placements}
     bricks = [placements[brick.id] for brick in run.recording.bricks]
     numbers = {placement.brick.id: number for number, placement in enumerate(bricks)}
@@ -146,7 +146,7 @@ def _shape(shape: ConvexShape) -> Json:
 
 
 def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[ConvexShape]) -> Json:
-    """By column: a structure of ten thousand bricks says each key once."""
+    """Return the bricks by column, so that each key occurs once for any number of bricks."""
     numbers = {shape: number for number, shape in enumerate(shapes)}
     tracks = run.trace.tracks
     return {
@@ -163,8 +163,8 @@ def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[Conv
 
 
 def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
-    """What happened, and when what was thrown or dropped arrives."""
-    told = [
+    """Return the events, and the arrivals of thrown and dropped bricks."""
+    events = [
         {
             "time": round(event.time, 6),
             "kind": event.kind.value,
@@ -174,7 +174,7 @@ def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
         }
         for event in run.trace.events
     ]
-    told += [
+    events += [
         {
             "time": round(placement.time + placement.flight, 6),
             "kind": "hit",
@@ -185,7 +185,7 @@ def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
         for placement in run.timeline.placements
         if placement.hits and placement.brick.id in numbers
     ]
-    return sorted(told, key=lambda event: event["time"])
+    return sorted(events, key=lambda event: event["time"])
 
 
 def _proof(proof: ShownProof, numbers: Mapping[BodyId, int]) -> Json:
@@ -240,18 +240,17 @@ def _weakest(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
 
 
 def _finite(value: float) -> float | None:
-    """JSON has no number that is not finite."""
+    """Return a finite number, or None, as JSON has no infinity."""
     return value if isfinite(value) else None
 
 
-# Runs -> one HTML page. It holds its program, its style and its data, and is allowed to ask for nothing else.
+# Runs -> one HTML page, with its program, its style and its data; it may load nothing else.
 #
-# What comes from a scenario is data: it stands in a script of JSON, in which `<` is written as an escape, and the
-# program puts it on the page as text. The policy in the head lets nothing run but the two programs whose hashes it
-# names.
+# Everything from a scenario is data: it is in a script of JSON, in which `<` is escaped, and the program shows it as
+# text. The policy in the head allows only the two programs whose hashes it contains.
 
 
-# Inflates the program and lets it run: it is four times as long as that.
+# Inflates the program, which is four times as long, and runs it.
 LOADER: Final = (
     "(async()=>{const b=Uint8Array.from(atob(document.getElementById('program').textContent),c=>c.charCodeAt(0));"
     "const s=document.createElement('script');"
@@ -262,22 +261,22 @@ LIVE_POLICY: Final = "; connect-src 'self'"
 
 
 def replay_page(runs: Sequence[RunView], title: str) -> str:
-    """The page that plays these runs, two of them side by side if that is wanted."""
-    return page_of([told(run) for run in runs], title)
+    """Return the page that replays these runs; it can show two of them side by side."""
+    return page_of([run_json(run) for run in runs], title)
 
 
 def live_page(title: str) -> str:
-    """A page that hears of its runs from where it was loaded, and of each again whenever it has changed."""
+    """Return a page that receives its runs and their changes from its server."""
     return page_of([], title, live=True)
 
 
-def told(run: RunView, hurried: bool = False) -> str:
-    """What a page is told of a run, as JSON in one line; see `payload_of`."""
+def run_json(run: RunView, hurried: bool = False) -> str:
+    """Return the data of a run as one line of JSON; see `payload_of`."""
     return json.dumps(payload_of(run, hurried), separators=(",", ":"), allow_nan=False)
 
 
 def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
-    """The page of runs that are `told`."""
+    """Return the page of runs, each given as `run_json`."""
     program, style = program_and_style()
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
@@ -292,7 +291,7 @@ def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
 
 
 def harmless(data: str) -> str:
-    """JSON that ends no script and begins no comment of HTML, whatever texts are in it."""
+    """Escape JSON so that no text in it can end a script or begin a comment of HTML."""
     return data.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
@@ -301,17 +300,17 @@ def _packaged(name: str) -> str:
 
 
 def program_and_style() -> tuple[str, str]:
-    """What every page that plays runs is made of, beside the LOADER."""
+    """Return the program and the style of a page of replays; it also needs the LOADER."""
     return _packaged("replay.js"), _packaged("replay.css")
 
 
 def policy_of(scripts: Iterable[str], styles: Iterable[str]) -> str:
-    """The content security policy by which these scripts run and these styles hold, and nothing else does."""
+    """Return the content security policy that allows only these scripts and styles."""
     run, hold = (" ".join(map(hash_of, texts)) for texts in (scripts, styles))
     return f"default-src 'none'; script-src {run}; style-src {hold}; base-uri 'none'; form-action 'none'"
 
 
 def hash_of(text: str) -> str:
-    """How a content security policy names a script or a style that stands in the page."""
+    """Return the hash of an inline script or style, as in a content security policy."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return f"'sha256-{digest}'"

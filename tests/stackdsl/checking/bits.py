@@ -9,7 +9,7 @@ from stackdsl.checking.cases import Case, gather
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.goldens.file_format import canonical_text
-from stackdsl.judging.judge import known_of
+from stackdsl.judging.judge import stop_condition_of
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
@@ -52,7 +52,10 @@ def with_golden(case: Case, trace: Trace) -> dict[str, str]:
 def played(cases: Iterable[Case]) -> Iterator[tuple[str, Bits]]:
     """One after the other in this process: the name of each, and its bits."""
     for case in cases:
-        yield case.name, with_golden(case, play_case(case.timeline, case.system, known_of(case.scenario, case.system)))
+        yield (
+            case.name,
+            with_golden(case, play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system))),
+        )
 
 
 def compiled_under(folder: Path) -> dict[str, Bits]:

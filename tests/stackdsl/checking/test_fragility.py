@@ -76,8 +76,8 @@ def test_what_falls_less_at_more_has_a_falling_curve() -> None:
     [
         ([0, 0, 0, 0], "none falls"),
         ([1, 1, 1, 1], "all fall"),
-        ([0, 0, 1, 1], "all turns between"),
-        ([1, 1, 0, 0], "all turns between"),
+        ([0, 0, 1, 1], "all changes between"),
+        ([1, 1, 0, 0], "all changes between"),
     ],
 )
 def test_what_the_data_do_not_determine_is_told(fell: list[float], words: str) -> None:

@@ -126,7 +126,7 @@ def placed(name: str, height: float, arrival: Arrival = Arrival.SET_DOWN) -> Pla
 def test_a_run_that_only_a_finer_step_blocks_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     case = compiled(PUSHED)[0][0]
     coarse = play_case(compiled(PUSHED.replace("1 s", "0 s").replace("0 deg", "180 deg"))[0][0].timeline, "tuned")
-    monkeypatch.setattr("stackdsl.checking.play_case.play_case", lambda timeline, name, is_known: coarse)
+    monkeypatch.setattr("stackdsl.checking.play_case.play_case", lambda timeline, name, may_stop: coarse)
     found = played_or_blocked(play_refined, case.timeline, case.system)
     assert isinstance(found, Blocked)
     assert "at half the step and twice the iterations" in held_up(case, found).message

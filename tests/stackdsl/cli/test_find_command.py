@@ -88,8 +88,8 @@ def test_what_no_limit_can_be_asked_of_is_told_with_why(stackdsl: Stackdsl, tmp_
     write(tmp_path, COLUMN, "leaning.yaml")
     refused = stackdsl("find", "leaning.yaml", "--largest", "stepp", "--largest", "kind")
     assert refused.code == ExitCode.USAGE
-    assert "leaning[step=12 mm,kind=kapla]: nothing is called 'stepp'; did you mean 'step'?" in refused.err
-    assert "'kind' is the word 'kapla', and a limit is asked of a number" in refused.err
+    assert "leaning[step=12 mm,kind=kapla]: there is no number 'stepp'; did you mean 'step'?" in refused.err
+    assert "'kind' is the word 'kapla'; only a number has a limit" in refused.err
     assert "say what to find, such as --largest step" in stackdsl("find", "leaning.yaml").err
 
 

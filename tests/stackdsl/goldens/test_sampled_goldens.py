@@ -28,7 +28,7 @@ def golden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_same_counts_agree(golden: Path) -> None:
-    again = replace(BEFORE, cpu_time=9.0, ways={"asked anew": 100})
+    again = replace(BEFORE, cpu_time=9.0, ways={"full statics": 100})
     assert check_golden(snapshot(again), golden, update=False).status is GoldenStatus.SAME
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
-from stackdsl.judging.judge import judge, known_of
+from stackdsl.judging.judge import judge, stop_condition_of
 from stackdsl.timeline import Removal
 from stackdsl.trace import BrickState, EarlyEnd, Trace
 from tests.paths import ROOT
@@ -48,7 +48,7 @@ def to_its_end() -> Trace:
 def watched(case: Case) -> Trace:
     """What the run shows when it is first told yes, as it then would end; that is why all claims can share one."""
     assert replace(case.timeline, told_margins=()) == jenga("").timeline  # on those, nothing depends
-    known = known_of(case.scenario, "exact")
+    known = stop_condition_of(case.scenario, "exact")
     return next((trace for trace in asked()[:-1] if known(trace)), to_its_end())
 
 
@@ -90,7 +90,7 @@ def test_a_tower_that_fell_is_watched_on_only_as_long_as_something_that_is_asked
 @ONE_RUN
 def test_an_early_end_says_until_when_it_would_have_gone_on_and_what_was_left_out() -> None:
     case = jenga("expect:\n  - collapses: any\n")
-    trace = play_case(case.timeline, "exact", known_of(case.scenario, "exact"))
+    trace = play_case(case.timeline, "exact", stop_condition_of(case.scenario, "exact"))
     assert trace.early_end is not None
     assert trace.early_end.planned == pytest.approx(LAST)
     assert [action.bricks for action in trace.undone if isinstance(action, Removal)] == [
@@ -113,8 +113,8 @@ def test_where_nothing_is_expected_everything_is_worth_seeing(expect: str) -> No
 def test_what_is_known_from_outside_is_waited_for_too() -> None:
     expect = "expect:\n  - collapses: any\n"
     truth = "truth:\n  - {leaves: {levels: '>= 1'}, source: a guess}\n"
-    assert known_of(jenga(expect).scenario, "exact")(FALLEN)
-    assert not known_of(jenga(expect + truth).scenario, "exact")(FALLEN)
+    assert stop_condition_of(jenga(expect).scenario, "exact")(FALLEN)
+    assert not stop_condition_of(jenga(expect + truth).scenario, "exact")(FALLEN)
 
 
 # --- each kind of claim, of traces written by hand --------------------------------------------------------------------

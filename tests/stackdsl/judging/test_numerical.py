@@ -8,7 +8,7 @@ import pytest
 from stability.engines.pybullet.settings import PyBulletSettings
 from stackdsl.checking.results import judged
 from stackdsl.exits import ExitCode
-from stackdsl.judging.judge import REMOVED, held_against_refined, with_numerical_collapse
+from stackdsl.judging.judge import REMOVED, compare_with_refined, with_numerical_collapse
 from stackdsl.judging.proofs import DISPROVED, stands_until
 from stackdsl.results import Change, Report, RunStatus, Seen, VariantResult, changes, exit_code, observations
 from stackdsl.simulation.runner import play
@@ -97,7 +97,7 @@ def test_pulling_out_what_is_needed_is_judged_too() -> None:
 
 
 def test_a_collapse_that_refinement_removes_is_numerical() -> None:
-    refinement = held_against_refined(trace(FELL), trace(), timeline_of(TOWER))
+    refinement = compare_with_refined(trace(FELL), trace(), timeline_of(TOWER))
     assert refinement.trace.numerical == REMOVED
     assert {change.name for change in refinement.changes if change.moved} == {
         *("verdict", "collapse level", "collapse time", "first to leave")
@@ -105,13 +105,13 @@ def test_a_collapse_that_refinement_removes_is_numerical() -> None:
 
 
 def test_a_collapse_that_is_proven_stays_one_whatever_a_refined_run_shows() -> None:
-    refinement = held_against_refined(trace(FELL), trace(), timeline_of(COLUMN))
+    refinement = compare_with_refined(trace(FELL), trace(), timeline_of(COLUMN))
     assert refinement.trace.numerical == ""
     assert next(change for change in refinement.changes if change.name == "verdict").moved
 
 
 def test_a_collapse_that_stays_is_none_of_the_solver() -> None:
-    refinement = held_against_refined(trace(FELL), trace(replace(FELL, time=6.21)), timeline_of(TOWER))
+    refinement = compare_with_refined(trace(FELL), trace(replace(FELL, time=6.21)), timeline_of(TOWER))
     assert refinement.trace.numerical == ""
     assert not any(change.moved for change in refinement.changes)
 

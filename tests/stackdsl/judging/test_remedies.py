@@ -130,7 +130,7 @@ def test_a_brick_that_moves_may_be_laid_nearer() -> None:
 def test_times_and_what_is_worked_out_are_no_numbers_to_change() -> None:
     build = '- column: {levels: 3, step: "${2 * half}"}\n  every: "${pause}"'
     (case,), _ = compiled(scene(build, "let: {pause: 2 s, half: 22 mm}"))
-    assert [knob.name for knob in ScenarioNumbers(case.scenario, case.variant).found(())] == ["half", "levels"]
+    assert [knob.name for knob in ScenarioNumbers(case.scenario, case.variant).numbers(())] == ["half", "levels"]
 
 
 def test_each_remedy_written_into_the_file_lets_it_stand() -> None:

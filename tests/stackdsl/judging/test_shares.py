@@ -5,7 +5,7 @@ from math import comb, inf
 import numpy as np
 import pytest
 
-from stackdsl.judging.statistics import Decision, decided, error_of_a_look, interval, judged, looks, samples_needed
+from stackdsl.judging.statistics import Decision, decided, error_of_a_look, interval, judge_share, looks, samples_needed
 from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.stands import Stands
 from stackdsl.trace import Ensemble
@@ -78,7 +78,7 @@ def test_looking_again_and_again_is_wrong_no_more_often_than_was_said() -> None:
     ],
 )
 def test_a_share_holds_or_fails_only_with_its_whole_interval(share: str, stood: int, decision: Decision) -> None:
-    finding, found = judged(Stands(share=share), ensemble(stood, {3: 1000 - stood} if stood < 1000 else {}), 0.95)
+    finding, found = judge_share(Stands(share=share), ensemble(stood, {3: 1000 - stood} if stood < 1000 else {}), 0.95)
     assert found is decision
     assert finding.passed is (decision is Decision.HOLDS)
     assert finding.measured.startswith("undecided") is (decision is Decision.OPEN)
@@ -87,15 +87,15 @@ def test_a_share_holds_or_fails_only_with_its_whole_interval(share: str, stood: 
 
 def test_a_collapse_counts_at_the_levels_that_are_meant() -> None:
     many = ensemble(10, {7: 40, 8: 100, 9: 700, 10: 140, 11: 10})
-    finding, found = judged(Collapses(at="level 9 ± 1", share="90 %"), many, 0.95)
+    finding, found = judge_share(Collapses(at="level 9 ± 1", share="90 %"), many, 0.95)
     assert "(940 of 1000 samples)" in finding.measured
     assert found is Decision.HOLDS
-    anywhere, _ = judged(Collapses(share="90 %"), many, 0.95)
+    anywhere, _ = judge_share(Collapses(share="90 %"), many, 0.95)
     assert "(990 of 1000 samples)" in anywhere.measured
 
 
 def test_what_is_undecided_says_how_many_samples_more_it_takes() -> None:
-    finding, _ = judged(Stands(share=">= 95 %"), ensemble(960, {3: 40}), 0.95)
+    finding, _ = judge_share(Stands(share=">= 95 %"), ensemble(960, {3: 40}), 0.95)
     assert "more samples would decide it" in finding.measured
     wanted = Stands(share=">= 95 %").share
     assert wanted is not None
@@ -109,13 +109,13 @@ def test_what_is_undecided_says_how_many_samples_more_it_takes() -> None:
 
 
 def test_no_number_of_samples_proves_that_all_stand() -> None:
-    finding, found = judged(Stands(share=">= 100 %"), ensemble(1000, {}), 0.95)
+    finding, found = judge_share(Stands(share=">= 100 %"), ensemble(1000, {}), 0.95)
     assert found is Decision.OPEN
     assert "no number of samples" in finding.measured
     assert samples_needed(Stands(share=">= 100 %").share, 1.0, 0.0, 0.01) == inf  # type: ignore[arg-type]
 
 
 def test_samples_of_which_nothing_is_proven_are_counted_for_neither_side() -> None:
-    finding, found = judged(Stands(share=">= 95 %"), ensemble(960, {}, undecided=40), 0.95)
+    finding, found = judge_share(Stands(share=">= 95 %"), ensemble(960, {}, undecided=40), 0.95)
     assert found is Decision.OPEN
     assert "40 may or may not" in finding.measured

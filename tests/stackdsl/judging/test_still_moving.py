@@ -9,7 +9,7 @@ from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
-from stackdsl.judging.judge import judge, known_of
+from stackdsl.judging.judge import judge, stop_condition_of
 from stackdsl.results import ClaimOutcome
 from stackdsl.simulation.measurements import MotionWatch
 from stackdsl.trace import BrickState, Landing, Trace
@@ -31,7 +31,7 @@ def dominoes(count: int, watch: float, *claims: str) -> Case:
 
 
 def played(case: Case, system: str) -> Trace:
-    return play_case(case.timeline, system, known_of(case.scenario, system))
+    return play_case(case.timeline, system, stop_condition_of(case.scenario, system))
 
 
 def outcome_of(claim: str, trace: Trace, count: int) -> ClaimOutcome:

@@ -113,7 +113,7 @@ def test_all_that_tell_of_one_fall_tell_the_same_motion() -> None:
     case = case_of("build: [{column: {levels: 8, step: 20 mm}}]")
     falls = "L2.1, L3.1, L4.1, L5.1, L6.1, L7.1, L8.1 tip over L1.1"
     assert json.loads(preview(case))["fall"]["reason"] == falls
-    run = json.loads(played(case).told)
+    run = json.loads(played(case).json)
     assert run["fall"]["reason"] == falls
     assert len(run["fall"]["bricks"]) == 7
     assert [event["reason"] for event in run["events"] if event["kind"] == "woken"] == [falls]

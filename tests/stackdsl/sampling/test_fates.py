@@ -7,7 +7,7 @@ import pytest
 from scipy.special import betaincinv
 
 from stackdsl.sampling.placement_errors import PlacementSampler
-from stackdsl.sampling.sample_outcomes import SampleOutcome, Way, asked_anew, sample_outcomes_of
+from stackdsl.sampling.sample_outcomes import SampleOutcome, Way, judge_sample, sample_outcomes_of
 from stackdsl.sampling.samples import BuildPlan
 from tests.stackdsl.sampling.samples import designed, some
 
@@ -71,7 +71,7 @@ COSTLY = ("column", "four-stack")
 def cold(design: BuildPlan, sample: int) -> int:
     """The fate of a sample by all of statics."""
     hands = PlacementSampler(design, some(1, first=sample)).build()
-    return asked_anew(design, hands.placed(0)) if hands.fits[0] else SampleOutcome.UNFIT
+    return judge_sample(design, hands.placed(0)) if hands.fits[0] else SampleOutcome.UNFIT
 
 
 @pytest.mark.parametrize(

@@ -86,7 +86,7 @@ def test_a_row_of_many_is_eased_in_where_its_foremost_has_its_share_of_all_that_
 def test_what_is_done_to_a_crowd_at_rest_has_nothing_to_do_with_its_fall() -> None:
     rests = seen(heap(500, 3.0), heap(500, 0.0))
     assert not rests.matters(HIT, list(heap(500, 0.0)))
-    rests.done()
+    rests.reset()
     assert rests.matters(HIT, list(heap(500, 0.0)))
 
 

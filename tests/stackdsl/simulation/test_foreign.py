@@ -114,10 +114,10 @@ BROKEN = {
     "AttributeError: module 'example_engine' has no attribute 'NOTHING'",
     "typed = example_engine:ExampleWorld": "'typed' of broken cannot be used: example_engine:ExampleWorld is a type, "
     "and must be a stackdsl.simulation.systems.System",
-    "other = example_engine:EXAMPLE": "'other' of broken cannot be used: it calls itself 'example', and must be called "
-    "as its entry point in stackdsl.systems",
-    "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system called 'tuned', as one of "
-    "stackdsl is; uninstall broken",
+    "other = example_engine:EXAMPLE": "'other' of broken cannot be used: it calls itself 'example', and must have the "
+    "name of its entry point in stackdsl.systems",
+    "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system called 'tuned', a name "
+    "that stackdsl uses itself; uninstall broken",
 }
 
 
@@ -155,7 +155,7 @@ def test_settings_that_do_not_say_where_their_engine_is_are_refused(
     write(tmp_path, column(10.0))
     told = beside("check", "scene.yaml", "--system", "bare")
     assert told.code == 4
-    assert told.err.endswith("the system 'bare' of broken cannot be used: Bare says no `package`\n")
+    assert told.err.endswith("the system 'bare' of broken cannot be used: Bare has no `package`\n")
 
 
 @pytest.mark.usefixtures("example")

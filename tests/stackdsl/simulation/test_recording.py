@@ -139,5 +139,5 @@ def test_a_file_holds_the_arrays_that_the_page_on_python_lists(tmp_path: Path) -
 
 
 def test_a_brick_that_never_came_is_told() -> None:
-    with pytest.raises(LookupError, match="no brick 'Z9' came in this run"):
+    with pytest.raises(LookupError, match="no brick 'Z9' was placed in this run"):
         Recorder().recording().track("Z9")

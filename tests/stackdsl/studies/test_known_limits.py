@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.studies.find_limit import End, Want, Wish, find_in
+from stackdsl.studies.find_limit import End, LimitRequest, Want, find_in
 from tests.stackdsl.studies.known_limits import KNOWN, Known
 
 QUICK = (
@@ -25,7 +25,7 @@ PROGRAMS = ("friction", "mass of back", "acceleration")  # of these scenes; a gu
     [pytest.param(each, id=name, marks=[] if name in QUICK else pytest.mark.slow) for name, each in KNOWN.items()],
 )
 def test_the_limit_is_within_a_millionth_of_what_is_known(known: Known, request: pytest.FixtureRequest) -> None:
-    found, truth = find_in(known.case(), "known", Wish(known.want, known.name)), known.limit()
+    found, truth = find_in(known.case(), "known", LimitRequest(known.want, known.name)), known.limit()
     assert found.end is End.LIMIT
     assert found.stands is not None
     assert found.beyond is not None

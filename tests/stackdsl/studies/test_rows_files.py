@@ -30,7 +30,7 @@ def out(tmp_path: Path) -> Path:
         (plan(samples=20, seed=2), r"'shaky[exact]' had seed 1, and has 2 now"),
         (plan(SHAKY.replace("8 mm", "9 mm"), 20), r"'shaky[exact]' has been changed since"),
         (plan(SHAKY.replace("shaky", "steady"), 20), r"it has no case 'steady[exact]', but shaky[exact]"),
-        (plan(samples=10), "has more rows than the 10 that are asked for"),
+        (plan(samples=10), "has more rows than the 10 of this sweep"),
     ],
 )
 def test_a_file_of_another_sweep_is_refused_and_left_as_it_is(out: Path, other: SweepPlan, why: str) -> None:
@@ -71,10 +71,10 @@ def test_what_is_no_file_of_a_sweep_is_never_written_over(tmp_path: Path, text: 
 def test_a_row_that_was_changed_is_told_by_its_line(out: Path) -> None:
     lines = out.read_text().splitlines(keepends=True)
     out.write_text("".join([*lines[:5], lines[6], lines[5], *lines[7:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: there should be the row of sample 4 of shaky\[exact\]"):
+    with pytest.raises(RowsError, match=r"rows.jsonl:6: this should be the row of sample 4 of shaky\[exact\]"):
         JsonLines(out, plan(samples=20))
     out.write_text("".join([*lines[:5], lines[5].replace("verdict", "vardict"), *lines[6:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: there should be the row of sample 4"):
+    with pytest.raises(RowsError, match=r"rows.jsonl:6: this should be the row of sample 4"):
         JsonLines(out, plan(samples=20))
 
 
@@ -125,7 +125,7 @@ def test_rows_that_the_disk_has_no_room_for_are_told_and_come_with_the_next_call
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (5000, hard))  # [bytes] of a file, in the middle of a row
     try:
-        with pytest.raises(RowsError, match=r"rows\.jsonl cannot be written on: File too large; what is there is kept"):
+        with pytest.raises(RowsError, match=r"rows\.jsonl cannot be extended: File too large; its rows are kept"):
             swept(plan(), out)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

@@ -25,7 +25,7 @@ class Told(VerdictCache):
 
     rule: Callable[[float], TrialVerdict] = lambda _: TrialVerdict.STANDS
 
-    def _ask(self, value: float) -> Tried:
+    def _try(self, value: float) -> Tried:
         return Tried(value, self.rule(value))
 
 

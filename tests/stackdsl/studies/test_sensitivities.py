@@ -81,7 +81,7 @@ def test_a_counterweight_holds_by_its_moment() -> None:
 
 
 def test_what_does_not_stand_or_needs_no_friction_has_no_margin() -> None:
-    with pytest.raises(SearchError, match="UNSTABLE: top tips over base; what does not stand has no margin"):
+    with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a structure that stands has a margin"):
         of(ON_END.replace("X", "110"))
     with pytest.raises(SearchError, match="it has no limit of friction"):
         of(SLAB, "friction")

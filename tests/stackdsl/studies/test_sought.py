@@ -86,14 +86,14 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
     (case,) = cases(COLUMN)
     found = find(case, largest="step", from_="0.1 cm", to="5 mm")
     assert (found.end, found.stands, found.beyond) == (End.NONE, 5.0, None)
-    with pytest.raises(SearchError, match="'5' is no value of 'step'; write such as 12 mm"):
+    with pytest.raises(SearchError, match="'5' is no value of 'step'; write, for example, 12 mm"):
         find(case, largest="step", to="5")
     with pytest.raises(SearchError, match="'5 kg' is no value of 'step'"):
         find(case, largest="step", to="5 kg")
-    with pytest.raises(SearchError, match="from 5 mm to 1 mm there is nothing to search"):
+    with pytest.raises(SearchError, match="the range from 5 mm to 1 mm is empty"):
         find(case, largest="step", from_="5 mm", to="1 mm")
     with pytest.raises(
-        SearchError, match="it is no scenario with any number that was tried; with 200 mm, SD202: nothing"
+        SearchError, match="the scenario is invalid with every number tried; with 200 mm, SD202: nothing"
     ):
         find(case, largest="step", from_="200 mm", to="300 mm")
 
@@ -101,9 +101,9 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("stepp", "nothing is called 'stepp'; did you mean 'step'?"),
-        ("kind", "'kind' is the word 'kapla', and a limit is asked of a number"),
-        ("wait", "'wait' is 1 s: nothing stands or falls by when it comes"),
+        ("stepp", "there is no number 'stepp'; did you mean 'step'?"),
+        ("kind", "'kind' is the word 'kapla'; only a number has a limit"),
+        ("wait", "'wait' is 1 s: statics does not depend on times or speeds"),
         ("mass of L99.1", "there is no brick 'L99.1'"),
     ],
 )
@@ -115,11 +115,11 @@ def test_what_no_limit_can_be_asked_of_is_told_with_why(name: str, why: str) -> 
 
 def test_what_cannot_be_asked_so_is_told_with_why() -> None:
     (case,) = cases(COLUMN)
-    with pytest.raises(SearchError, match="ask for the --largest, not the --most"):
+    with pytest.raises(SearchError, match="no whole number: use --largest in place of --most"):
         find(case, most="step")
-    with pytest.raises(SearchError, match="a bearing is asked of the tilt or the acceleration"):
+    with pytest.raises(SearchError, match="only the tilt or acceleration of the finished structure can have a bearing"):
         find(case, largest="step", bearing=1.0)
-    with pytest.raises(SearchError, match="stands from no tilt on"):
+    with pytest.raises(SearchError, match="the tilt of the finished structure has no least value"):
         find(case, least="tilt")
     with pytest.raises(TypeError, match="one of largest, least and most"):
         find(case, largest="step", least="step")

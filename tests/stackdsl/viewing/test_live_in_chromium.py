@@ -70,7 +70,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
     with showing(OnePage(live_page("scene.yaml"))) as served:
         page = RunPage(served)
         page.expect(1)
-        page.tell_doing("playing")
+        page.show_activity("playing")
         page.show(0, preview_of(5))
         browser.get(served.url)
         wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
@@ -81,7 +81,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         wait_for(lambda: "proven to fall" in text_of(browser, "h1"))
         wait_for(lambda: browser.execute_script("return replay.time()") == pytest.approx(9.0))
         mistake = "<img src=x onerror=alert(1)> </script> \x1b[31m is no length"
-        page.tell_mistakes([mistake])
+        page.show_mistakes([mistake])
         page.note(0, ["<b>it would survive</b>"])
         wait_for(lambda: text_of(browser, ".mistakes") == mistake)
         wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".notes"))
@@ -90,7 +90,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         page.expect(2)
         page.show(1, preview_of(3))
         wait_for(lambda: browser.execute_script("return document.querySelectorAll('header option').length") == 5)
-        page.tell_mistakes([])
+        page.show_mistakes([])
         wait_for(lambda: text_of(browser, ".mistakes") == "")
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
     wait_for(lambda: "stackdsl has ended" in text_of(browser, ".state"))

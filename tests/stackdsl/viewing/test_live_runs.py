@@ -66,7 +66,7 @@ def test_the_tenth_plank_is_proven_to_bring_it_down_without_an_engine() -> None:
     result = played(case)
     assert result.result.collapse is not None
     assert result.result.collapse.level == 10
-    assert json.loads(result.told)["fall"]["bricks"]
+    assert json.loads(result.json)["fall"]["bricks"]
 
 
 def test_what_is_pushed_has_to_be_played() -> None:

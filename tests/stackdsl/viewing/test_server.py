@@ -1,4 +1,4 @@
-"""A page is served to this machine alone, under a token, and nothing else of the machine with it."""
+"""Pages are served only to this machine, under a token, and no other file of it is served."""
 
 import http.client
 import os
