@@ -77,7 +77,7 @@ def add_matrix(cones: int) -> None:
 
 
 def add_program(entries: int) -> None:
-    """Count a program before it is solved, by the entries of its matrix. Raises TooMuchWorkError, also for its size."""
+    """Count a program by the entries of its matrix before it is solved. Raises TooMuchWorkError, also for its size."""
     _admit(entries)
     add_work(ENTRY * STEPS * entries)
 
@@ -90,5 +90,5 @@ def _admit(entries: int) -> None:
 
 
 def add_steps(entries: int, steps: int) -> None:
-    """Count those steps that a program has taken beyond what was counted before. Raises TooMuchWorkError."""
+    """Count the solver steps of a program beyond `STEPS`. Raises TooMuchWorkError."""
     add_work(ENTRY * entries * max(0, steps - STEPS))

@@ -52,8 +52,8 @@ class PyBulletSettings(EngineSettings):
     # [m/s] While a body is faster, overlaps are removed without adding velocity, in this many iterations.
     lively_speed: float | None = None
     lively_iterations: int = 0
-    lively_parts: int = 1  # least number of sub-steps meanwhile
-    # Limits the friction on sliding bricks to Coulomb's cone meanwhile, without friction across the sliding.
+    lively_parts: int = 1  # least number of sub-steps while a body is faster
+    # Limits friction on sliding bricks to Coulomb's cone while a body is faster, without friction across the sliding.
     sliding_cones: bool = False
     # Mass ratio of the awake bodies above which steps are split, by the root of the excess, and the most sub-steps.
     most_mass_ratio: float | None = None
@@ -66,8 +66,8 @@ class PyBulletSettings(EngineSettings):
     # [m] Most travel of a body in a sub-step of these while a hit is possible. A corner that enters deeper than it
     # overlaps sideways would be pushed out sideways, and miss the body that it should hit.
     first_travel: float | None = None
-    first_iterations: int = 0  # least iterations meanwhile: a hit has no impulse to start from
-    # [engine s/kg] Constraint force mixing of contacts meanwhile: they yield slightly, so that a brick on several
+    first_iterations: int = 0  # least iterations in these steps: a hit has no impulse to start from
+    # [engine s/kg] Constraint force mixing of contacts in these steps: they yield slightly, so a brick on several
     # supports redistributes its load. Rigid contacts keep the distribution that a shock leaves.
     first_cfm: float = 0.0
 

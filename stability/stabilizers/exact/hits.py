@@ -320,15 +320,15 @@ class Disturbances(BrickObserver):
         return Disturbed(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} pressed away", by)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
-        """Notify the parts of frozen bricks."""
+        """Pass frozen bricks on to the observers."""
         self._observers.frozen(bricks)
 
     def woken(self, bricks: Collection[BodyId]) -> None:
-        """Notify the parts of woken bricks."""
+        """Pass woken bricks on to the observers."""
         self._observers.woken(bricks)
 
     def gone(self, bricks: Collection[BodyId]) -> None:
-        """Notify the parts of removed bricks."""
+        """Pass removed bricks on to the observers."""
         self._observers.gone(bricks)
 
     def absorb(self, other: Self) -> None:
