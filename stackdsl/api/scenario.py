@@ -9,7 +9,7 @@ import yaml
 from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.cases import Case, cases_of
-from stackdsl.importers.expansion import whole
+from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.results import VariantResult
@@ -85,7 +85,7 @@ class Scenario:
     @property
     def cases(self) -> tuple[Case, ...]:
         """Every variant on every system. Raises ScenarioError."""
-        cases, mistakes = cases_of(whole(Loaded((self._source(),), ()), Library()))
+        cases, mistakes = cases_of(expand_file(Loaded((self._source(),), ()), Library()))
         if mistakes:
             raise ScenarioError(mistakes)
         return tuple(cases)

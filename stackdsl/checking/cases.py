@@ -18,7 +18,7 @@ from stackdsl.compiler.compile import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
 from stackdsl.disk import LeadsOutsideError, leads_outside, read_file
 from stackdsl.goldens.snapshot import Identity
-from stackdsl.importers.expansion import whole
+from stackdsl.importers.expansion import expand_file
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.language.repeats import compact
 from stackdsl.language.schema import Scenario
@@ -129,7 +129,7 @@ def gather(paths: Iterable[Path]) -> Gathered:
     cases: list[Case] = []
     meant, diagnostics = files_under(paths)
     library = Library()
-    files = [whole(loaded_from(path), library) for path in meant]
+    files = [expand_file(loaded_from(path), library) for path in meant]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
         found, mistakes = cases_of(loaded)
@@ -360,7 +360,7 @@ def _compiled(path: Path) -> tuple[Loaded, _Made, list[Case], list[Diagnostic]]:
     """What a file holds, which texts that is made of, and its cases and mistakes."""
     parts = _Parts(root=root_of(str(path)))
     read = loaded_from(path)
-    loaded = whole(read, parts)
+    loaded = expand_file(read, parts)
     return loaded, _Made(read.digest, parts.root, parts.digests), *cases_of(loaded)
 
 

@@ -16,12 +16,12 @@ from stackdsl.cli.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.disk import read_file
 from stackdsl.exits import ExitCode
-from stackdsl.importers.expansion import file_beside
+from stackdsl.importers.expansion import path_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
-from stackdsl.importers.imported_friction import left_open
+from stackdsl.importers.imported_friction import missing_rule
 from stackdsl.importers.load import ImportedBox, ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
-from stackdsl.importers.overhang import warned
-from stackdsl.importers.settling import Settled, cannot_settle, moved_lines, settled
+from stackdsl.importers.overhang import overhang_warnings
+from stackdsl.importers.settling import Settled, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DECKS, FORMATS, DefaultUnits, Import
 from stackdsl.language.quantities import MistakeError
@@ -108,7 +108,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
 
     def beside(named: str) -> bytes:
-        return read_file(Path(file_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
+        return read_file(Path(path_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
 
     try:
         data = read_asked(file, MAX_IMPORTED + 1)
@@ -122,7 +122,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         for mistake in error.diagnostics:
             tell(diagnostic_text(mistake))
         context.exit(ExitCode.INVALID)
-    notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in warned(found.load, asked))]
+    notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in overhang_warnings(found.load, asked))]
     for note in notes:
         tell(note)
     called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
@@ -169,12 +169,12 @@ def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
     if rule is not None:
         return replace(load, surfaces=replace(load.surfaces or ImportedSurfaces(rule), rule=rule))
     if load.surfaces is not None and load.surfaces.rule is None:
-        raise UnreadableLoadError([left_open(load.boxes[0].span, "--rule lower", "--ignore contact")])
+        raise UnreadableLoadError([missing_rule(load.boxes[0].span, "--rule lower", "--ignore contact")])
     return load
 
 
 def _settled(load: ImportedLoad, asked: Import) -> Settled:
-    if (odd := cannot_settle(load, asked.settle)) is not None:
+    if (odd := first_unsettleable(load, asked.settle)) is not None:
         message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
         raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle)
@@ -188,6 +188,6 @@ def _notes(file: str, asked: Import, found: Settled) -> list[str]:
     lines = [f"{len(load.boxes)} boxes{which} in {file}{exact}"]
     if asked.settle.lowered or asked.settle.within is not None:
         lines += moved_lines(found)
-    if load.untaken or asked.ignore:
-        lines.append(f"not taken: {', '.join((*load.untaken, *asked.ignore))}")
+    if load.skipped or asked.ignore:
+        lines.append(f"not taken: {', '.join((*load.skipped, *asked.ignore))}")
     return lines

@@ -1,4 +1,4 @@
-"""`import` in a step of the build -> `bricks`: each with its place in the file that it comes from."""
+"""Replaces `import` in build steps by `bricks`, each with its position in the imported file."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -8,10 +8,10 @@ from pydantic import ValidationError
 
 from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importers.formats import MAX_IMPORTED
-from stackdsl.importers.imported_friction import disagreement
+from stackdsl.importers.imported_friction import friction_conflict
 from stackdsl.importers.load import UnreadableLoadError, written_box
-from stackdsl.importers.overhang import warned
-from stackdsl.importers.settling import Settled, cannot_settle, settled
+from stackdsl.importers.overhang import overhang_warnings
+from stackdsl.importers.settling import Settled, first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
 from stackdsl.language.validation import mistakes_at, report_missing_dependency
@@ -23,7 +23,7 @@ IMPORT: Final = "import"
 
 
 class _MistakeError(Exception):
-    """What is wrong with an import, as diagnostics."""
+    """An import is invalid; carries the diagnostics."""
 
     def __init__(self, *diagnostics: Diagnostic) -> None:
         super().__init__(diagnostics)
@@ -31,22 +31,25 @@ class _MistakeError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
-    """A step that imports, and what came of it."""
+class ImportedStep:
+    """A build step with an `import`, and the settled load that it imports."""
 
-    path: KeyPath  # of the step
+    path: KeyPath  # to the step
     settled: Settled
 
 
-def whole(loaded: Loaded, library: Library) -> Loaded:
-    """The scenarios of a file with all that they take from others; those that cannot have it are left out, and told."""
+def expand_file(loaded: Loaded, library: Library) -> Loaded:
+    """Resolve the includes and imports of all scenarios of a file.
+
+    A scenario whose includes or imports fail is left out, and the result has its diagnostics.
+    """
     made = composed(loaded, library)
     sources: list[Source] = []
     mistakes: list[Diagnostic] = []
     for written in made.sources:
         source = report_missing_dependency(written) or written
         try:
-            sources.append(_expanded(source, library) if any(_steps(source)) else source)
+            sources.append(_expanded(source, library) if any(_import_steps(source)) else source)
         except _MistakeError as mistake:
             mistakes += mistake.diagnostics
     return replace(
@@ -56,13 +59,13 @@ def whole(loaded: Loaded, library: Library) -> Loaded:
     )
 
 
-def taken(source: Source, library: Library) -> list[Taken]:
-    """What each step of a scenario imports. Raises _MistakeError."""
-    return [Taken(path, _taken(source, path, step, library)[0]) for path, step in _steps(source)]
+def imported_steps(source: Source, library: Library) -> list[ImportedStep]:
+    """Read the imports of a scenario, one per step. Raises _MistakeError."""
+    return [ImportedStep(path, _imported(source, path, step, library)[0]) for path, step in _import_steps(source)]
 
 
-def _steps(source: Source) -> Iterator[tuple[KeyPath, dict[str, Plain]]]:
-    """The steps that import, with their paths."""
+def _import_steps(source: Source) -> Iterator[tuple[KeyPath, dict[str, Plain]]]:
+    """Yield the build steps that have an `import`, with their paths."""
     steps = source.values.get("build")
     for number, step in enumerate(steps if isinstance(steps, list) else ()):
         if isinstance(step, dict) and IMPORT in step:
@@ -73,22 +76,25 @@ def _expanded(source: Source, library: Library) -> Source:
     build = source.values["build"]
     assert isinstance(build, list)
     steps, parts, places = list(build), dict.fromkeys(source.parts), PlaceBuilder()
-    odd = list(source.warnings)
-    expanding = dict(_steps(source))
+    warnings = list(source.warnings)
+    expanding = dict(_import_steps(source))
     places.keep(source, dict.fromkeys(expanding))
     for path, step in expanding.items():
         number = path[1]
         assert isinstance(number, int)
-        found, file, asked = _taken(source, path, step, library)
+        settled_load, file, options = _imported(source, path, step, library)
         parts[file] = None
         others = {key: value for key, value in step.items() if key != IMPORT}
         places.note_all(source, others, path, path)
         where = f"imported from {source.key_span_of((*path, IMPORT))}"
-        odd += [replace(each, span=replace(each.span, where=where)) for each in warned(found.load, asked)]
+        load = settled_load.load
+        warnings += [
+            replace(warning, span=replace(warning.span, where=where)) for warning in overhang_warnings(load, options)
+        ]
         bricks: list[Plain] = []
         places.value_spans[*path, "bricks"] = source.span_of((*path, IMPORT))
         places.key_spans[*path, "bricks"] = source.key_span_of((*path, IMPORT))
-        for box in found.load.boxes:
+        for box in load.boxes:
             places.value_spans[*path, "bricks", len(bricks)] = replace(box.span, where=where)
             bricks.append(written_box(box))
         steps[number] = {**others, "bricks": bricks}
@@ -99,56 +105,56 @@ def _expanded(source: Source, library: Library) -> Source:
         value_spans=places.value_spans,
         key_spans=places.key_spans,
         parts=tuple(parts),
-        warnings=tuple(odd),
+        warnings=tuple(warnings),
     )
 
 
-def _taken(source: Source, path: KeyPath, step: dict[str, Plain], library: Library) -> tuple[Settled, str, Import]:
-    """What a step imports, the file that it comes from, and how it is asked for."""
+def _imported(source: Source, path: KeyPath, step: dict[str, Plain], library: Library) -> tuple[Settled, str, Import]:
+    """Read the import of a step: the settled load, the path of its file, and the import options."""
     here = (*path, IMPORT)
     for other in ("bricks",):
         if other in step:
             message = f"a step has `{IMPORT}` or `{other}`, not both"
             raise _MistakeError(
-                Diagnostic("SD108", source.key_span_of((*path, other)), message, "make two steps of them")
+                Diagnostic("SD108", source.key_span_of((*path, other)), message, "split it into two steps")
             )
-    asked = _asked(source, here, step[IMPORT])
+    options = _options(source, here, step[IMPORT])
     span = source.span_of((*here, "file"))
-    file = _file(asked.file, span)
+    file = _file(options.file, span)
 
-    def beside(named: str) -> bytes:
-        return library.bytes_of(file_beside(named, file), MAX_IMPORTED, root_of(file))
+    def read_file(name: str) -> bytes:
+        return library.bytes_of(path_beside(name, file), MAX_IMPORTED, root_of(file))
 
     try:
         data = library.bytes_of(file, MAX_IMPORTED, root_of(span.file))
-        load = load_supervised(data, file, asked, beside)
+        load = load_supervised(data, file, options, read_file)
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
-        told = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
-        raise _MistakeError(*told) from error
+        diagnostics = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
+        raise _MistakeError(*diagnostics) from error
     except OSError as error:
         message = f"cannot read the file: {error.strerror}"
         raise _MistakeError(Diagnostic("SD113", span, message, "name a file that can be read")) from error
     if len(load.boxes) > MAX_BRICKS:
-        message = f"the load has {len(load.boxes)} boxes, and {MAX_BRICKS} is the most"
-        raise _MistakeError(Diagnostic("SD206", span, message, "import it in parts"))
-    if (odd := cannot_settle(load, asked.settle)) is not None:
+        message = f"the load has {len(load.boxes)} boxes; at most {MAX_BRICKS} are allowed"
+        raise _MistakeError(Diagnostic("SD206", span, message, "split the file, and import its parts"))
+    if (unfit := first_unsettleable(load, options.settle)) is not None:
         hint = "write `settle: as written`, or straighten it"
-        raise _MistakeError(Diagnostic("SD115", odd.span, "a box that leans, or a solid, cannot be lowered", hint))
-    if (mistake := disagreement(load, source, span)) is not None:
+        raise _MistakeError(Diagnostic("SD115", unfit.span, "a box that leans, or a solid, cannot be lowered", hint))
+    if (mistake := friction_conflict(load, source, span)) is not None:
         raise _MistakeError(mistake)
-    return settled(load, asked.settle), file, asked
+    return settled(load, options.settle), file, options
 
 
-def file_beside(named: str, file: str) -> str:
-    """The path of a file that an imported one names. Raises OSError, also for one outside of the project."""
+def path_beside(name: str, file: str) -> str:
+    """Resolve a file name that stands in an imported file. Raises OSError, also for a path outside the project."""
     try:
-        return file_in_project(named, file, root_of(file))
+        return file_in_project(name, file, root_of(file))
     except OutsideError as error:
         raise OSError(f"{error.message}; {error.hint}") from error
 
 
-def _asked(source: Source, here: KeyPath, written: Plain) -> Import:
+def _options(source: Source, here: KeyPath, written: Plain) -> Import:
     try:
         return Import.model_validate(written)
     except ValidationError as error:

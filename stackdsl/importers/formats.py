@@ -1,4 +1,4 @@
-"""Reads loads by format, and writes a load as a scenario."""
+"""Reads a load in any supported format, and writes a load as a scenario."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,36 +16,35 @@ from stackdsl.language.imports import FORMATS, Format, Import
 from stackdsl.language.yaml.parsing import unreadable_characters
 from stackdsl.language.yaml.source import Plain
 
-# Which reader takes which format, and the bytes of a file as a load.
+# The reader of each format.
 
 
 MAX_IMPORTED: Final = 16 << 20  # [bytes] of one file
-_CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # lines of an OBJ file
+_CORNER: Final = re.compile(r"^v\s+[-+.\d]", re.MULTILINE)  # a line of an OBJ file
 _ROOT: Final = re.compile(r"\A(?:<\?[^>]*>|<!--(?:(?!-->).)*-->|<!(?!--)[^>]*>|\s)*<(mujoco|robot)\b", re.DOTALL)
 _FACE: Final = re.compile(r"^f\s+-?\d", re.MULTILINE)
 
 READERS: Final[Mapping[Format, Callable[[LoadReading, Import], ImportedLoad]]] = {
     "table": read_table,
-    "pallet-sim": lambda reading, asked: read_pallet_sim(reading, asked.load),
-    "bed-bpp": lambda reading, asked: read_bed_bpp(reading, asked.load),
+    "pallet-sim": lambda reading, options: read_pallet_sim(reading, options.load),
+    "bed-bpp": lambda reading, options: read_bed_bpp(reading, options.load),
     "compas": read_compas,
     "obj": read_obj,
-    "mjcf": lambda reading, asked: _of_engines("mjcf", reading, asked),
-    "urdf": lambda reading, asked: _of_engines("urdf", reading, asked),
+    "mjcf": lambda reading, options: _read_engine_scene("mjcf", reading, options),
+    "urdf": lambda reading, options: _read_engine_scene("urdf", reading, options),
 }
 
 
-def _of_engines(format_: Format, reading: LoadReading, asked: Import) -> ImportedLoad:
-    """Scenes for engines, whose readers bring numpy and scipy."""
-    from stackdsl.importers.robots import read_mjcf, read_urdf  # noqa: PLC0415 -- they bring numpy
+def _read_engine_scene(format_: Format, reading: LoadReading, options: Import) -> ImportedLoad:
+    from stackdsl.importers.robots import read_mjcf, read_urdf  # noqa: PLC0415 -- they import numpy and scipy
 
-    return (read_mjcf if format_ == "mjcf" else read_urdf)(reading, asked)
+    return (read_mjcf if format_ == "mjcf" else read_urdf)(reading, options)
 
 
-def read_load(data: bytes, file: str, asked: Import, beside: Callable[[str], bytes] | None = None) -> ImportedLoad:
-    """The load in the bytes of a file, which is called so. Raises UnreadableLoadError.
+def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str], bytes] | None = None) -> ImportedLoad:
+    """Read a load from the bytes of a file of the given path. Raises UnreadableLoadError.
 
-    `beside` gives what a file holds that this one names, as seen from it; it raises OSError.
+    `read_file` returns the bytes of another file that this file names, by a path relative to it. It raises OSError.
     """
     if len(data) > MAX_IMPORTED:
         message = f"the file is larger than {MAX_IMPORTED >> 20} MiB"
@@ -58,18 +57,18 @@ def read_load(data: bytes, file: str, asked: Import, beside: Callable[[str], byt
         span, message = page.span(len(before) - 1, len(before[-1])), f"the byte 0x{data[error.start]:02x} is not UTF-8"
         raise UnreadableLoadError([Diagnostic("SD002", span, message, "save the file as UTF-8")]) from error
     page = page_of(text, file)
-    if (odd := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
-        raise UnreadableLoadError([odd])
-    reading = LoadReading(page, frozenset(asked.ignore), beside=beside)
-    format_ = asked.format or _format_of(reading)
-    if (wrong := asked.beside(format_)) is not None:
-        reading.open(page.span(0, 0), *wrong)
+    if (unreadable := next(unreadable_characters(page_of(text.replace("\t", " "), file)), None)) is not None:
+        raise UnreadableLoadError([unreadable])
+    reading = LoadReading(page, frozenset(options.ignore), read_file=read_file)
+    format_ = options.format or _format_of(reading)
+    if (conflict := options.beside(format_)) is not None:
+        reading.undetermined(page.span(0, 0), *conflict)
         reading.end()
-    return shifted(READERS[format_](reading, asked), asked.origin)
+    return shifted(READERS[format_](reading, options), options.origin)
 
 
 def _format_of(reading: LoadReading) -> Format:
-    """The only format that a file may be of. Raises UnreadableLoadError if there is none."""
+    """Detect the format of a file. Raises UnreadableLoadError unless exactly one format fits."""
     text = "\n".join(reading.page.lines).lstrip()
     if text.startswith("["):
         return "table"
@@ -79,27 +78,29 @@ def _format_of(reading: LoadReading) -> Format:
             ("bed-bpp", ('"flb_coordinates"',)),
             ("compas", ('"dtype"', '"graph"', '"block"')),
         )
-        found = [format_ for format_, words in signs if all(word in text for word in words)]
-        if len(found) == 1:
-            return found[0]
+        matches = [format_ for format_, words in signs if all(word in text for word in words)]
+        if len(matches) == 1:
+            return matches[0]
     elif (root := _ROOT.search(text)) is not None:
         return "mjcf" if root[1] == "mujoco" else "urdf"
     elif _CORNER.search(text) and _FACE.search(text):
         return "obj"
     elif text and not text.startswith("<"):
         return "table"
-    reading.open(reading.page.span(0, 0), "what this is cannot be told", f"say `format`: {', '.join(FORMATS)}")
+    reading.undetermined(
+        reading.page.span(0, 0), "the format of the file is unclear", f"set `format`: {', '.join(FORMATS)}"
+    )
     raise UnreadableLoadError(reading.mistakes)
 
 
-# A load as the text of a scenario of its own, a line a box.
+# A load as the text of a scenario, one line per box.
 
 
-LONGEST_SLUG = 64
+LONGEST_SLUG = 64  # [characters]
 
 
 def scenario_text(name: str, notes: Sequence[str], load: ImportedLoad, friction: float) -> str:
-    """YAML that builds the boxes of a load one after the other; `notes` are comments at its head."""
+    """Return the YAML of a scenario that builds the boxes of a load one by one; `notes` become comments at its head."""
     return "\n".join(_lines(name, notes, load, friction)) + "\n"
 
 
@@ -122,5 +123,5 @@ def _flow(value: Plain) -> str:
 
 
 def slug(text: str) -> str:
-    """A name for a scenario, made of a text."""
+    """Return a scenario name made from a text."""
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")[:LONGEST_SLUG].strip("-") or "load"

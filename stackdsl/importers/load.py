@@ -1,4 +1,4 @@
-"""A load: boxes and convex solids with exact places, as read from a file."""
+"""A load: boxes and convex solids with exact positions, read from a file."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,72 +10,69 @@ from stability.model import Vec3
 from stackdsl.diagnostics import MOST_REPORTED, Diagnostic, Page, Span, reading_order
 from stackdsl.language.yaml.source import Plain
 
-# What is taken from a file: boxes and convex solids with exact places, and what the file has that is not taken.
-
-
 Exact3: TypeAlias = tuple[Fraction, Fraction, Fraction]
 LEVEL: Final[Exact3] = (Fraction(0), Fraction(0), Fraction(0))
 
 
 @dataclass(frozen=True, slots=True)
 class ImportedBox:
-    """One box of a file, or one convex solid in the box around it, in the frame of that file."""
+    """A box of a file, or a convex solid with its bounding box, in the frame of the file."""
 
-    name: str | None  # None for a name by place
-    size: Exact3  # along its own axes [m]
+    name: str | None  # None: named by its number later
+    size: Exact3  # along its body axes [m]
     centre: Exact3  # [m]
     mass: Fraction  # [kg]
-    span: Span  # where in the file it is
+    span: Span  # in the file
     turn: Exact3 = LEVEL  # about x, then y, then z, fixed axes [deg]
-    corners: tuple[Exact3, ...] | None = None  # of a solid, along its own axes, from `centre`; None for a box [m]
-    heavy_at: Exact3 | None = None  # the centre of mass, likewise; None for that of an even filling
-    friction: Fraction | None = None  # Coulomb coefficient of its own
+    corners: tuple[Exact3, ...] | None = None  # of a solid, along its body axes, from `centre`; None for a box [m]
+    centre_of_mass: Exact3 | None = None  # along its body axes, from `centre` [m]; None for uniform density
+    friction: Fraction | None = None  # Coulomb coefficient; None to use that of the scenario
 
     @property
     def is_upright(self) -> bool:
-        """Whether it is a box whose height is vertical."""
+        """Whether this is a box with a vertical height axis."""
         return self.corners is None and self.turn[:2] == LEVEL[:2]
 
     @property
     def bottom(self) -> Fraction:
-        """Height of its lower face, if it is upright [m]."""
+        """Height of the lower face [m]; upright boxes only."""
         return self.centre[2] - self.size[2] / 2
 
     @property
     def top(self) -> Fraction:
-        """Height of its upper face, if it is upright [m]."""
+        """Height of the upper face [m]; upright boxes only."""
         return self.centre[2] + self.size[2] / 2
 
 
 @dataclass(frozen=True, slots=True)
 class ImportedSurfaces:
-    """What a file says of how its bodies rub, each of which has a friction of its own then."""
+    """Friction settings of a file in which each body has its own friction."""
 
-    rule: Rule | None  # what two that touch have, as its format has it; None if that leaves it open
-    ground: Fraction | None = None  # Coulomb coefficient; None if the file has no ground
+    rule: Rule | None  # combines the frictions of two bodies in contact; None if the format defines none
+    ground: Fraction | None = None  # Coulomb coefficient of the ground; None if the file has no ground
 
 
 @dataclass(frozen=True, slots=True)
 class Deck:
-    """The deck of a pallet, seen from above; it is at height 0."""
+    """The deck of a pallet in plan; its height is 0."""
 
     size: tuple[Fraction, Fraction]  # along x and y [m]
-    corner: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))  # the least x and y [m]
+    corner: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))  # smallest x and y [m]
 
 
 @dataclass(frozen=True, slots=True)
 class ImportedLoad:
-    """The boxes of a file, in the order in which it lists them."""
+    """The boxes of a file, in file order."""
 
     boxes: tuple[ImportedBox, ...]
     precision: Fraction  # the unit of the last digit of its lengths [m]
-    untaken: tuple[str, ...] = ()  # what the format has that says nothing of statics, and is there
-    surfaces: ImportedSurfaces | None = None  # None if the scenario says how all rub
-    deck: Deck | None = None  # None if the file says none
+    skipped: tuple[str, ...] = ()  # names of data in the file that do not affect statics and were not read
+    surfaces: ImportedSurfaces | None = None  # None if the scenario sets all frictions
+    deck: Deck | None = None  # None if the file gives none
 
 
 class UnreadableLoadError(Exception):
-    """Why a file is not taken."""
+    """A file cannot be read as a load; carries the diagnostics."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         super().__init__(diagnostics)
@@ -84,102 +81,98 @@ class UnreadableLoadError(Exception):
 
 @dataclass(slots=True)
 class LoadReading:
-    """A file while it is read: its mistakes are gathered, and told together."""
+    """State of reading one file; collects its mistakes, to report them together."""
 
     page: Page
-    ignored: frozenset[str] = frozenset()  # what its author knows is not taken
+    ignored: frozenset[str] = frozenset()  # names that the author listed under `ignore`
     mistakes: list[Diagnostic] = field(default_factory=list)
-    untaken: dict[str, None] = field(default_factory=dict)
-    used: set[str] = field(default_factory=set)  # of what is ignored
+    skipped: dict[str, None] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)  # names in `ignored` that occurred in the file
     finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
-    beside: Callable[[str], bytes] | None = None  # what a file holds that it names, as seen from it; or OSError
+    read_file: Callable[[str], bytes] | None = None  # bytes of a file, by a path relative to this one; raises OSError
 
     def wrong(self, span: Span, message: str, hint: str) -> None:
-        """Something is not as the format says."""
-        self._told(Diagnostic("SD114", span, message, hint))
+        """Report a violation of the format."""
+        self._report(Diagnostic("SD114", span, message, hint))
 
-    def open(self, span: Span, message: str, hint: str) -> None:
-        """Something is left open, and only the author knows."""
-        self._told(Diagnostic("SD115", span, message, hint))
+    def undetermined(self, span: Span, message: str, hint: str) -> None:
+        """Report a property that the file leaves open and the author must set."""
+        self._report(Diagnostic("SD115", span, message, hint))
 
-    def _told(self, mistake: Diagnostic) -> None:
+    def _report(self, mistake: Diagnostic) -> None:
         self.mistakes.append(mistake)
         if len(self.mistakes) > MOST_REPORTED:
             self.end()
 
     def end(self) -> None:
-        """Raise UnreadableLoadError if anything is wrong."""
+        """Raise UnreadableLoadError if any mistake was reported."""
         if self.mistakes:
             raise UnreadableLoadError(sorted(self.mistakes, key=reading_order))
 
-    def leave(self, name: str, span: Span, known: bool, meant: str = "") -> None:
-        """Something of the file is not taken: `known` says nothing of statics; else its author must have said so.
+    def skip(self, name: str, span: Span, harmless: bool, advice: str = "") -> None:
+        """Skip data of the file.
 
-        `meant` is how it would be taken, if it is what it seems to be.
+        Data that may affect statics (not `harmless`) are reported unless the author ignores them by name. `advice`
+        says how to write data that look like a misspelt property.
         """
         if name in self.ignored:
             self.used.add(name)
-        elif known:
-            self.untaken[name] = None
+        elif harmless:
+            self.skipped[name] = None
         else:
-            hint = f"if it may be passed over, write ignore: ['{name}']"
-            self.open(span, f"'{name}' is nothing that is taken", f"{meant}; {hint}" if meant else hint)
+            hint = f"to skip it, write ignore: ['{name}']"
+            self.undetermined(span, f"'{name}' is not supported", f"{advice}; {hint}" if advice else hint)
 
-    def file_beside(self, named: str, span: Span) -> bytes:
-        """What another file holds that this one names; told and empty if it cannot be read."""
-        if self.beside is None:
-            self.wrong(span, f"'{named}' cannot be looked for: the file is read by itself", "name a file in a folder")
+    def bytes_beside(self, name: str, span: Span) -> bytes:
+        """Read another file that this file names; report and return b"" if that fails."""
+        if self.read_file is None:
+            message = f"'{name}' cannot be read: this file was given without its folder"
+            self.wrong(span, message, "give the path of this file")
             return b""
         try:
-            return self.beside(named)
+            return self.read_file(name)
         except OSError as error:
-            self.wrong(span, f"cannot read '{named}': {error.strerror or error}", "put it beside this file")
+            self.wrong(span, f"cannot read '{name}': {error.strerror or error}", "put it beside this file")
             return b""
 
-    def digit(self, unit: Fraction) -> None:
-        """A length has a last digit of this unit [m]."""
+    def note_precision(self, unit: Fraction) -> None:
+        """Record the unit of the last digit of a length [m]."""
         self.finest = unit if self.finest is None else min(unit, self.finest)
 
     def load(self, boxes: Sequence[ImportedBox]) -> ImportedLoad:
-        """What was read. Raises UnreadableLoadError if anything was wrong, or if there is nothing."""
+        """Return the load of these boxes. Raises UnreadableLoadError for any mistake, or without boxes."""
         self.end()
         start = self.page.span(0, 0)
         for name in sorted(self.ignored - self.used):
-            self.open(start, f"there is no '{name}' that could be ignored", "leave it out of `ignore`")
+            self.undetermined(start, f"`ignore` lists '{name}', which is not in the file", "leave it out of `ignore`")
         if not boxes:
-            self.wrong(start, "there is no brick in it", "name a file with boxes, or with convex solids")
+            self.wrong(start, "the file has no bricks", "name a file with boxes, or with convex solids")
         self.end()
-        return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.untaken))
-
-
-# A load as a whole somewhere else.
+        return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.skipped))
 
 
 def shifted(load: ImportedLoad, by: Vec3) -> ImportedLoad:
-    """The load, moved by so much [m]."""
+    """Return the load, translated [m]."""
     if by == (0.0, 0.0, 0.0):
         return load
     x, y, z = (Fraction(repr(part)) for part in by)
 
-    def moved(box: ImportedBox) -> ImportedBox:
+    def translated(box: ImportedBox) -> ImportedBox:
         return replace(box, centre=(box.centre[0] + x, box.centre[1] + y, box.centre[2] + z))
 
     deck = load.deck and replace(load.deck, corner=(load.deck.corner[0] + x, load.deck.corner[1] + y))
-    return replace(load, boxes=tuple(map(moved, load.boxes)), deck=deck)
-
-
-# A load as the items of `bricks`, as an author would write them.
+    return replace(load, boxes=tuple(map(translated, load.boxes)), deck=deck)
 
 
 def written_box(box: ImportedBox) -> dict[str, Plain]:
-    """One box as an item of `bricks`."""
-    named: dict[str, Plain] = {"name": box.name} if box.name is not None else {}
+    """Return a box as an item of `bricks` in YAML."""
+    name: dict[str, Plain] = {"name": box.name} if box.name is not None else {}
     turn: dict[str, Plain] = {} if box.turn == LEVEL else {"rotate": [f"{digits(part)} deg" for part in box.turn]}
     brick: dict[str, Plain] = _form(box) | {"mass": f"{digits(box.mass)} kg"}
-    if box.heavy_at is not None:
-        brick["centre_of_mass"] = _lengths(box.heavy_at)
-    rubs: dict[str, Plain] = {} if box.friction is None else {"friction": float(box.friction)}
-    return {**named, "at": _lengths(box.centre), **turn, "brick": brick, **rubs}
+    if box.centre_of_mass is not None:
+        brick["centre_of_mass"] = _lengths(box.centre_of_mass)
+    friction: dict[str, Plain] = {} if box.friction is None else {"friction": float(box.friction)}
+    return {**name, "at": _lengths(box.centre), **turn, "brick": brick, **friction}
 
 
 def _form(box: ImportedBox) -> dict[str, Plain]:
@@ -197,6 +190,6 @@ def _length(metres: Fraction) -> str:
 
 
 def digits(number: Fraction) -> str:
-    """A number in as few digits as tell it from other doubles."""
+    """Format a number with the fewest digits that distinguish it from other doubles."""
     text = repr(float(number))
     return text.removesuffix(".0")

@@ -1,7 +1,6 @@
-"""Finds boxes that overhang the deck of their pallet, where nothing carries them.
+"""Warns about boxes that overhang the deck of their pallet, where nothing supports them.
 
-The deck is where height is 0, and the ground is taken to go on around it, so that statics has such a box on more than
-there is. That is told, as a warning: how far, to which side, and what to do.
+Statics treats the deck as part of an infinite ground at height 0, so it supports such a box on more area than there is.
 """
 
 from collections.abc import Iterator
@@ -19,57 +18,57 @@ from stackdsl.language.imports import Import
 
 SIDES: Final = ("-x", "+x", "-y", "+y")
 OPPOSITE: Final = {"-x": "+x", "+x": "-x", "-y": "+y", "+y": "-y"}
-ROUNDED: Final = Fraction(1, 10**9)  # [m] how far what is turned may be off
+ROUNDED: Final = Fraction(1, 10**9)  # [m] rounding error of turned corners
 MILLIMETRES: Final = 1000
 
 
 @dataclass(frozen=True, slots=True)
 class Overhang:
-    """How far a box reaches beyond the deck, on the side on which it does most."""
+    """The largest distance by which a box reaches beyond the deck."""
 
     box: ImportedBox
     side: str  # such as `+x`
     amount: Fraction  # [m]
 
 
-def deck_of(load: ImportedLoad, asked: Import) -> Deck | None:
-    """The deck that the author says, or else the file; None where nobody says one."""
-    words, own = asked.deck, load.deck
-    if words is None or (words.size is None and own is None):
+def deck_of(load: ImportedLoad, options: Import) -> Deck | None:
+    """Return the deck that the author gives, else that of the file; None if neither gives one."""
+    given, own = options.deck, load.deck
+    if given is None or (given.size is None and own is None):
         return own
-    size = words.size or (own.size if own is not None else None)
+    size = given.size or (own.size if own is not None else None)
     assert size is not None
-    corner = own.corner if own is not None else (Fraction(repr(asked.origin[0])), Fraction(repr(asked.origin[1])))
-    if words.at is not None:
-        corner = (Fraction(repr(words.at[0])), Fraction(repr(words.at[1])))
+    corner = own.corner if own is not None else (Fraction(repr(options.origin[0])), Fraction(repr(options.origin[1])))
+    if given.at is not None:
+        corner = (Fraction(repr(given.at[0])), Fraction(repr(given.at[1])))
     return Deck(size, corner)
 
 
-def overhangs(load: ImportedLoad, asked: Import) -> list[Overhang]:
-    """The boxes that reach further beyond the deck than is allowed, as they are listed."""
-    deck = deck_of(load, asked)
+def overhangs(load: ImportedLoad, options: Import) -> list[Overhang]:
+    """Return the boxes that overhang by more than is allowed, in file order."""
+    deck = deck_of(load, options)
     if deck is None:
         return []
-    allowed = Fraction(repr(asked.deck.overhang)) if asked.deck is not None else Fraction(0)
-    found = (Overhang(box, *max(_beyond(box, deck), key=lambda each: each[1])) for box in load.boxes)
-    return [each for each in found if each.amount > allowed + load.precision + ROUNDED]
+    allowed = Fraction(repr(options.deck.overhang)) if options.deck is not None else Fraction(0)
+    largest = (Overhang(box, *max(_side_overhangs(box, deck), key=lambda each: each[1])) for box in load.boxes)
+    return [overhang for overhang in largest if overhang.amount > allowed + load.precision + ROUNDED]
 
 
-def warned(load: ImportedLoad, asked: Import) -> Iterator[Warned]:
-    """One warning of a load of which something overhangs, in the place of the box that does most."""
-    deck, found = deck_of(load, asked), overhangs(load, asked)
-    if deck is None or not found:
+def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[Warned]:
+    """Yield one warning if any box overhangs, at the position of the box that overhangs most."""
+    deck, overhanging = deck_of(load, options), overhangs(load, options)
+    if deck is None or not overhanging:
         return
-    worst = max(found, key=lambda each: each.amount)
+    worst = max(overhanging, key=lambda overhang: overhang.amount)
     name = f"'{worst.box.name}'" if worst.box.name else "this box"
     amount = f"{_mm(worst.amount)} mm"
-    others = len(found) - 1
-    more = f", and {others} other{'s' * (others > 1)} by less or as much" if others else ""
+    others = len(overhanging) - 1
+    more = f", and {others} other{'s' * (others > 1)} by at most as much" if others else ""
     size = " x ".join(map(_mm, deck.size))
     yield Warned(
         worst.box.span,
-        f"{name} overhangs the deck of {size} mm by {amount} towards {worst.side}{more}; nothing is below it "
-        "there, and it is judged as if the deck went on",
+        f"{name} overhangs the deck of {size} mm by {amount} towards {worst.side}{more}; the verdict assumes that the "
+        "deck continues there",
         f"move it {amount} towards {OPPOSITE[worst.side]}, or allow it: `deck: {{overhang: {amount}}}`",
     )
 
@@ -78,8 +77,8 @@ def _mm(length: Fraction) -> str:
     return digits(round(MILLIMETRES * length, 3))
 
 
-def _beyond(box: ImportedBox, deck: Deck) -> Iterator[tuple[str, Fraction]]:
-    """How far a box reaches beyond each side; less than nothing where it does not."""
+def _side_overhangs(box: ImportedBox, deck: Deck) -> Iterator[tuple[str, Fraction]]:
+    """Yield the overhang of a box at each side [m]; negative where it ends on the deck."""
     low, high = _bounds(box)
     for axis in (0, 1):
         yield SIDES[2 * axis], deck.corner[axis] - low[axis]
@@ -87,7 +86,7 @@ def _beyond(box: ImportedBox, deck: Deck) -> Iterator[tuple[str, Fraction]]:
 
 
 def _bounds(box: ImportedBox) -> tuple[Exact3, Exact3]:
-    """The lowest and the highest corner of the upright box around it [m]; exact of what lies along the axes."""
+    """Return the corners of the bounding box [m]; exact for a box along the axes."""
     half = [side / 2 for side in box.size]
     if box.is_upright and box.turn[2] % RIGHT_ANGLE == 0:
         a, b, c = half if box.turn[2] % (2 * RIGHT_ANGLE) == 0 else (half[1], half[0], half[2])
@@ -100,7 +99,7 @@ def _bounds(box: ImportedBox) -> tuple[Exact3, Exact3]:
 
 
 def _turned(corner: tuple[Fraction, ...], turn: Exact3) -> Vec3:
-    """Turned about x, then y, then z [deg]."""
+    """Rotate a corner about x, then y, then z [deg]."""
     x, y, z = map(float, corner)
     (sin_x, cos_x), (sin_y, cos_y), (sin_z, cos_z) = ((sin(radians(angle)), cos(radians(angle))) for angle in turn)
     y, z = cos_x * y - sin_x * z, sin_x * y + cos_x * z

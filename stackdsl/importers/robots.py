@@ -33,9 +33,9 @@ from stackdsl.importers.text_positions import (
     SHORTEST,
     Element,
     number_of,
-    refuse_odd_numbers,
-    taken,
-    written,
+    refuse_invalid_numbers,
+    supported_subset,
+    xml_of,
     xml_text,
 )
 from stackdsl.language.bricks import obj_mesh
@@ -48,93 +48,105 @@ if TYPE_CHECKING:
     from stability.engines.mujoco.compiled_scene import CompiledBody
 
 
-# Bodies of MJCF and URDF: one shape each, somewhere in the body, which is somewhere in the scene.
+# Bodies of MJCF and URDF. Each has one shape, with a pose in the body; the body has a pose in the scene.
 
 
-ROUNDED: Final = 1e-9  # of a size: what of a centre of mass, or of a turn [deg], is rounding
-DIGITS: Final = 12  # of a metre, or of a degree
+ROUNDED: Final = 1e-9  # rounding error of a centre of mass (share of a side), of a quaternion and of a height [m]
+DIGITS: Final = 12  # decimals of a metre, or of a degree
 
 
 @dataclass(frozen=True, slots=True)
 class RobotBody:
-    """A body of one shape, in SI units; turns are x, y, z, w."""
+    """A body of one shape, in SI units; quaternions are x, y, z, w."""
 
     name: str
     span: Span
-    shape: str  # `box` or `mesh`, or else what it is
-    size: Vec3 | None  # of a box
-    corners: Sequence[Vec3]  # of a mesh, in the frame of the shape
+    shape: str  # `box`, `mesh`, or the name of a shape that is not supported
+    size: Vec3 | None  # sides of a box
+    corners: Sequence[Vec3]  # of a mesh, in the shape frame
     faces: Sequence[Sequence[int]]
     mass: Fraction
-    place: Vec3  # of the body in the scene
+    place: Vec3  # of the body, in the scene frame
     turn: Quaternion
-    shape_place: Vec3  # of the shape in the body
+    shape_place: Vec3  # in the body frame
     shape_turn: Quaternion
-    centre_of_mass: Vec3  # in the body
-    friction: Fraction | None = None  # Coulomb coefficient of its own
+    centre_of_mass: Vec3  # in the body frame
+    friction: Fraction | None = None  # Coulomb coefficient; None to use that of the scenario
 
 
 def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
-    """A body as a brick; told and None if it is none."""
-    hint = f"if it may be passed over, write ignore: ['{body.name}']"
+    """Return the brick of a body; report and return None if it cannot be a brick."""
+    hint = f"to skip it, write ignore: ['{body.name}']"
     if body.shape not in {"box", "mesh"}:
-        reading.open(body.span, f"'{body.name}' is a {body.shape}, and a brick is a box or a convex mesh", hint)
+        reading.undetermined(body.span, f"'{body.name}' is a {body.shape}, but a brick is a box or a convex mesh", hint)
         return None
-    if not _is_within_reason(reading, body):
+    if not _has_valid_numbers(reading, body):
         return None
-    whole = Rotation.from_quat(body.turn) * Rotation.from_quat(body.shape_turn)
+    turn = Rotation.from_quat(body.turn) * Rotation.from_quat(body.shape_turn)
     centre = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.shape_place)
-    mass_at = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.centre_of_mass)
-    made = (_box if body.size else _solid)(reading, body, whole, centre, mass_at)
-    return made and replace(made, friction=body.friction)
+    centre_of_mass = np.array(body.place) + Rotation.from_quat(body.turn).apply(body.centre_of_mass)
+    brick = (_box if body.size else _solid)(reading, body, turn, centre, centre_of_mass)
+    return brick and replace(brick, friction=body.friction)
 
 
-def _is_within_reason(reading: LoadReading, body: RobotBody) -> bool:
-    """Whether its numbers are such as a brick may have; told if they are not."""
+def _has_valid_numbers(reading: LoadReading, body: RobotBody) -> bool:
+    """Return whether the numbers of a body are valid for a brick; report the first invalid one."""
     if not 0 < body.mass <= HEAVIEST:
-        reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write more than zero")
+        reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write a positive number")
         return False
     if not np.isfinite([*body.turn, *body.shape_turn]).all():
-        reading.wrong(body.span, f"'{body.name}' is turned by what is no angle", "write numbers")
+        reading.wrong(body.span, f"the rotation of '{body.name}' is not finite", "write numbers")
         return False
     lengths = np.array([body.place, body.shape_place, body.centre_of_mass, *body.corners])
-    if not (np.abs(lengths) <= float(FURTHEST)).all():  # nor is what is no number
-        message = f"'{body.name}' is more than 10 km away, or has its mass or a corner there"
-        reading.wrong(body.span, message, "mend its numbers, or their unit")
+    if not (np.abs(lengths) <= float(FURTHEST)).all():  # also if one is not a number
+        message = f"'{body.name}', its centre of mass or one of its corners is more than 10 km away"
+        reading.wrong(body.span, message, "correct its numbers, or their unit")
         return False
     if body.friction is not None and not 0 <= body.friction <= ROUGHEST:
         message = f"'{body.name}' has a friction of {float(body.friction):g}"
-        reading.wrong(body.span, message, f"write from 0 to {ROUGHEST}")
+        reading.wrong(body.span, message, f"write a number from 0 to {ROUGHEST}")
         return False
     return True
 
 
 def _box(
-    reading: LoadReading, body: RobotBody, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
+    reading: LoadReading,
+    body: RobotBody,
+    turn: Rotation,
+    centre: NDArray[np.float64],
+    centre_of_mass: NDArray[np.float64],
 ) -> ImportedBox | None:
     assert body.size is not None
     if not SHORTEST <= min(body.size) <= max(body.size) <= FURTHEST:
-        reading.wrong(body.span, f"'{body.name}' has sides of {body.size} m", "mend them, or their unit")
+        reading.wrong(body.span, f"'{body.name}' has sides of {body.size} m", "correct them, or their unit")
         return None
-    with warnings.catch_warnings():  # of angles that are not unique; these are as good as others
+    with warnings.catch_warnings():  # about angles that are not unique; any of them will do
         warnings.simplefilter("ignore", UserWarning)
-        turn = whole.as_euler("xyz", degrees=True)
-    heavy = whole.inv().apply(mass_at - centre)
-    off = bool(np.abs(heavy).max() > ROUNDED * max(body.size))
-    heavy_at = _exact(heavy) if off else None
+        angles = turn.as_euler("xyz", degrees=True)
+    offset = turn.inv().apply(centre_of_mass - centre)
+    is_off = bool(np.abs(offset).max() > ROUNDED * max(body.size))
     return ImportedBox(
-        body.name, _exact(body.size), _exact(centre), body.mass, body.span, _exact(turn), heavy_at=heavy_at
+        body.name,
+        _exact(body.size),
+        _exact(centre),
+        body.mass,
+        body.span,
+        _exact(angles),
+        centre_of_mass=_exact(offset) if is_off else None,
     )
 
 
 def _solid(
-    reading: LoadReading, body: RobotBody, whole: Rotation, centre: NDArray[np.float64], mass_at: NDArray[np.float64]
+    reading: LoadReading,
+    body: RobotBody,
+    turn: Rotation,
+    centre: NDArray[np.float64],
+    centre_of_mass: NDArray[np.float64],
 ) -> ImportedBox | None:
-    corners = [_exact(corner) for corner in centre + whole.apply(np.array(body.corners))]
+    corners = [_exact(corner) for corner in centre + turn.apply(np.array(body.corners))]
     places, faces = merged(corners, body.faces)
-    return solid_brick(
-        reading, ImportedMesh(body.name, places, faces, body.span), mass=body.mass, heavy_at=_exact(mass_at)
-    )
+    mesh = ImportedMesh(body.name, places, faces, body.span)
+    return solid_brick(reading, mesh, mass=body.mass, centre_of_mass=_exact(centre_of_mass))
 
 
 def _exact(parts: Sequence[float] | NDArray[np.float64]) -> Exact3:
@@ -142,114 +154,118 @@ def _exact(parts: Sequence[float] | NDArray[np.float64]) -> Exact3:
     return (x, y, z)
 
 
-# Scenes of MuJoCo, MJCF: bodies that are free to move, each of one box or one convex mesh, read by MuJoCo itself.
+# MJCF scenes, read by MuJoCo itself: bodies that are free to move, each with one box or one convex mesh.
 #
-# What MuJoCo is given are those elements that say where bodies are, what they are shaped like and how heavy they are;
-# files of meshes are looked for beside the scene. A level plane at a height of 0 is the ground. Where any shape says
-# how rough it is, each has the friction that MuJoCo gives it, of which two that touch have the higher.
+# MuJoCo gets only the elements that define poses, shapes and masses. Mesh files are read from the folder of the scene.
+# A level plane at height 0 is the ground. If any shape gives a friction, each body has the friction that MuJoCo assigns
+# to it, and the higher one of two bodies in contact counts.
 
 
-MJCF_MISSING: Final = "MJCF is read by MuJoCo, which is not installed"
-_MJCF_TAKEN: Final[Mapping[str, frozenset[str]]] = {  # by what they are in
+MJCF_MISSING: Final = "MuJoCo, which reads MJCF, is not installed"
+_MJCF_SUPPORTED: Final[Mapping[str, frozenset[str]]] = {  # children by parent
     "mujoco": frozenset({"compiler", "default", "asset", "worldbody"}),
     "default": frozenset({"default", "geom", "mesh", "joint"}),
     "asset": frozenset({"mesh"}),
     "worldbody": frozenset({"body", "geom"}),
     "body": frozenset({"body", "geom", "freejoint", "joint", "inertial"}),
 }
-# What is seen, measured or reckoned with, and says nothing of what stands.
+# Elements about display, sensors and solvers, which do not affect statics.
 _MJCF_HARMLESS: Final = frozenset(
     {"option", "size", "visual", "statistic", "material", "texture", "light", "camera", "site", "sensor", "keyframe"}
 )
 _LOOKS: Final = frozenset({"material", "rgba", "group"})  # attributes
 FRICTION: Final = "friction"
 _CONTACTS: Final = frozenset({"condim", "priority", "margin", "gap", "contype", "conaffinity"})
-# Of a compiler: what is fixed to what it is in stays a body, which is told like any other that is not free.
+# Attribute of `compiler`. It is left out, so that a fixed body stays a body of its own, which is then reported.
 _FUSES: Final = "fusestatic"
 _FOLDERS: Final = ("meshdir", "assetdir", "texturedir")
 
 
 def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
-    """The free bodies of a scene, in its order. Raises UnreadableLoadError."""
-    whole = xml_text(reading)
-    if whole.tag != "mujoco":
-        reading.wrong(whole.span, f"this is <{whole.tag}>, and no scene of MuJoCo", "name a file that is")
+    """Read the free bodies of a scene, in file order. Raises UnreadableLoadError."""
+    root = xml_text(reading)
+    if root.tag != "mujoco":
+        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <mujoco>", "name an MJCF file")
         reading.end()
-    kept = taken(reading, whole, lambda parent, child: child.tag in _MJCF_TAKEN.get(parent.tag, ()), _MJCF_HARMLESS)
-    kept = _without_ignored_of_mjcf(reading, kept)
-    _leave_what_matters(reading, whole, kept)
-    refuse_odd_numbers(reading, kept)
-    _refuse_made_meshes(reading, kept)
-    rough = _says_friction(reading, kept)
-    files = _files(reading, kept)
+    scene = supported_subset(reading, root, _is_supported_mjcf, _MJCF_HARMLESS)
+    scene = _without_ignored_of_mjcf(reading, scene)
+    _skip_contact_settings(reading, root, scene)
+    refuse_invalid_numbers(reading, scene)
+    _refuse_generated_meshes(reading, scene)
+    has_friction = _has_friction(reading, scene)
+    files = _files(reading, scene)
     reading.end()
-    world, *others = _compiled(reading, kept, files)
-    grounds = list(_admitted_grounds(reading, kept, world))
-    made = [brick_of(reading, body) for body in _bodies(reading, kept, others, rough)]
+    world, *others = _compiled(reading, scene, files)
+    grounds = list(_ground_frictions(reading, scene, world))
+    bricks = [brick_of(reading, body) for body in _bodies(reading, scene, others, has_friction)]
     reading.end()
-    load = reading.load([brick for brick in made if brick is not None])
-    return replace(load, surfaces=ImportedSurfaces(Rule.HIGHER, max(grounds, default=None))) if rough else load
+    load = reading.load([brick for brick in bricks if brick is not None])
+    return replace(load, surfaces=ImportedSurfaces(Rule.HIGHER, max(grounds, default=None))) if has_friction else load
 
 
-def _leave_what_matters(reading: LoadReading, whole: Element, kept: Element) -> None:
-    """Tell what changes how bodies touch or fall, and is not taken."""
-    for element in kept.all("geom"):
+def _is_supported_mjcf(parent: Element, child: Element) -> bool:
+    return child.tag in _MJCF_SUPPORTED.get(parent.tag, ())
+
+
+def _skip_contact_settings(reading: LoadReading, root: Element, scene: Element) -> None:
+    """Report settings of contacts and of gravity, which are not supported, unless the author ignores them."""
+    for element in scene.all("geom"):
         for key in sorted(_CONTACTS.intersection(element.attributes)):
-            reading.leave(key, element.span, known=False)
-    for option in whole.all("option"):
+            reading.skip(key, element.span, harmless=False)
+    for option in root.all("option"):
         if "gravity" in option.attributes:
-            reading.leave("gravity", option.span, known=False)
+            reading.skip("gravity", option.span, harmless=False)
 
 
-def _refuse_made_meshes(reading: LoadReading, scene: Element) -> None:
+def _refuse_generated_meshes(reading: LoadReading, scene: Element) -> None:
     """Refuse the meshes that MuJoCo generates: a few digits can ask for all the memory there is."""
     for mesh in scene.all("mesh"):
         for key in sorted({"builtin", "plugin"}.intersection(mesh.attributes)):
-            message = f"the mesh is made by MuJoCo, as `{key}` says, and such meshes are not taken"
+            message = f"`{key}` lets MuJoCo generate the mesh, which is not supported"
             reading.wrong(mesh.span, message, "write its corners as `vertex`, or save it as a file")
 
 
-def _says_friction(reading: LoadReading, scene: Element) -> bool:
-    """Whether the file says how rough anything is, and its author does not pass it over."""
-    said = [element for element in scene.all("geom") if FRICTION in element.attributes]
-    if said and FRICTION in reading.ignored:
-        reading.leave(FRICTION, said[0].span, known=False)
-    return bool(said) and FRICTION not in reading.ignored
+def _has_friction(reading: LoadReading, scene: Element) -> bool:
+    """Return whether the file gives any friction that the author does not ignore."""
+    rough = [element for element in scene.all("geom") if FRICTION in element.attributes]
+    if rough and FRICTION in reading.ignored:
+        reading.skip(FRICTION, rough[0].span, harmless=False)
+    return bool(rough) and FRICTION not in reading.ignored
 
 
 def _without_ignored_of_mjcf(reading: LoadReading, element: Element) -> Element:
-    """Without the bodies and geoms that are to be ignored."""
+    """Return an element without the bodies and geoms that the author ignores."""
     children = []
     for child in element.children:
         name = child.attributes.get("name", "")
         if child.tag in {"body", "geom"} and name in reading.ignored:
-            reading.leave(name, child.span, known=False)
+            reading.skip(name, child.span, harmless=False)
         else:
             children.append(_without_ignored_of_mjcf(reading, child))
     return Element(element.tag, element.attributes, element.span, element.line, children)
 
 
 def _files(reading: LoadReading, scene: Element) -> dict[str, bytes]:
-    """The files of meshes, by the names under which MuJoCo is given them."""
+    """Read the mesh files, and replace their names in the scene by the keys of the result."""
     folder = ""
     for compiler in scene.all("compiler"):
         folder = compiler.attributes.get("meshdir") or compiler.attributes.get("assetdir") or folder
-    found: dict[str, bytes] = {}
+    files: dict[str, bytes] = {}
     for mesh in scene.all("mesh"):
         if (file := mesh.attributes.get("file")) is not None:
-            data = reading.file_beside("/".join(filter(None, (folder.rstrip("/"), file))), mesh.span)
-            key = f"{len(found)}.{file.rpartition('.')[2]}"
+            data = reading.bytes_beside("/".join(filter(None, (folder.rstrip("/"), file))), mesh.span)
+            key = f"{len(files)}.{file.rpartition('.')[2]}"
             mesh.attributes.setdefault("name", re.split(r"[/\\]", file)[-1].rpartition(".")[0])
             mesh.attributes["file"] = key
-            found[key] = data
-    return found
+            files[key] = data
+    return files
 
 
 def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> "list[CompiledBody]":
     try:
         from stability.engines.mujoco.compiled_scene import compiled_scene  # noqa: PLC0415 -- it comes with an extra
     except ModuleNotFoundError:
-        reading.open(scene.span, MJCF_MISSING, "install it: pip install 'stackdsl[mujoco]'")
+        reading.undetermined(scene.span, MJCF_MISSING, "install it: pip install 'stackdsl[mujoco]'")
         raise UnreadableLoadError(reading.mistakes) from None
 
     def attributes(element: Element) -> dict[str, str]:
@@ -258,54 +274,54 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         return {key: value for key, value in element.attributes.items() if key not in left_out}
 
     try:
-        return compiled_scene(written(scene, attributes), files)
+        return compiled_scene(xml_of(scene, attributes), files)
     except ValueError as error:
-        said = " ".join(str(error).split())
-        line = re.search(r"line (?:number=)?(\d+)", said, re.IGNORECASE)
+        text = " ".join(str(error).split())
+        line = re.search(r"line (?:number=)?(\d+)", text, re.IGNORECASE)
         place = min(int(line[1]), len(reading.page.lines)) - 1 if line else scene.line - 1
         column = len(reading.page.lines[place]) - len(reading.page.lines[place].lstrip())
         span = reading.page.span(place, min(column, max(len(reading.page.lines[place]) - 1, 0)))
-        reading.wrong(span, f"MuJoCo says: {said}", "mend the scene, until MuJoCo loads it")
+        reading.wrong(span, f"MuJoCo reports: {text}", "correct the scene, until MuJoCo loads it")
         raise UnreadableLoadError(reading.mistakes) from error
 
 
-def _bodies(reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", rough: bool) -> Iterator[RobotBody]:
-    """What is free to move, as MuJoCo has it, and how it rubs if that is asked; what is not free is told."""
+def _bodies(
+    reading: LoadReading, scene: Element, bodies: "list[CompiledBody]", has_friction: bool
+) -> Iterator[RobotBody]:
+    """Yield the free bodies that MuJoCo compiled, with their frictions if the file gives any; report the others."""
     for number, (element, body) in enumerate(zip(scene.all("body"), bodies, strict=True), start=1):
         name = brick_name(element.attributes.get("name", ""), f"body-{number}")
         if body.joints != ("free",):
-            held = "is joined to what it is in by a hinge or a slide" if body.joints else "is fixed"
-            _not_taken(reading, element, f"'{name}' {held}, and bricks are free")
+            held = "has a hinge or a slide" if body.joints else "is fixed"
+            _unsupported(reading, element, f"'{name}' {held}, but bricks are free")
         elif len(body.geoms) != 1:
-            _not_taken(reading, element, f"'{name}' is of {len(body.geoms)} shapes, and a brick is of one")
+            _unsupported(reading, element, f"'{name}' has {len(body.geoms)} shapes, but a brick has one")
         elif not isfinite(body.mass + body.geoms[0].friction):
-            reading.wrong(
-                element.span, f"'{name}' comes to a mass or a friction that is not finite", "mend its numbers"
-            )
+            reading.wrong(element.span, f"the mass or friction of '{name}' is not finite", "correct its numbers")
         else:
-            yield _body(element, name, body, rough)
+            yield _body(element, name, body, has_friction)
 
 
-def _not_taken(reading: LoadReading, element: Element, message: str) -> None:
+def _unsupported(reading: LoadReading, element: Element, message: str) -> None:
     name = element.attributes.get("name")
-    hint = f"if it may be passed over, write ignore: ['{name}']" if name else "give it a name, to ignore it by that"
-    reading.open(element.span, message, hint)
+    hint = f"to skip it, write ignore: ['{name}']" if name else "to skip it, name it and list that name in `ignore`"
+    reading.undetermined(element.span, message, hint)
 
 
-def _admitted_grounds(reading: LoadReading, scene: Element, world: "CompiledBody") -> Iterator[Fraction]:
-    """How rough the ground is: of what belongs to the world itself, it is what every scenario has."""
-    within = scene.first("worldbody")
-    elements = [child for child in within.children if child.tag == "geom"] if within is not None else []
+def _ground_frictions(reading: LoadReading, scene: Element, world: "CompiledBody") -> Iterator[Fraction]:
+    """Yield the friction of each ground plane; report all other shapes of the world body."""
+    worldbody = scene.first("worldbody")
+    elements = [child for child in worldbody.children if child.tag == "geom"] if worldbody is not None else []
     for element, geom in zip(elements, world.geoms, strict=True):
-        off = max(abs(geom.turn[0]), abs(geom.turn[1]), abs(geom.place[2]))
-        if geom.kind != "plane" or not off <= ROUNDED or not isfinite(geom.friction):
-            message = "a shape of the world itself never moves, and there is ground at z = 0 only"
-            _not_taken(reading, element, message)
+        error = max(abs(geom.turn[0]), abs(geom.turn[1]), abs(geom.place[2]))
+        if geom.kind != "plane" or not error <= ROUNDED or not isfinite(geom.friction):
+            message = "the shape belongs to the world and is fixed, but the only fixed body is the ground at z = 0"
+            _unsupported(reading, element, message)
         else:
             yield Fraction(repr(geom.friction))
 
 
-def _body(element: Element, name: str, body: "CompiledBody", rough: bool) -> RobotBody:
+def _body(element: Element, name: str, body: "CompiledBody", has_friction: bool) -> RobotBody:
     (geom,) = body.geoms
     x, y, z = geom.size
     return RobotBody(
@@ -321,18 +337,18 @@ def _body(element: Element, name: str, body: "CompiledBody", rough: bool) -> Rob
         shape_place=geom.place,
         shape_turn=geom.turn,
         centre_of_mass=body.centre_of_mass,
-        friction=Fraction(repr(geom.friction)) if rough else None,
+        friction=Fraction(repr(geom.friction)) if has_friction else None,
     )
 
 
-# Robots and things of ROS, URDF: links that float, each of one box or one convex mesh, read by ROS's own parser.
+# URDF robots and objects, read by the parser of ROS: floating links, each with one box or one convex mesh.
 #
-# A file of one link is one brick, at the origin. Of several, bricks are those that a floating joint puts somewhere into
-# the one link that is in no other and has no shape: the world.
+# A file of one link is one brick at the origin. In a file of several links, the root link has no shape and is the
+# world; the bricks are the links that a floating joint connects to it.
 
 
-URDF_MISSING: Final = "URDF is read by urdf_parser_py, which is not installed"
-_URDF_TAKEN: Final[Mapping[str, frozenset[str]]] = {
+URDF_MISSING: Final = "urdf_parser_py, which reads URDF, is not installed"
+_URDF_SUPPORTED: Final[Mapping[str, frozenset[str]]] = {
     "robot": frozenset({"link", "joint"}),
     "link": frozenset({"inertial", "collision", "contact"}),
     "contact": frozenset({"lateral_friction"}),
@@ -344,41 +360,41 @@ _URDF_TAKEN: Final[Mapping[str, frozenset[str]]] = {
 _URDF_HARMLESS: Final = frozenset(
     {"visual", "material", "inertia", "inertia_scaling", "dynamics", "safety_controller", "calibration"}
 )
-_MAY_BE_IGNORED: Final = frozenset({"contact", "lateral_friction"})
-NOWHERE: Final[Vec3] = (0.0, 0.0, 0.0)
+_IGNORABLE: Final = frozenset({"contact", "lateral_friction"})
+ORIGIN: Final[Vec3] = (0.0, 0.0, 0.0)
 
 
 def read_urdf(reading: LoadReading, _: Import) -> ImportedLoad:
-    """The links that float, in the order of the file. Raises UnreadableLoadError."""
-    whole = xml_text(reading)
-    if whole.tag != "robot":
-        reading.wrong(whole.span, f"this is <{whole.tag}>, and no URDF", "name a file that is")
+    """Read the floating links, in file order. Raises UnreadableLoadError."""
+    root = xml_text(reading)
+    if root.tag != "robot":
+        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <robot>", "name a URDF file")
         reading.end()
-    passed_over = _MAY_BE_IGNORED & reading.ignored
+    ignored = _IGNORABLE & reading.ignored
 
-    def is_taken(parent: Element, child: Element) -> bool:
-        return child.tag in _URDF_TAKEN.get(parent.tag, ()) and child.tag not in passed_over
+    def is_supported(parent: Element, child: Element) -> bool:
+        return child.tag in _URDF_SUPPORTED.get(parent.tag, ()) and child.tag not in ignored
 
-    kept = taken(reading, whole, is_taken, _URDF_HARMLESS)
-    kept = _without_ignored_of_urdf(reading, kept)
-    refuse_odd_numbers(reading, kept)
+    subset = supported_subset(reading, root, is_supported, _URDF_HARMLESS)
+    subset = _without_ignored_of_urdf(reading, subset)
+    refuse_invalid_numbers(reading, subset)
     reading.end()
-    robot = _parsed(reading, kept)
-    made = [brick_of(reading, body) for body in _Links(reading, kept, robot).bodies()]
+    robot = _parsed(reading, subset)
+    bricks = [brick_of(reading, body) for body in _Links(reading, subset, robot).bodies()]
     reading.end()
-    load = reading.load([brick for brick in made if brick is not None])
+    load = reading.load([brick for brick in bricks if brick is not None])
     return (
         replace(load, surfaces=ImportedSurfaces(None)) if any(box.friction is not None for box in load.boxes) else load
     )
 
 
 def _without_ignored_of_urdf(reading: LoadReading, robot: Element) -> Element:
-    """Without the links that are to be ignored, and what joins these."""
+    """Return the robot without the links that the author ignores, and without the joints of these."""
     names = {link.attributes.get("name", "") for link in robot.children if link.tag == "link"} & reading.ignored
     children = []
     for child in robot.children:
         if child.tag == "link" and child.attributes.get("name") in names:
-            reading.leave(child.attributes["name"], child.span, known=False)
+            reading.skip(child.attributes["name"], child.span, harmless=False)
         elif child.tag != "joint" or not names & {
             end.attributes.get("link", "") for end in child.children if end.tag == "child"
         }:
@@ -390,18 +406,20 @@ def _parsed(reading: LoadReading, robot: Element) -> "Robot":
     try:
         from urdf_parser_py.urdf import URDF  # noqa: PLC0415 -- it comes with an extra
     except ModuleNotFoundError:
-        reading.open(robot.span, URDF_MISSING, "install it: pip install 'stackdsl[urdf]'")
+        reading.undetermined(robot.span, URDF_MISSING, "install it: pip install 'stackdsl[urdf]'")
         raise UnreadableLoadError(reading.mistakes) from None
     try:
-        with redirect_stderr(StringIO()):  # what it does not know has been told by now
-            return URDF.from_xml_string(written(robot).strip())
+        with redirect_stderr(StringIO()):  # unknown elements were reported before
+            return URDF.from_xml_string(xml_of(robot).strip())
     except Exception as error:
-        reading.wrong(_span_of(robot, str(error)), f"urdf_parser_py says: {' '.join(str(error).split())}", "mend it")
+        reading.wrong(
+            _span_of(robot, str(error)), f"urdf_parser_py reports: {' '.join(str(error).split())}", "correct it"
+        )
         raise UnreadableLoadError(reading.mistakes) from error
 
 
 def _span_of(robot: Element, message: str) -> Any:  # noqa: ANN401 -- a place
-    """Where something is that the parser names by its way from the outermost element."""
+    """Return the position of the element whose path an error message of the parser contains."""
     for child in robot.children:
         if f"/{child.tag}[@name='{child.attributes.get('name')}']" in message:
             return child.span
@@ -409,46 +427,48 @@ def _span_of(robot: Element, message: str) -> Any:  # noqa: ANN401 -- a place
 
 
 class _Links:
-    """The links of a robot, and where they are."""
+    """The links and joints of a robot, with their elements in the file."""
 
     def __init__(self, reading: LoadReading, element: Element, robot: "Robot") -> None:
         self._reading, self._robot = reading, robot
-        self._elements = {each.attributes.get("name"): each for each in element.children if each.tag == "link"}
-        self._joints = {each.attributes.get("name"): each for each in element.children if each.tag == "joint"}
+        self._elements = {child.attributes.get("name"): child for child in element.children if child.tag == "link"}
+        self._joints = {child.attributes.get("name"): child for child in element.children if child.tag == "joint"}
 
     def bodies(self) -> Iterator[RobotBody]:
-        """The bodies that are bricks; all else is told."""
+        """Yield the bodies that are bricks; report all others."""
         links = self._robot.links
         names = [link.name for link in links]
         for link in {link.name: link for link in links if names.count(link.name) > 1}.values():
-            self._tell(self._elements[link.name], f"there are two links '{link.name}'", "call them apart")
+            self._wrong(self._elements[link.name], f"two links are called '{link.name}'", "give each its own name")
         above: dict[str, Any] = {}
         for joint in self._robot.joints:
             element = self._joints[joint.name]
             if joint.child in above or joint.child not in names or joint.parent not in names:
-                message = f"joint '{joint.name}' joins '{joint.parent}' and '{joint.child}', of which one is not there"
-                self._tell(element, message, "join each link once, to one that is there")
+                message = f"joint '{joint.name}' joins '{joint.parent}' and '{joint.child}': one of them does not "
+                message += "exist, or has another joint"
+                self._wrong(element, message, "join each link once, to an existing link")
             above[joint.child] = joint
         self._reading.end()
         for link in links:
             if link.name not in above and len(links) > 1:
-                self._admit_world(link)
+                self._check_world(link)
             elif (joint := above.get(link.name)) is not None and not self._floats(joint, above):
                 continue
             elif (body := self._body(link, joint)) is not None:
                 yield body
 
-    def _admit_world(self, link: "Link") -> None:
+    def _check_world(self, link: "Link") -> None:
         if link.collisions:
-            message = f"'{link.name}' is in no other link, and has a shape: it never moves, and bricks are free"
-            self._ask(self._elements[link.name], link.name, message)
+            message = f"'{link.name}' is a root link with a shape, so it is fixed, but bricks are free"
+            self._unsupported(self._elements[link.name], link.name, message)
 
     def _floats(self, joint: Any, above: Mapping[str, Any]) -> bool:  # noqa: ANN401 -- the parser is untyped
         element = self._joints[joint.name]
         if joint.type != "floating":
-            self._ask(element, joint.child, f"'{joint.child}' is held by a {joint.type} joint, and bricks are free")
+            self._unsupported(element, joint.child, f"'{joint.child}' has a {joint.type} joint, but bricks are free")
         elif joint.parent in above:
-            self._ask(element, joint.child, f"'{joint.child}' floats in '{joint.parent}', which is not the world")
+            message = f"'{joint.child}' floats in '{joint.parent}', which is not the world"
+            self._unsupported(element, joint.child, message)
         else:
             return True
         return False
@@ -456,10 +476,11 @@ class _Links:
     def _body(self, link: "Link", joint: Any) -> RobotBody | None:  # noqa: ANN401 -- the parser is untyped
         element = self._elements[link.name]
         if len(link.collisions) != 1:
-            self._ask(element, link.name, f"'{link.name}' is of {len(link.collisions)} shapes, and a brick is of one")
+            message = f"'{link.name}' has {len(link.collisions)} shapes, but a brick has one"
+            self._unsupported(element, link.name, message)
             return None
         if link.inertial is None or not link.inertial.mass:
-            self._tell(element, f"'{link.name}' has no mass", "write its `inertial`, with a `mass`")
+            self._wrong(element, f"'{link.name}' has no mass", "write its `inertial`, with a `mass`")
             return None
         (collision,) = link.collisions
         kind = type(collision.geometry).__name__.lower()
@@ -467,8 +488,8 @@ class _Links:
         if kind == "mesh" and not corners:
             return None
         shape_place, shape_turn = _frame(collision.origin)
-        # Without an `origin`, the mass is at that of the link.
-        at = _frame(link.inertial.origin)[0] if link.inertial.origin is not None else NOWHERE
+        # Without an `origin`, the centre of mass is at the origin of the link.
+        at = _frame(link.inertial.origin)[0] if link.inertial.origin is not None else ORIGIN
         place, turn = _frame(joint.origin if joint is not None else None)
         return RobotBody(
             name=brick_name(link.name, "link"),
@@ -487,39 +508,39 @@ class _Links:
         )
 
     def _friction(self, element: Element) -> Fraction | None:
-        """What a link says of its own."""
-        said = next(iter(element.all("lateral_friction")), None)
-        if said is None:
+        """Return the friction of a link, if it gives one."""
+        rough = next(iter(element.all("lateral_friction")), None)
+        if rough is None:
             return None
-        found = number_of(said.attributes.get("value", "").strip())
-        if found is None:
-            self._tell(said, "a friction that is no number", 'write it so: <lateral_friction value="0.5"/>')
-        return found[0] if found is not None else None
+        number = number_of(rough.attributes.get("value", "").strip())
+        if number is None:
+            self._wrong(rough, "the friction is not a number", 'write it so: <lateral_friction value="0.5"/>')
+        return number[0] if number is not None else None
 
     def _mesh(self, element: Element, geometry: Any) -> tuple[tuple[Vec3, ...], tuple[tuple[int, ...], ...]]:  # noqa: ANN401
         file = str(geometry.filename)
         if not file.lower().endswith(".obj") or "://" in file:
-            self._tell(element, f"the mesh '{file}' is no OBJ file beside this one", "save it as OBJ, and name it so")
+            self._wrong(element, f"the mesh '{file}' is not an OBJ file in this folder", "save it as an .obj file")
             return (), ()
-        data = self._reading.file_beside(file, element.span)
+        data = self._reading.bytes_beside(file, element.span)
         if not data:
             return (), ()
         try:
             mesh = obj_mesh(data.decode("utf-8-sig", "replace"), file)
         except MistakeError as error:
-            self._tell(element, error.message, error.hint)
+            self._wrong(element, error.message, error.hint)
             return (), ()
         scale = _three(geometry.scale) if geometry.scale is not None else (1.0, 1.0, 1.0)
-        if not all(0.0 < each < inf for each in scale):
-            self._tell(element, f"the mesh '{file}' is scaled by {scale}", "write more than zero")
+        if not all(0.0 < factor < inf for factor in scale):
+            self._wrong(element, f"the mesh '{file}' is scaled by {scale}", "write positive numbers")
             return (), ()
         sx, sy, sz = scale
         return tuple((sx * x, sy * y, sz * z) for x, y, z in mesh.points), tuple(mesh.loops)
 
-    def _ask(self, element: Element, name: str, message: str) -> None:
-        self._reading.open(element.span, message, f"if it may be passed over, write ignore: ['{name}']")
+    def _unsupported(self, element: Element, name: str, message: str) -> None:
+        self._reading.undetermined(element.span, message, f"to skip it, write ignore: ['{name}']")
 
-    def _tell(self, element: Element, message: str, hint: str) -> None:
+    def _wrong(self, element: Element, message: str, hint: str) -> None:
         self._reading.wrong(element.span, message, hint)
 
 
@@ -529,10 +550,10 @@ def _three(parts: Any) -> Vec3:  # noqa: ANN401 -- the parser is untyped
 
 
 def _frame(origin: Any) -> tuple[Vec3, Quaternion]:  # noqa: ANN401 -- the parser is untyped
-    """Place, and turn: about x, then y, then z, fixed axes."""
+    """Return the position and the turn of an origin; rpy angles are about the fixed axes x, then y, then z."""
     from scipy.spatial.transform import Rotation  # noqa: PLC0415 -- as it is slow to import
 
     if origin is None:
-        return NOWHERE, (0.0, 0.0, 0.0, 1.0)
-    x, y, z, w = Rotation.from_euler("xyz", _three(origin.rpy or NOWHERE)).as_quat().tolist()
-    return _three(origin.xyz or NOWHERE), (x, y, z, w)
+        return ORIGIN, (0.0, 0.0, 0.0, 1.0)
+    x, y, z, w = Rotation.from_euler("xyz", _three(origin.rpy or ORIGIN)).as_quat().tolist()
+    return _three(origin.xyz or ORIGIN), (x, y, z, w)

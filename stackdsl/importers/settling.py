@@ -1,4 +1,4 @@
-"""Brings imported boxes into contact with what is below them, and trims small overlaps."""
+"""Brings imported boxes into contact with the boxes or the ground below them, and trims small overlaps."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -12,7 +12,7 @@ from stability.model import Vec3
 from stackdsl.importers.load import ImportedBox, ImportedLoad, digits
 from stackdsl.language.imports import Settle
 
-# Outlines of upright boxes seen from above, and by how much two of them overlap.
+# Outlines of upright boxes in plan, and their overlaps.
 
 
 RIGHT_ANGLE: Final = 90  # [deg]
@@ -20,15 +20,15 @@ RIGHT_ANGLE: Final = 90  # [deg]
 
 @dataclass(frozen=True, slots=True)
 class PlanRectangle:
-    """A rectangle in plan: centre, half its sides, and the direction of the first of them."""
+    """A rectangle in plan."""
 
     centre: tuple[Fraction, Fraction]  # [m]
-    half: tuple[Fraction, Fraction]  # [m]
-    axis: tuple[float, float] | None  # None if sides are along x and y
+    half: tuple[Fraction, Fraction]  # half of the sides [m]
+    axis: tuple[float, float] | None  # direction of the first side; None if the sides are along x and y
 
 
 def outline(box: ImportedBox) -> PlanRectangle:
-    """The outline of an upright box."""
+    """Return the outline of an upright box."""
     length, width, _ = (side / 2 for side in box.size)
     yaw = box.turn[2]
     centre = box.centre[:2]
@@ -38,7 +38,7 @@ def outline(box: ImportedBox) -> PlanRectangle:
 
 
 def overlap_in_plan(one: PlanRectangle, other: PlanRectangle) -> Fraction:
-    """How far one would have to move to lie beside the other [m]; not more than zero if it does."""
+    """Return the least translation that separates two rectangles [m]; at most zero if they are separate."""
     if one.axis is None and other.axis is None:
         return min(one.half[i] + other.half[i] - abs(one.centre[i] - other.centre[i]) for i in (0, 1))
     apart = [float(one.centre[i] - other.centre[i]) for i in (0, 1)]
@@ -49,49 +49,50 @@ def overlap_in_plan(one: PlanRectangle, other: PlanRectangle) -> Fraction:
 
 
 def close_in_plan(outlines: Sequence[PlanRectangle]) -> Iterator[tuple[int, int]]:
-    """The pairs whose bounds overlap in plan, by number, each once: a superset of those that overlap."""
-    there: Neighbours[int] = Neighbours()
+    """Yield the pairs of indices whose bounding boxes overlap in plan, each once: a superset of those that overlap."""
+    grid: Neighbours[int] = Neighbours()
     for number, one in enumerate(outlines):
         low, high = _bounds(one)
-        yield from ((other, number) for other in there.around(low, high, 0.0))
-        there.add(number, low, high)
+        yield from ((other, number) for other in grid.around(low, high, 0.0))
+        grid.add(number, low, high)
 
 
-def _bounds(one: PlanRectangle) -> tuple[Vec3, Vec3]:
-    x, y = (float(part) for part in one.centre)
-    along_x, along_y = _reach(one, 1.0, 0.0), _reach(one, 0.0, 1.0)
-    return (x - along_x, y - along_y, 0.0), (x + along_x, y + along_y, along_x)  # all at one height
+def _bounds(rectangle: PlanRectangle) -> tuple[Vec3, Vec3]:
+    x, y = (float(part) for part in rectangle.centre)
+    along_x, along_y = _reach(rectangle, 1.0, 0.0), _reach(rectangle, 0.0, 1.0)
+    return (x - along_x, y - along_y, 0.0), (x + along_x, y + along_y, along_x)  # heights that all overlap
 
 
-def _axes(one: PlanRectangle) -> tuple[tuple[float, float], tuple[float, float]]:
-    x, y = one.axis or (1.0, 0.0)
+def _axes(rectangle: PlanRectangle) -> tuple[tuple[float, float], tuple[float, float]]:
+    x, y = rectangle.axis or (1.0, 0.0)
     return (x, y), (-y, x)
 
 
-def _reach(one: PlanRectangle, x: float, y: float) -> float:
-    """How far an outline reaches from its centre along a direction."""
+def _reach(rectangle: PlanRectangle, x: float, y: float) -> float:
+    """Return half the extent of a rectangle along a direction [m]."""
     return sum(
-        float(half) * abs(x * ax + y * ay) / hypot(x, y) for half, (ax, ay) in zip(one.half, _axes(one), strict=True)
+        float(half) * abs(x * ax + y * ay) / hypot(x, y)
+        for half, (ax, ay) in zip(rectangle.half, _axes(rectangle), strict=True)
     )
 
 
-# Boxes of a file that overlap sideways by no more than its precision: of each two, the later one is cut.
+# Horizontal overlaps of at most the precision of the file. Of two such boxes, the later one is shortened.
 
 
 def trim(boxes: Sequence[ImportedBox], precision: Fraction) -> list[ImportedBox]:
-    """The boxes without such overlaps; those that are turned by other than right angles stay as they are."""
-    made = list(boxes)
+    """Return the boxes without such overlaps; boxes that are not turned by a right angle stay unchanged."""
+    trimmed = list(boxes)
     square = [box.turn[2] % RIGHT_ANGLE == 0 for box in boxes]
     low, high = [float(box.bottom) for box in boxes], [float(box.top) for box in boxes]
     for one, other in close_in_plan([outline(box) for box in boxes]):
         beside = min(high[one], high[other]) - max(low[one], low[other]) > precision
         if beside and square[one] and square[other]:
-            made[other] = _cut(made[other], made[one], precision)
-    return made
+            trimmed[other] = _cut(trimmed[other], trimmed[one], precision)
+    return trimmed
 
 
 def _cut(box: ImportedBox, other: ImportedBox, precision: Fraction) -> ImportedBox:
-    """A box, without what reaches into another one by no more than the precision along x or y."""
+    """Shorten a box by its overlap with another along x or y, if that is at most the precision."""
     own, its = outline(box), outline(other)
     overlaps = [own.half[i] + its.half[i] - abs(own.centre[i] - its.centre[i]) for i in (0, 1)]
     axis = 0 if overlaps[0] <= overlaps[1] else 1
@@ -105,50 +106,49 @@ def _cut(box: ImportedBox, other: ImportedBox, precision: Fraction) -> ImportedB
     return replace(box, centre=(centre[0], centre[1], centre[2]), size=(size[0], size[1], size[2]))
 
 
-# Boxes of a file brought into contact with what is below them: files are measured, and not ideal.
+# Contact between boxes whose heights were measured, so that gaps and small overlaps occur.
 #
-# A box is above another one if their outlines in plan overlap by more than the precision of the file, and its lower
-# face is no more than that precision below the upper face of the other. Sideways nothing moves; of two that overlap by
-# no more than the precision, the later one is taken as so much shorter. What is deeper inside another box stays as it
-# is.
+# A box is above another if their outlines in plan overlap by more than the precision of the file, and its lower face is
+# at most that precision below the upper face of the other. A box that is deeper inside another stays unchanged. No box
+# moves sideways.
 #
-# `down` lowers each box, from the lowest on, until it touches. `within` a gap lets a box touch all that is that close
-# below it: these upper faces and its lower face come to one height, so boxes that were a little too low are taken as a
-# little higher than they are written, and nothing is lower than it stands on. Masses stay as they are.
+# `down` lowers each box, from the lowest on, until it touches a box or the ground. `within` a gap lets a box touch all
+# boxes that are that close below it: it gives these upper faces and its lower face one height, by making boxes that end
+# too low a little taller. No box is then lower than one of its supports. Masses do not change.
 
 
-GROUND: Final = -1  # the number of what is below all boxes
-ROUNDED: Final = 1e-9  # [m] how far doubles may be off, of what is within 10 km
+GROUND: Final = -1  # index of the ground
+ROUNDED: Final = 1e-9  # [m] rounding error of doubles up to 10 km
 
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """A load after it settled, and what that changed, box by box."""
+    """A settled load, and the changes of each box."""
 
     load: ImportedLoad
-    moved: tuple[Fraction, ...]  # up, or down if negative [m]
-    grown: tuple[Fraction, ...]  # how much higher each is than it is written [m]
-    trimmed: tuple[Fraction, ...]  # how much its length or width is less than written [m]
+    moved: tuple[Fraction, ...]  # upwards [m]
+    grown: tuple[Fraction, ...]  # increase of the height [m]
+    trimmed: tuple[Fraction, ...]  # decrease of the length or width [m]
 
 
 @dataclass(frozen=True, slots=True)
 class _Gap:
-    """How far a box is above another one, or above the ground [m]; less than nothing within the file's precision."""
+    """The gap between a box and another box or the ground below it."""
 
     upper: int
     lower: int
-    size: Fraction
+    size: Fraction  # [m]; negative for an overlap of at most the precision
 
 
-def settled(load: ImportedLoad, how: Settle) -> Settled:
-    """The load as its boxes stand in the end; only upright boxes settle (see `cannot_settle`)."""
-    if not how.lowered and how.within is None:
+def settled(load: ImportedLoad, settle: Settle) -> Settled:
+    """Settle a load; all boxes must be upright (see `first_unsettleable`)."""
+    if not settle.lowered and settle.within is None:
         still = tuple(Fraction(0) for _ in load.boxes)
         return Settled(load, still, still, still)
     trimmed = trim(load.boxes, load.precision)
-    gaps = _gaps(trimmed, load.precision, inf if how.within is None else how.within)
-    bottoms, tops = _lowered(trimmed, gaps) if how.within is None else _levelled(trimmed, gaps)
-    boxes = tuple(_stood(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
+    gaps = _gaps(trimmed, load.precision, inf if settle.within is None else settle.within)
+    bottoms, tops = _lowered(trimmed, gaps) if settle.within is None else _levelled(trimmed, gaps)
+    boxes = tuple(_between(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
     return Settled(
         replace(load, boxes=boxes),
         tuple(new.bottom - old.bottom for new, old in zip(boxes, load.boxes, strict=True)),
@@ -157,14 +157,14 @@ def settled(load: ImportedLoad, how: Settle) -> Settled:
     )
 
 
-def cannot_settle(load: ImportedLoad, how: Settle) -> ImportedBox | None:
-    """The first box that leans, where boxes are to settle: how it would touch is not known from its height."""
-    if not how.lowered and how.within is None:
+def first_unsettleable(load: ImportedLoad, settle: Settle) -> ImportedBox | None:
+    """Return the first box that is not upright, if boxes shall settle: its contacts do not follow from its height."""
+    if not settle.lowered and settle.within is None:
         return None
     return next((box for box in load.boxes if not box.is_upright), None)
 
 
-def _stood(box: ImportedBox, bottom: Fraction, top: Fraction) -> ImportedBox:
+def _between(box: ImportedBox, bottom: Fraction, top: Fraction) -> ImportedBox:
     length, width, _ = box.size
     x, y, _ = box.centre
     return replace(box, size=(length, width, top - bottom), centre=(x, y, (bottom + top) / 2))
@@ -175,27 +175,27 @@ def _upwards(boxes: Sequence[ImportedBox]) -> list[int]:
 
 
 def _gaps(boxes: Sequence[ImportedBox], precision: Fraction, widest: float | Fraction) -> list[_Gap]:
-    """What each box is above, and by how much, if that is not more than `widest`; nothing of what is inside another."""
+    """Return the gaps of at most `widest` below each box; none for a box inside another."""
     outlines = [outline(box) for box in boxes]
     bottoms, tops = [box.bottom for box in boxes], [box.top for box in boxes]
     low, high = list(map(float, bottoms)), list(map(float, tops))
-    found = [_Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms) if -precision <= bottom <= widest]
+    gaps = [_Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms) if -precision <= bottom <= widest]
     inside, limit = set[int](), float(widest) + ROUNDED
     for one, other in close_in_plan(outlines):
         lower, upper = (one, other) if (low[one], one) < (low[other], other) else (other, one)
-        if low[upper] - high[lower] > limit:  # the exact comparison is dear
+        if low[upper] - high[lower] > limit:  # saves the slow exact comparison
             continue
         gap = bottoms[upper] - tops[lower]
         if gap <= widest and overlap_in_plan(outlines[upper], outlines[lower]) > precision:
             if gap < -precision:
                 inside.add(upper)
             else:
-                found.append(_Gap(upper, lower, gap))
-    return [gap for gap in found if gap.upper not in inside]
+                gaps.append(_Gap(upper, lower, gap))
+    return [gap for gap in gaps if gap.upper not in inside]
 
 
 def _lowered(boxes: Sequence[ImportedBox], gaps: Iterable[_Gap]) -> tuple[list[Fraction], list[Fraction]]:
-    """Lower and upper faces when each box lies on the highest that it is above."""
+    """Return the heights of lower and upper faces when each box rests on the highest upper face below it."""
     below: defaultdict[int, list[int]] = defaultdict(list)
     for gap in gaps:
         below[gap.upper].append(gap.lower)
@@ -211,20 +211,20 @@ def _lowered(boxes: Sequence[ImportedBox], gaps: Iterable[_Gap]) -> tuple[list[F
 
 
 class _Levels:
-    """Heights that are one: those of faces that touch. The ground is one, and no box may end where it begins."""
+    """Sets of faces at one height (union-find): faces in contact share a level. The ground is one of these faces."""
 
     def __init__(self, boxes: Sequence[ImportedBox]) -> None:
         self._boxes = boxes
         self._level: dict[tuple[int, str], tuple[int, str]] = {}
 
     def of(self, face: tuple[int, str]) -> tuple[int, str]:
-        """The face that stands for all of its height."""
+        """Return the representative face of the level of a face."""
         while (other := self._level.get(face, face)) != face:
             face = other
         return face
 
     def join(self, gap: _Gap) -> tuple[int, str] | None:
-        """Let an upper face and the lower face above it be of one height; what `part` takes apart again."""
+        """Merge the levels of the two faces of a gap; return the token that undoes it, None if they were one level."""
         one, other = self.of((gap.lower, "top")), self.of((gap.upper, "bottom"))
         if one == other:
             return None
@@ -236,48 +236,51 @@ class _Levels:
         del self._level[joined]
 
     def order(self) -> list[tuple[tuple[int, str], list[int]]] | None:
-        """The heights from the lowest on, and the boxes that end there; None if they go round in a circle."""
+        """Return the levels from the lowest on, with the boxes whose tops are there; None if they form a cycle.
+
+        In a cycle, some box would have no height.
+        """
         ending: defaultdict[tuple[int, str], list[int]] = defaultdict(list)
         rising: defaultdict[tuple[int, str], list[int]] = defaultdict(list)
         for number in range(len(self._boxes)):
             ending[self.of((number, "top"))].append(number)
             rising[self.of((number, "bottom"))].append(number)
-        left = {level: len(ending[level]) for level in {*ending, *rising}}
-        free = sorted(level for level, count in left.items() if not count)
-        found = []
-        while free:
-            level = free.pop()
-            found.append((level, ending[level]))
+        remaining = {level: len(ending[level]) for level in {*ending, *rising}}
+        ready = sorted(level for level, count in remaining.items() if not count)
+        ordered = []
+        while ready:
+            level = ready.pop()
+            ordered.append((level, ending[level]))
             for number in rising[level]:
                 above = self.of((number, "top"))
-                left[above] -= 1
-                if not left[above]:
-                    free.append(above)
-        return found if len(found) == len(left) else None
+                remaining[above] -= 1
+                if not remaining[above]:
+                    ready.append(above)
+        return ordered if len(ordered) == len(remaining) else None
 
 
 def _levelled(boxes: Sequence[ImportedBox], contacts: Sequence[_Gap]) -> tuple[list[Fraction], list[Fraction]]:
-    """Lower and upper faces when all that touch are of one height, as low as that can be."""
+    """Return the lowest heights of lower and upper faces at which all faces in contact are level."""
     levels = _joined(boxes, contacts)
-    held: dict[tuple[int, str], Fraction] = {levels.of((GROUND, "top")): Fraction(0)}
+    least: dict[tuple[int, str], Fraction] = {levels.of((GROUND, "top")): Fraction(0)}
     touching = {gap.upper for gap in contacts}
     for number, box in enumerate(boxes):
-        if number not in touching:  # it stays where it is written
+        if number not in touching:  # it keeps its written height
             level = levels.of((number, "bottom"))
-            held[level] = max(held.get(level, box.bottom), box.bottom)
-    heights = _heights(boxes, levels, held)
+            least[level] = max(least.get(level, box.bottom), box.bottom)
+    heights = _heights(boxes, levels, least)
     faces = range(len(boxes))
     return [heights[levels.of((n, "bottom"))] for n in faces], [heights[levels.of((n, "top"))] for n in faces]
 
 
 def _joined(boxes: Sequence[ImportedBox], contacts: Sequence[_Gap]) -> _Levels:
-    """The heights when all touch that can: not those whose box would have to be flat, the widest gaps first."""
+    """Close all gaps; if some box would have no height then, close gaps from the smallest on where possible."""
     levels = _Levels(boxes)
     for gap in contacts:
         levels.join(gap)
     if levels.order() is not None:
         return levels
-    levels = _Levels(boxes)  # boxes as thin as the gaps are there, so one contact after the other
+    levels = _Levels(boxes)  # some box is as thin as a gap
     for gap in sorted(contacts, key=lambda gap: (gap.size, gap.upper, gap.lower)):
         joined = levels.join(gap)
         if joined is not None and levels.order() is None:
@@ -286,33 +289,36 @@ def _joined(boxes: Sequence[ImportedBox], contacts: Sequence[_Gap]) -> _Levels:
 
 
 def _heights(
-    boxes: Sequence[ImportedBox], levels: _Levels, held: Mapping[tuple[int, str], Fraction]
+    boxes: Sequence[ImportedBox], levels: _Levels, least: Mapping[tuple[int, str], Fraction]
 ) -> dict[tuple[int, str], Fraction]:
     heights: dict[tuple[int, str], Fraction] = {}
     for level, ending in levels.order() or ():
         reached = [heights[levels.of((number, "bottom"))] + boxes[number].size[2] for number in ending]
-        heights[level] = max([*reached, *([held[level]] if level in held else [])])
+        heights[level] = max([*reached, *([least[level]] if level in least else [])])
     return heights
 
 
-# What settling changed, in words.
+# Text about the changes made by settling.
 
 
 def moved_lines(settled: Settled) -> Iterator[str]:
-    """A line for each kind of change, with the box that it changed most."""
+    """Yield one line per kind of change, with the box that changed most."""
     boxes = settled.load.boxes
     names = [box.name or f"the box of line {box.span.line}" for box in boxes]
-    lowered, raised = [max(-way, Fraction(0)) for way in settled.moved], [max(w, Fraction(0)) for w in settled.moved]
-    changes = {"lowered": lowered, "raised": raised, "taken as higher": settled.grown}
-    for done, ways in {**changes, "taken as shorter sideways": settled.trimmed}.items():
-        if any(ways):
-            yield _line(done, ways, names)
-    if not any(any(ways) for ways in (*changes.values(), settled.trimmed)):
+    lowered, raised = (
+        [max(-amount, Fraction(0)) for amount in settled.moved],
+        [max(amount, Fraction(0)) for amount in settled.moved],
+    )
+    changes = {"lowered": lowered, "raised": raised, "made taller": settled.grown}
+    for change, amounts in {**changes, "made shorter sideways": settled.trimmed}.items():
+        if any(amounts):
+            yield _line(change, amounts, names)
+    if not any(any(amounts) for amounts in (*changes.values(), settled.trimmed)):
         yield f"none of {len(boxes)} boxes was moved"
 
 
-def _line(done: str, ways: Sequence[Fraction], names: Sequence[str]) -> str:
-    most = max(ways)
-    count = sum(way > 0 for way in ways)
-    what = f"{count} of {len(ways)} boxes {'was' if count == 1 else 'were'} {done}"
-    return f"{what}, {names[list(ways).index(most)]} most: by {digits(1000 * most)} mm"
+def _line(change: str, amounts: Sequence[Fraction], names: Sequence[str]) -> str:
+    most = max(amounts)
+    count = sum(amount > 0 for amount in amounts)
+    changed = f"{count} of {len(amounts)} boxes {'was' if count == 1 else 'were'} {change}"
+    return f"{changed}, {names[list(amounts).index(most)]} most: by {digits(1000 * most)} mm"

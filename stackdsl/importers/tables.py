@@ -24,7 +24,7 @@ from stackdsl.importers.text_positions import (
 from stackdsl.language.imports import Import
 from stackdsl.language.value_types import NAME
 
-# Which column of a table a header may mean that is none: its author is asked, nothing is guessed.
+# The column that an unknown header may mean. It is suggested to the author, never assumed.
 
 
 LIKE: Final[Mapping[str, Sequence[str]]] = {
@@ -43,25 +43,25 @@ UNIT: Final = re.compile(r"[\[(/].*|_(?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECA
 
 
 def likely_column(header: str) -> str:
-    """The column that a header seems to be meant as; empty where nothing says so."""
+    """Return the column that a header probably means; "" if none."""
     word = re.sub(r"[^a-z]", "", UNIT.sub("", header.strip()).lower())
-    named = next((column for column, words in LIKE.items() if word in words), "")
+    synonym = next((column for column, words in LIKE.items() if word in words), "")
     close = get_close_matches(word, [column for column in LIKE if len(column) > 1], n=1, cutoff=0.75)
-    return named or (close[0] if close else "")
+    return synonym or (close[0] if close else "")
 
 
-# A table of boxes: CSV, or JSON as a list of objects, a row a box, whose columns say their units.
+# A table of boxes with one row per box: CSV, or JSON as a list of objects. The headers contain the units.
 #
-# | column | what it is |
+# | column | meaning |
 # |---|---|
-# | `name` | what the box is called; may be missing |
-# | `length`, `width`, `height` | its sides along x, y and z, before it is turned |
-# | `mass` | its mass |
-# | `x`, `y`, `z` | its place: of the lower corner or of the centre, as `point` says |
-# | `yaw` | its turn about the vertical, from x towards y; may be missing |
-# | `friction` | its own Coulomb coefficient, without a unit; may be missing, or empty where it has none of its own |
+# | `name` | name of the box; optional |
+# | `length`, `width`, `height` | sides along x, y and z, before the rotation |
+# | `mass` | mass |
+# | `x`, `y`, `z` | position of the lower corner or of the centre, according to `point` |
+# | `yaw` | rotation about the vertical, from x towards y; optional |
+# | `friction` | Coulomb coefficient of the box, without a unit; optional, also in each row |
 #
-# Headers are such as `length [mm]`, `length (mm)`, `length/mm`, `length_mm` or `length mm`.
+# A header is written as `length [mm]`, `length (mm)`, `length/mm`, `length_mm` or `length mm`.
 
 
 SIDES: Final = ("length", "width", "height")
@@ -77,7 +77,7 @@ _CELL: Final = r'\s*"(?:[^"]|"")*"[^{0}]*|[^{0}]*'
 
 @dataclass(frozen=True, slots=True)
 class _Cell:
-    """What stands in a row under a header, and where."""
+    """The text of one cell and its position."""
 
     text: str
     span: Span
@@ -85,7 +85,7 @@ class _Cell:
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """One row: its cells by the header above them, as that is written."""
+    """One row: its cells by the written header."""
 
     cells: Mapping[str, _Cell]
     span: Span
@@ -93,33 +93,34 @@ class _Row:
 
 @dataclass(frozen=True, slots=True)
 class _Column:
-    """Which column it is, and of which unit."""
+    """A column of the table, with its written header and its unit."""
 
     name: str
     header: str
     unit: Fraction  # in SI, or in degrees
 
 
-def read_table(reading: LoadReading, asked: Import) -> ImportedLoad:
-    """The boxes of a table. Raises UnreadableLoadError."""
+def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
+    """Read the boxes of a table. Raises UnreadableLoadError."""
     text = "\n".join(reading.page.lines).lstrip()
     rows = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
-    columns = _columns(reading, rows, asked)
+    columns = _columns(reading, rows, options)
     if not columns:
         reading.end()
-    if columns and asked.point is None:
-        message = "x, y, z may be of the lower corner or of the centre of a box"
-        reading.open(rows[0].cells[columns["x"].header].span, message, "say which: point: corner, or point: centre")
-    made = [_box(reading, row, columns, asked.point == "corner") for row in rows]
-    _names_apart(reading, rows, columns)
-    return reading.load([box for box in made if box is not None])
+    if columns and options.point is None:
+        message = "x, y, z may be the lower corner or the centre of a box"
+        hint = "set point: corner, or point: centre"
+        reading.undetermined(rows[0].cells[columns["x"].header].span, message, hint)
+    boxes = [_box(reading, row, columns, options.point == "corner") for row in rows]
+    _refuse_duplicate_names(reading, rows, columns)
+    return reading.load([box for box in boxes if box is not None])
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------
 
 
 def _lines(reading: LoadReading) -> Iterator[_Row]:
-    """The rows of CSV; lines that are blank are passed over."""
+    """Yield the rows of a CSV table; skip blank lines."""
     filled = [number for number, line in enumerate(reading.page.lines) if line.strip()]
     if not filled:
         return
@@ -131,41 +132,41 @@ def _lines(reading: LoadReading) -> Iterator[_Row]:
     for number in filled[1:]:
         cells = _cells(reading, number, delimiter)
         if len(cells) != len(headers):
-            message = f"the row has {len(cells)} cells, and the header {len(headers)}"
-            hint = "a decimal comma is written as a point" if len(cells) > len(headers) else "complete it"
+            message = f"the row has {len(cells)} cells, but the header has {len(headers)}"
+            hint = "write decimal commas as points" if len(cells) > len(headers) else "add the missing cells"
             reading.wrong(reading.page.span(number, 0), message, hint)
             continue
         yield _Row(dict(zip(headers, cells, strict=True)), reading.page.span(number, 0))
 
 
 def _cells(reading: LoadReading, number: int, delimiter: str) -> list[_Cell]:
-    """The cells of a line, each in its place."""
+    """Return the cells of a line with their positions."""
     line = reading.page.lines[number]
     try:
         texts = next(csv.reader([line], delimiter=delimiter, strict=True, skipinitialspace=True))
     except (csv.Error, StopIteration) as error:
-        reading.wrong(reading.page.span(number, 0), f"this is no line of CSV: {error}", "mend the quotes of the line")
+        reading.wrong(reading.page.span(number, 0), f"the line is invalid CSV: {error}", "correct the quotes")
         return []
     starts = [0]
     cell = re.compile(_CELL.format(delimiter))
-    while (found := cell.match(line, starts[-1])) and found.end() < len(line):
-        starts.append(found.end() + 1)
+    while (match := cell.match(line, starts[-1])) and match.end() < len(line):
+        starts.append(match.end() + 1)
     column = dict(enumerate(starts))
     return [_Cell(text, reading.page.span(number, column.get(n, 0))) for n, text in enumerate(texts)]
 
 
 def _objects(reading: LoadReading) -> Iterator[_Row]:
-    """The rows of JSON."""
+    """Yield the rows of a JSON table."""
     json = json_text(reading)
     for node in json.items(json.root, "the table"):
         row = json.mapping(node, "the row")
         cells = {key.strip(): _Cell(_text(member), json.span(member)) for key, member in row.items()}
         if len(cells) < len(row):
-            reading.wrong(json.span(node), "two keys differ by spaces only", "keep one of them")
-        strange = [member for member in row.values() if not isinstance(member.value, str | Numeral)]
-        for member in strange:
-            reading.wrong(json.span(member), "the cell is neither a number nor a text", "write a number or a text")
-        if strange:
+            reading.wrong(json.span(node), "two keys differ only in spaces", "keep one of them")
+        invalid = [member for member in row.values() if not isinstance(member.value, str | Numeral)]
+        for member in invalid:
+            reading.wrong(json.span(member), "the cell is neither a number nor a string", "write a number or a string")
+        if invalid:
             continue
         yield _Row(cells, json.span(node))
 
@@ -177,11 +178,11 @@ def _text(node: Node) -> str:
 # --- columns ----------------------------------------------------------------------------------------------------------
 
 
-def _columns(reading: LoadReading, rows: Sequence[_Row], asked: Import) -> Mapping[str, _Column]:
-    """What each column is, by name; told, and nothing, if anything is missing or left open."""
+def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Mapping[str, _Column]:
+    """Return the columns by name; report mistakes and return {} if a column is missing, repeated or without a unit."""
     if not rows:
         return {}
-    found: dict[str, _Column] = {}
+    columns: dict[str, _Column] = {}
     before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
@@ -189,32 +190,33 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], asked: Import) -> Mappi
         match = _HEADER.fullmatch(header)
         name = match["name"].lower() if match else ""
         if match is None or name not in COLUMNS or header in reading.ignored:
-            reading.leave(header, _header_span(reading, header, span), known=False, meant=_meant(header, match))
-        elif name in found:
-            reading.wrong(span, f"'{found[name].header}' and '{header}' are both the {name}", "keep one of them")
+            reading.skip(header, _header_span(reading, header, span), harmless=False, advice=_advice(header, match))
+        elif name in columns:
+            reading.wrong(span, f"'{columns[name].header}' and '{header}' are both the {name}", "keep one of them")
         else:
             written = (match["a"] or match["b"] or match["c"] or "").strip()
-            unit = _unit(reading, name, written, asked, _header_span(reading, header, span))
+            unit = _unit(reading, name, written, options, _header_span(reading, header, span))
             if unit is not None:
-                found[name] = _Column(name, header, unit)
-    missing = [name for name in NEEDED if name not in found]
+                columns[name] = _Column(name, header, unit)
+    missing = [name for name in NEEDED if name not in columns]
     wrong = len(reading.mistakes) > before
     if missing and not wrong:
-        reading.open(where, f"there is no column {', '.join(f'`{name}`' for name in missing)}", _example(missing[0]))
-    return {} if missing or wrong else found
+        message = f"the table has no column {', '.join(f'`{name}`' for name in missing)}"
+        reading.undetermined(where, message, _example(missing[0]))
+    return {} if missing or wrong else columns
 
 
-def _meant(header: str, match: re.Match[str] | None) -> str:
-    """How to call a column that seems to be one of ours; which one it is, only its author knows."""
+def _advice(header: str, match: re.Match[str] | None) -> str:
+    """Return advice to rename a header that probably means a known column; "" for any other header."""
     if not (name := likely_column(header)):
         return ""
     unit = "" if match is None else (match["a"] or match["b"] or "").strip()
-    called = name if name in BARE else f"{name} [{unit}]" if unit else f"{name} [its unit]"
-    return f"if it is the {name}, call it '{called}'"
+    suggestion = name if name in BARE else f"{name} [{unit}]" if unit else f"{name} [its unit]"
+    return f"if it is the {name}, write '{suggestion}'"
 
 
 def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
-    """Where a header stands in CSV; in JSON every row has its own."""
+    """Return the position of a header: in the first line of CSV, or as given in JSON, where every row has its own."""
     for number, line in enumerate(reading.page.lines):
         if line.strip():
             start = line.find(header)
@@ -222,93 +224,97 @@ def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
     return span
 
 
-def _unit(reading: LoadReading, name: str, written: str, asked: Import, span: Span) -> Fraction | None:
-    """One of the unit of a column; told and None if that is not known."""
+def _unit(reading: LoadReading, name: str, written: str, options: Import, span: Span) -> Fraction | None:
+    """Return the unit of a column; report and return None if it is missing or unknown."""
     if name == "friction" and written:
-        reading.open(span, f"a friction has no unit, such as '{written}'", "call it 'friction', of numbers such as 0.4")
+        hint = "write the header 'friction', with numbers such as 0.4"
+        reading.undetermined(span, f"a friction has no unit, but this has '{written}'", hint)
         return None
     if name in BARE:
         return Fraction(1)
     known = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
-    said = asked.units and (asked.units.mass if name == "mass" else None if name == "yaw" else asked.units.length)
-    unit = written or said or ""
+    default = options.units and (
+        options.units.mass if name == "mass" else None if name == "yaw" else options.units.length
+    )
+    unit = written or default or ""
     if unit in known:
         return known[unit]
     if unit:
-        reading.open(span, f"'{unit}' is no unit of {name} that is known", f"choose from: {', '.join(known)}")
+        reading.undetermined(span, f"'{unit}' is not a known unit of {name}", f"choose from: {', '.join(known)}")
     else:
-        reading.open(span, f"the column `{name}` says no unit", _example(name))
+        reading.undetermined(span, f"the column `{name}` has no unit", _example(name))
     return None
 
 
 def _example(name: str) -> str:
     unit = "kg" if name == "mass" else "deg" if name == "yaw" else "mm"
     key = "mass" if name == "mass" else "length"
-    given = "" if name == "yaw" else f", or say `units: {{{key}: {unit}}}`"
-    return f"call it '{name} [{unit}]'{given}"
+    option = "" if name == "yaw" else f", or set `units: {{{key}: {unit}}}`"
+    return f"write '{name} [{unit}]'{option}"
 
 
 # --- boxes ------------------------------------------------------------------------------------------------------------
 
 
 def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_corner: bool) -> ImportedBox | None:
-    measures, cells = UnitReader(reading, Fraction(1)), {}
+    units, cells = UnitReader(reading, Fraction(1)), {}
     for name, column in columns.items():
         cell = row.cells.get(column.header)
         if cell is None:
-            reading.wrong(row.span, f"the row has no '{column.header}'", "complete it")
+            reading.wrong(row.span, f"the row has no '{column.header}'", "add it")
             return None
         cells[name] = cell
 
     def unit(name: str) -> Fraction:
         return columns[name].unit
 
-    size = [measures.side(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in SIDES]
-    place = [measures.place(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in PLACE]
-    mass = measures.mass(cells["mass"].text, cells["mass"].span, "`mass`", unit("mass"))
-    yaw = measures.number(cells["yaw"].text, cells["yaw"].span, "`yaw`") if "yaw" in cells else (Fraction(0),)
-    if None in size or None in place or mass is None or yaw is None or not _is_friction(reading, cells):
+    size = [units.side(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in SIDES]
+    position = [units.coordinate(cells[n].text, cells[n].span, f"`{n}`", unit(n)) for n in PLACE]
+    mass = units.mass(cells["mass"].text, cells["mass"].span, "`mass`", unit("mass"))
+    yaw = units.number(cells["yaw"].text, cells["yaw"].span, "`yaw`") if "yaw" in cells else (Fraction(0),)
+    if None in size or None in position or mass is None or yaw is None or not _is_valid_friction(reading, cells):
         return None
     length, width, height = (side for side in size if side is not None)
-    x, y, z = (part for part in place if part is not None)
+    x, y, z = (part for part in position if part is not None)
     if of_corner and yaw[0] != 0:
-        message = "the lower corner of a box that is turned may be any of four"
-        reading.open(cells["yaw"].span, message, "give the place of its centre, and say `point: centre`")
+        message = "the lower corner of a rotated box is ambiguous"
+        reading.undetermined(cells["yaw"].span, message, "write the positions of centres, and set `point: centre`")
         return None
     if abs(yaw[0]) > 360:  # noqa: PLR2004 -- [deg]
-        reading.wrong(cells["yaw"].span, "`yaw` is more than a whole turn", "write degrees")
+        reading.wrong(cells["yaw"].span, "`yaw` exceeds 360 deg", "write degrees")
         return None
     if of_corner:
         x, y, z = x + length / 2, y + width / 2, z + height / 2
     name = cells["name"].text.strip() if "name" in cells else ""
     if name and not re.fullmatch(NAME, name):
-        reading.wrong(cells["name"].span, f"'{name}' is no name", "begin with a letter, then letters, digits, _ . or -")
+        hint = "begin with a letter, then letters, digits, _ . or -"
+        reading.wrong(cells["name"].span, f"'{name}' is not a valid name", hint)
         return None
     turn = (Fraction(0), Fraction(0), yaw[0])
-    rubs = number_of(cells["friction"].text.strip()) if "friction" in cells else None
-    own = rubs[0] if rubs is not None else None
-    return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn, friction=own)
+    number = number_of(cells["friction"].text.strip()) if "friction" in cells else None
+    friction = number[0] if number is not None else None
+    return ImportedBox(name or None, (length, width, height), (x, y, z), mass, row.span, turn, friction=friction)
 
 
-def _is_friction(reading: LoadReading, cells: Mapping[str, _Cell]) -> bool:
-    """Whether a row says a friction that a box may have, or none."""
+def _is_valid_friction(reading: LoadReading, cells: Mapping[str, _Cell]) -> bool:
+    """Return whether a row has a valid friction or none; report an invalid one."""
     cell = cells.get("friction")
     if cell is None or not cell.text.strip():
         return True
-    found = number_of(cell.text.strip())
-    if found is None or not 0 <= found[0] <= ROUGHEST:
-        message = f"`friction`: '{cell.text.strip()[:LONGEST_TOLD]}' is no coefficient"
-        reading.wrong(cell.span, message, f"write a number from 0 to {ROUGHEST}, without a unit, or nothing")
+    number = number_of(cell.text.strip())
+    if number is None or not 0 <= number[0] <= ROUGHEST:
+        message = f"`friction`: '{cell.text.strip()[:LONGEST_TOLD]}' is not a coefficient"
+        reading.wrong(cell.span, message, f"write a number from 0 to {ROUGHEST} without a unit, or leave it empty")
         return False
     return True
 
 
-def _names_apart(reading: LoadReading, rows: Sequence[_Row], columns: Mapping[str, _Column]) -> None:
+def _refuse_duplicate_names(reading: LoadReading, rows: Sequence[_Row], columns: Mapping[str, _Column]) -> None:
     seen: set[str] = set()
     for row in rows if "name" in columns else ():
         cell = row.cells.get(columns["name"].header)
         if cell is None or not (name := cell.text.strip()):
             continue
         if name in seen:
-            reading.wrong(cell.span, f"two boxes are called '{name}'", "call them apart")
+            reading.wrong(cell.span, f"two boxes are called '{name}'", "give each its own name")
         seen.add(name)

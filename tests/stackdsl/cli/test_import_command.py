@@ -71,23 +71,23 @@ def test_a_row_that_is_too_short_hides_no_other_mistake(stackdsl: Stackdsl, tmp_
     told = [line for line in stackdsl("import", "load.csv").err.splitlines() if line.startswith("load.csv")]
     assert [line.partition(" ")[0] for line in told] == ["load.csv:2:19:", "load.csv:3:1:", "load.csv:4:11:"]
     assert "the row has 7 cells" in told[1]
-    assert "`height`: 'high' is no number" in told[2]
+    assert "`height`: 'high' is not a number" in told[2]
 
 
 def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    assert "if it is the name, call it 'name'; if it may be passed over, write ignore: ['ID']" in asked.err
-    assert "if it is the mass, call it 'mass [its unit]'" in asked.err
-    assert "if it is the width, call it 'width [mm]'" in asked.err
+    assert "if it is the name, write 'name'; to skip it, write ignore: ['ID']" in asked.err
+    assert "if it is the mass, write 'mass [its unit]'" in asked.err
+    assert "if it is the width, write 'width [mm]'" in asked.err
 
 
 def test_a_file_that_is_wrong_is_told_in_its_place(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TABLE.replace("5200", "5,200"), "load.csv")
     printed = stackdsl("import", "load.csv", "--point", "corner")
     assert (printed.code, printed.out) == (ExitCode.INVALID, "")
-    assert printed.err.startswith("load.csv:2:1: SD114 the row has 9 cells, and the header 8\n")
+    assert printed.err.startswith("load.csv:2:1: SD114 the row has 9 cells, but the header has 8\n")
 
 
 @pytest.mark.parametrize(
@@ -103,4 +103,4 @@ def test_what_is_a_load_of_nothing_known_is_asked_for(stackdsl: Stackdsl, tmp_pa
     write(tmp_path, "<lorry/>", "load.xml")
     printed = stackdsl("import", "load.xml")
     assert printed.code == ExitCode.INVALID
-    assert "SD115 what this is cannot be told" in printed.err
+    assert "SD115 the format of the file is unclear" in printed.err

@@ -105,12 +105,16 @@ def test_a_file_outside_of_the_project_is_not_read(file: str) -> None:
 
 
 OPEN: dict[str, tuple[str, dict[str, object], str]] = {
-    "a header without a unit": (TABLE.replace(" [g]", ""), {}, "the column `mass` says no unit"),
-    "an unknown unit": (TABLE.replace("[g]", "[lb]"), {}, "'lb' is no unit of mass that is known"),
-    "an unknown column": (TABLE.replace("name", "colour"), {}, "'colour' is nothing that is taken"),
-    "a missing column": (TABLE.replace("width", "colour"), {"ignore": ["colour [mm]"]}, "there is no column `width`"),
-    "the meaning of a place": (TABLE, {"point": None}, "x, y, z may be of the lower corner or of the centre of a box"),
-    "what to ignore": (TABLE, {"ignore": ["colour"]}, "there is no 'colour' that could be ignored"),
+    "a header without a unit": (TABLE.replace(" [g]", ""), {}, "the column `mass` has no unit"),
+    "an unknown unit": (TABLE.replace("[g]", "[lb]"), {}, "'lb' is not a known unit of mass"),
+    "an unknown column": (TABLE.replace("name", "colour"), {}, "'colour' is not supported"),
+    "a missing column": (
+        TABLE.replace("width", "colour"),
+        {"ignore": ["colour [mm]"]},
+        "the table has no column `width`",
+    ),
+    "the meaning of a place": (TABLE, {"point": None}, "x, y, z may be the lower corner or the centre of a box"),
+    "what to ignore": (TABLE, {"ignore": ["colour"]}, "`ignore` lists 'colour', which is not in the file"),
 }
 
 
@@ -136,14 +140,14 @@ def test_of_several_pallets_or_orders_one_must_be_named() -> None:
     order["pallets"].append({**order["pallets"][0], "palletNr": "002", "boxes": order["pallets"][0]["boxes"][:1]})
     write("order.json", json.dumps(order))
     found = mistake(importing(file="order.json"))
-    assert (found.code, found.message) == ("SD115", "there are 2 pallets in it: '001', '002'")
+    assert (found.code, found.message) == ("SD115", "the file has 2 pallets: '001', '002'")
     assert len(case(importing(file="order.json", load="002")).timeline.placements) == 1
     assert mistake(importing(file="order.json", load="003")).hint == "choose from: '001', '002'"
 
 
 def test_a_corner_of_a_box_that_is_turned_is_asked_for() -> None:
     write("load.csv", "length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],yaw [deg]\n9,9,9,1,0,0,0,45\n")
-    assert mistake().message == "the lower corner of a box that is turned may be any of four"
+    assert mistake().message == "the lower corner of a rotated box is ambiguous"
     write(
         "load.csv", "length [mm],width [mm],height [mm],mass [kg],x [mm],y [mm],z [mm],yaw [deg]\n9,9,9,1,0,0,4.5,45\n"
     )
@@ -217,14 +221,14 @@ def test_a_box_of_a_table_may_have_a_friction_of_its_own_and_a_cell_may_be_empty
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [
-        (RUBBING + "low,300,200,100,5,0,0,0,-0.1\n", "SD114", "`friction`: '-0.1' is no coefficient"),
-        (RUBBING + "low,300,200,100,5,0,0,0,rough\n", "SD114", "`friction`: 'rough' is no coefficient"),
+        (RUBBING + "low,300,200,100,5,0,0,0,-0.1\n", "SD114", "`friction`: '-0.1' is not a coefficient"),
+        (RUBBING + "low,300,200,100,5,0,0,0,rough\n", "SD114", "`friction`: 'rough' is not a coefficient"),
         (
             RUBBING.replace("friction", "friction [%]") + "low,300,200,100,5,0,0,0,5\n",
             "SD115",
-            "a friction has no unit, such as '%'",
+            "a friction has no unit, but this has '%'",
         ),
-        (RUBBING.replace("friction", "mu") + "low,300,200,100,5,0,0,0,0.5\n", "SD115", "'mu' is nothing that is taken"),
+        (RUBBING.replace("friction", "mu") + "low,300,200,100,5,0,0,0,0.5\n", "SD115", "'mu' is not supported"),
     ],
 )
 def test_a_friction_that_means_nothing_is_told_in_the_table(text: str, code: str, message: str) -> None:

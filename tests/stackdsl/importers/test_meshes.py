@@ -60,12 +60,12 @@ def test_a_load_may_be_shifted() -> None:
 @pytest.mark.parametrize(
     ("format_", "key", "message"),
     [
-        ("compas", "units", "the file does not say in which unit its lengths are"),
-        ("obj", "units", "the file does not say in which unit its lengths are"),
-        ("compas", "density", "the file does not say how heavy its blocks are"),
-        ("obj", "density", "the file does not say how heavy its blocks are"),
-        ("obj", "up", "an OBJ file does not say which of its axes points up"),
-        ("compas", "supports", "'block-0' is a support, which nothing moves in COMPAS, and here every block may move"),
+        ("compas", "units", "the file does not state its unit of length"),
+        ("obj", "units", "the file does not state its unit of length"),
+        ("compas", "density", "the file does not give the masses of its blocks"),
+        ("obj", "density", "the file does not give the masses of its blocks"),
+        ("obj", "up", "an OBJ file does not state which axis points up"),
+        ("compas", "supports", "'block-0' is a support: COMPAS fixes supports, but here every block may move"),
     ],
 )
 def test_what_is_left_open_is_asked_for(format_: Format, key: str, message: str) -> None:
@@ -92,7 +92,7 @@ def test_a_block_that_is_ignored_is_not_there() -> None:
     first, _ = read(TEXTS["obj"], SAID["obj"] | {"ignore": ["middle"]}).boxes
     assert first.name == "base"
     (found,) = mistakes(TEXTS["obj"], SAID["obj"] | {"ignore": ["bottom"]})
-    assert found.message == "there is no 'bottom' that could be ignored"
+    assert found.message == "`ignore` lists 'bottom', which is not in the file"
 
 
 def assembly(change: Callable[[dict[str, Any]], object]) -> str:
@@ -103,10 +103,10 @@ def assembly(change: Callable[[dict[str, Any]], object]) -> str:
 
 def test_what_an_assembly_has_beside_its_blocks_is_named() -> None:
     joined = assembly(lambda graph: graph.update(edge={"0": {"1": {"interfaces": [{}]}}}))
-    assert read(joined, SAID["compas"]).untaken == ("interfaces",)
+    assert read(joined, SAID["compas"]).skipped == ("interfaces",)
     glued = assembly(lambda graph: graph["node"]["1"].update(glued=True))
     (found,) = mistakes(glued, SAID["compas"])
-    assert (found.code, found.message) == ("SD115", "'glued' is nothing that is taken")
+    assert (found.code, found.message) == ("SD115", "'glued' is not supported")
     assert read(glued, SAID["compas"] | {"ignore": ["glued"]}).boxes
 
 
@@ -159,10 +159,10 @@ def test_faces_that_are_flat_as_far_as_the_file_writes_are_flat(sides: int, digi
         ("f 1 2 99", "SD114", "the face names a corner that is not among the 24 above"),
         ("f 1 2", "SD114", "the face has fewer than three corners, or one twice"),
         ("f 1 2 2", "SD114", "the face has fewer than three corners, or one twice"),
-        ("v 1 2", "SD114", "a corner of 2 numbers"),
-        ("v 1 2 3mm", "SD114", "the corner: '3mm' is no number"),
-        ("curv 0 1 1 2 3", "SD115", "'curv' is nothing that is taken"),
-        ("l 1 2", "SD115", "'l' is nothing that is taken"),
+        ("v 1 2", "SD114", "the corner has 2 numbers instead of three"),
+        ("v 1 2 3mm", "SD114", "the corner: '3mm' is not a number"),
+        ("curv 0 1 1 2 3", "SD115", "'curv' is not supported"),
+        ("l 1 2", "SD115", "'l' is not supported"),
     ],
 )
 def test_a_line_that_is_wrong_is_told_in_its_place(line: str, code: str, message: str) -> None:
@@ -178,12 +178,12 @@ def test_groups_are_bricks_where_there_are_no_objects() -> None:
 
 
 def test_what_looks_like_something_only_is_named_as_not_taken() -> None:
-    assert read(TEXTS["obj"] + "g all\ns off\n", SAID["obj"]).untaken == ("mtllib", "usemtl", "g", "s")
+    assert read(TEXTS["obj"] + "g all\ns off\n", SAID["obj"]).skipped == ("mtllib", "usemtl", "g", "s")
 
 
 def test_two_objects_of_one_name_are_told() -> None:
     (found,) = mistakes(TEXTS["obj"].replace("o top", "o base"), SAID["obj"])
-    assert found.message == "two objects come to the name 'base'"
+    assert found.message == "two objects have the name 'base'"
 
 
 def test_a_line_may_go_on_in_the_next() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from stackdsl.importers.formats import read_load
-from stackdsl.importers.overhang import overhangs, warned
+from stackdsl.importers.overhang import overhang_warnings, overhangs
 from stackdsl.language.imports import Import
 from tests.command_line import Stackdsl, write
 
@@ -28,7 +28,7 @@ def order(x: float = 0.0, deck: object = None) -> str:
 
 def told(text: str, **asked: Any) -> list[str]:  # noqa: ANN401 -- as in YAML
     whole = Import.model_validate({"file": "a.json", **asked})
-    return [str(each) for each in warned(read_load(text.encode(), "a.json", whole), whole)]
+    return [str(each) for each in overhang_warnings(read_load(text.encode(), "a.json", whole), whole)]
 
 
 def sides(rows: str, deck: object, **asked: Any) -> list[tuple[str | None, str, float]]:  # noqa: ANN401 -- as in YAML
@@ -68,9 +68,9 @@ def test_cartons_further_up_count_as_well_and_the_worst_is_told() -> None:
     rows = "low,400,300,200,5,0,0,0\nhigh,400,300,200,5,-50,0,200\nhigher,400,300,200,5,-80,0,400"
     assert [each[0] for each in sides(rows, "EUR")] == ["high", "higher"]
     asked = Import.model_validate({**ASKED, "deck": "EUR"})
-    (warning,) = warned(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", asked), asked)
+    (warning,) = overhang_warnings(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", asked), asked)
     assert "'higher' overhangs" in warning.message
-    assert "and 1 other by less or as much" in warning.message
+    assert "and 1 other by at most as much" in warning.message
     assert warning.span.line == 4
 
 

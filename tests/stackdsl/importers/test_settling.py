@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from stackdsl.diagnostics import Span
 from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad
-from stackdsl.importers.settling import Settled, cannot_settle, moved_lines, settled
+from stackdsl.importers.settling import Settled, first_unsettleable, moved_lines, settled
 from stackdsl.language.imports import Settle, parse_settle
 
 MM = Fraction(1, 1000)
@@ -54,7 +54,7 @@ def test_an_overlap_of_one_unit_of_the_last_digit_carries_nothing_and_is_cut_whe
     assert heights(found) == [0, 0]
     assert [float(each.size[0] / MM) for each in found.load.boxes] == [100, 99]
     assert found.load.boxes[1].centre[0] == Fraction(299, 2) * MM
-    assert "1 of 2 boxes was taken as shorter sideways, b most: by 1 mm" in moved_lines(found)
+    assert "1 of 2 boxes was made shorter sideways, b most: by 1 mm" in moved_lines(found)
 
 
 def test_a_box_one_unit_of_the_last_digit_too_low_is_raised_and_one_that_is_deeper_inside_stays() -> None:
@@ -65,7 +65,7 @@ def test_a_box_one_unit_of_the_last_digit_too_low_is_raised_and_one_that_is_deep
 def test_within_a_gap_a_beam_on_two_boxes_that_differ_by_less_rests_on_both() -> None:
     found = settle("within 5 mm", box("low", 0, 0, 47), box("high", 200, 0, 50), box("beam", 0, 50, 20, length=300))
     assert [float(each.top / MM) for each in found.load.boxes] == [50, 50, 70]
-    assert list(moved_lines(found)) == ["1 of 3 boxes was taken as higher, low most: by 3 mm"]
+    assert list(moved_lines(found)) == ["1 of 3 boxes was made taller, low most: by 3 mm"]
 
 
 def test_within_a_gap_what_differs_by_more_stays_as_it_is() -> None:
@@ -102,8 +102,8 @@ def test_a_box_that_leans_cannot_settle() -> None:
     leaning = ImportedBox(
         "a", (MM, MM, MM), (MM, MM, MM), MM, Span("a", 1, 1, 1), (Fraction(5), Fraction(0), Fraction(0))
     )
-    assert cannot_settle(ImportedLoad((leaning,), MM), Settle(lowered=True)) is leaning
-    assert cannot_settle(ImportedLoad((leaning,), MM), Settle()) is None
+    assert first_unsettleable(ImportedLoad((leaning,), MM), Settle(lowered=True)) is leaning
+    assert first_unsettleable(ImportedLoad((leaning,), MM), Settle()) is None
 
 
 def test_boxes_in_a_wall_with_a_gap_under_each_layer_come_down_by_all_gaps_below() -> None:

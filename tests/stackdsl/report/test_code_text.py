@@ -8,7 +8,7 @@ from stackdsl.checking.cases import cases_of, gather
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import held_up
 from stackdsl.diagnostics import CODES
-from stackdsl.importers.expansion import whole
+from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
 from stackdsl.language.yaml.parsing import MAX_DEPTH
 from stackdsl.language.yaml.source import MAX_BYTES, Loaded, load, parse
@@ -56,7 +56,7 @@ def test_the_example_of_a_run_is_held_up_by_what_is_in_the_way(code: str) -> Non
 def imported(file: str, folder: Path) -> Loaded:
     """A scenario that imports a file of a folder."""
     text = f"scenario: load\nbuild:\n  - import: {{file: {file}}}\n"
-    return whole(parse(text, str(folder / "load.yaml")), Library())
+    return expand_file(parse(text, str(folder / "load.yaml")), Library())
 
 
 def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path: Path) -> None:
