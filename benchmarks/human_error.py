@@ -24,7 +24,7 @@ from benchmarks.figures.recording import parser, record
 from benchmarks.hands_apart import Plank, falls_at, set_down, turn_of
 from stability.geometry.box import Box
 from stackdsl.checking.cases import Case, cases_of
-from stackdsl.checking.ensembles import drawn_alone
+from stackdsl.checking.ensembles import draw_samples
 from stackdsl.language.yaml.source import parse
 from stackdsl.sampling.placement_errors import PlacementSampler
 from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
@@ -57,7 +57,7 @@ def case_of(layout: str, position: float, yaw: float, samples: int) -> Case:
 def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> Row:
     """How often a scene comes to the same end as without errors."""
     layout, level = SCENES[scene]
-    drawing = drawn_alone(case_of(layout, position, yaw, arguments.samples), arguments.workers, LIMIT)
+    drawing = draw_samples(case_of(layout, position, yaw, arguments.samples), arguments.workers, LIMIT)
     assert drawing is not None
     fates = Counter(int(fate) for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates)
     alike = sum(fates[each] for each in (SampleOutcome.STANDS,)) if level is None else fates[level]

@@ -16,7 +16,7 @@ from rich.console import Console
 from benchmarks.figures.data import Row, Rows
 from benchmarks.figures.recording import parser, record
 from stackdsl.checking.cases import Case, cases_of
-from stackdsl.checking.ensembles import Chunk, Drawing, drawn_alone, judged_chunk
+from stackdsl.checking.ensembles import Chunk, Drawing, draw_samples, judged_chunk
 from stackdsl.language.yaml.source import parse
 from stackdsl.sampling.placement_errors import PlacementSampler
 from stackdsl.sampling.sample_outcomes import SampleOutcome, Way, judge_sample
@@ -44,7 +44,7 @@ def tower(layout: str, workers: int) -> Row:
     """The cost and the fates of a tower, and how many verdicts differ of samples that are asked cold."""
     case = case_of(layout, SAMPLES, "{position: 1 mm, yaw: 1 deg}")
     started = perf_counter()
-    drawing = drawn_alone(case, workers, LIMIT)
+    drawing = draw_samples(case, workers, LIMIT)
     wall = perf_counter() - started
     assert drawing is not None
     found = drawing.ensemble()

@@ -194,7 +194,7 @@ class Timeline:
     # Whether a claim needs motion. If not, a system with proofs does not start an engine.
     watched: bool = True
     margins: tuple[str, ...] = ()  # margins of the proof that claims need, such as `tilt`
-    told_margins: tuple[str, ...] = ()  # margins that are only reported, and only for few bricks
+    reported_margins: tuple[str, ...] = ()  # margins that are only reported, and only for few bricks
     closely: bool = False  # whether claims need the onset of a fall or the landing, which are recorded densely
     measures: tuple[str, ...] = ()  # measurements that claims need: `sway`, `penetration`
     followed: float = 1.0  # longest time for which a collapse is simulated [s]

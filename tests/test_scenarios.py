@@ -9,7 +9,7 @@ import pytest
 from _pytest.mark import ParameterSet
 
 from stackdsl.checking.cases import Case, gather
-from stackdsl.checking.ensembles import drawn_result
+from stackdsl.checking.ensembles import sampled_result
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import Goldens, snapshot_of
 from stackdsl.goldens.file_format import golden_name
@@ -186,7 +186,7 @@ def test_a_scenario_meets_its_expectations_and_its_snapshot_a_nanometre_off(case
 
 @pytest.mark.parametrize("case", [parameter(case) for case in GATHERED.cases if case.is_sampled])
 def test_samples_of_a_scenario_meet_its_expectations_and_their_golden_file(case: Case) -> None:
-    result = drawn_result(case, 1, Goldens(ROOT / "golden"))
+    result = sampled_result(case, 1, Goldens(ROOT / "golden"))
     assert [outcome for outcome in result.outcomes if not outcome.passed] == []
     assert result.golden is not None
     assert result.golden.status is GoldenStatus.SAME, result.golden.differences

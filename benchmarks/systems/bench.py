@@ -14,7 +14,7 @@ from benchmarks.systems.run_record import NOT_TAKEN, Record, TruthHeld, step_tex
 from benchmarks.systems.scoring import Score, scores_of
 from benchmarks.systems.timing import Played, measured_or_blocked
 from stackdsl.checking.cases import Case
-from stackdsl.checking.results import STATUSES, held_up
+from stackdsl.checking.results import STATUSES, blocked_result
 from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.repeats import compact
 from stackdsl.results import ClaimOutcome, RunStatus, observations
@@ -152,7 +152,7 @@ def recorded(job: Job, result: TaskResult) -> Record:
     """The record of a run."""
     record = replace(job.planned, status=STATUSES[result.status].value, message=result.message)
     if isinstance(result.value, Blocked):
-        stopped = held_up(job.case, result.value)
+        stopped = blocked_result(job.case, result.value)
         return replace(record, status=stopped.status.value, message=stopped.message)
     if not isinstance(result.value, Played):
         return record

@@ -104,12 +104,12 @@ class Scenario:
         processes, which begin by importing the main module anew where the platform asks for that. With an Executor of
         `concurrent.futures`, or of a cluster that has one, workers are the calls that it does at a time.
         """
-        from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
         found = self._case(case)
         if not found.is_sampled:
             raise ValueError(f"'{found.name}' has no samples: give the scenario samples=1000, or play it")
-        return drawn_result(found, workers, executor=executor)
+        return sampled_result(found, workers, executor=executor)
 
     def _case(self, name: str) -> Case:
         if not isinstance(name, str):

@@ -1,4 +1,4 @@
-"""The result cache: what passed and failed before, keyed by a digest of the program and its inputs."""
+"""The result cache: earlier passes and failures, keyed by a digest of the program and its inputs."""
 
 import hmac
 import json
@@ -16,7 +16,7 @@ from time import time
 from typing import TYPE_CHECKING, Final
 
 from stackdsl import LOADED
-from stackdsl.checking.own_key import made_own_key, own_key
+from stackdsl.checking.own_key import own_key, own_or_new_key
 from stackdsl.disk import make_folder, read_file, remove_file, remove_folder, replace_file, unlinked
 from stackdsl.results import UNCHECKED, GoldenStatus, VariantResult
 
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
 
-# Which program this is: its own code, the libraries under it, Python and the machine, as one digest.
+# The digest of the program: its code, its libraries, Python and the machine.
 #
-# What one program has found out says nothing of another, so whatever is remembered is remembered of a program.
+# Another program may compute another result, so each record belongs to one program.
 
 
 PACKAGES: Final = ("stability", "stackdsl")
 LIBRARIES: Final = ("clarabel", "mujoco", "numpy", "pint", "pybullet", "pydantic", "pyyaml", "sapien", "scipy")
-ARITHMETIC: Final = ("clarabel", "numpy", "scipy")  # those of them that every number goes through
-SUFFIXES: Final = (".py", ".json", ".yaml")  # of what the packages read of themselves
-SETTINGS: Final = ("OPENBLAS_CORETYPE",)  # of the environment, that may change a last digit
-CLOCK: Final = 0.05  # [s] by which the clock of a disk may be behind
+ARITHMETIC: Final = ("clarabel", "numpy", "scipy")  # libraries that affect every number
+SUFFIXES: Final = (".py", ".json", ".yaml")  # of the files of the packages that affect results
+SETTINGS: Final = ("OPENBLAS_CORETYPE",)  # environment variables that may change a last digit
+CLOCK: Final = 0.05  # [s] by which file times may lag behind
 
 
 def program_digest() -> str:
-    """A digest of all that may change what comes of a case."""
+    """Return the digest of everything that may change the result of a case."""
     digest = sha256()
     for part in _parts():
         digest.update(len(part).to_bytes(8, "big") + part)
@@ -47,9 +47,9 @@ def program_digest() -> str:
 
 @cache
 def portable_digest(packages: tuple[str, ...] = ()) -> str:
-    """A digest of what decides the results of a case, wherever it is installed: the code and what it reckons by.
+    """Return a digest of the code and the numeric libraries, independent of the place of installation.
 
-    `packages` are those of engines.
+    `packages` are those of the engines in use.
     """
     digest = sha256(f"Python {sys.version_info.major}.{sys.version_info.minor}".encode())
     home = _home()
@@ -60,7 +60,7 @@ def portable_digest(packages: tuple[str, ...] = ()) -> str:
 
 
 def code_is_older() -> bool:
-    """Whether the code on the disk was last written before this process had loaded its own."""
+    """Whether the code on disk was last written before this process loaded it."""
     return all(file.stat().st_mtime < LOADED - CLOCK for file in _files())
 
 
@@ -68,8 +68,8 @@ def _parts() -> Iterator[bytes]:
     for file in _files():
         yield str(file).encode()
         yield file.read_bytes()
-    told = (sys.version, sys.implementation.cache_tag, platform.system(), platform.machine(), platform.node())
-    yield from (str(text).encode() for text in told)
+    details = (sys.version, sys.implementation.cache_tag, platform.system(), platform.machine(), platform.node())
+    yield from (str(text).encode() for text in details)
     yield from (f"{name} {_metadata(name)}".encode() for name in LIBRARIES)
     yield from (f"{name}={os.environ.get(name, '')}".encode() for name in SETTINGS)
 
@@ -93,7 +93,7 @@ def _version(name: str) -> str:
 
 
 def _metadata(name: str) -> str:
-    """What is installed under a name, in its makers' words; the version alone would take longer to read."""
+    """Return the metadata of an installed package; reading the version alone would be slower."""
     from importlib.metadata import PackageNotFoundError, distribution  # noqa: PLC0415 -- `--help` does without
 
     try:
@@ -102,35 +102,35 @@ def _metadata(name: str) -> str:
         return ""
 
 
-# What is remembered from call to call: which cases a file holds, which passed, and which failed last.
+# The records: the cases of each file, the passes, and the names of the cases that failed last.
 #
-# A pass is remembered under a digest of all that it came from: the program, the text of the file, the text of the
-# golden file that it was compared with, and what was asked for. Whatever else happens to these files, it is played
-# again: so is what failed, always. A record is signed with a key of this user; one that does not fit, is cut short or
-# is somebody else's is none. Where there is no such key, nothing is remembered but what failed.
+# The key of a pass is a digest of all its inputs: the program, the text of the file, the text of the golden file and
+# the options. If any of them changes, the case runs again. Failed cases always run again. Each record is signed with a
+# key of this user. A record that is truncated, or signed by anybody else, is ignored. Without a key, only failures are
+# recorded.
 
 
-KEPT: Final = 14 * 86400.0  # [s] that what another program remembered is kept since it was last used
-PROGRAM: Final = re.compile(r"[0-9a-f]{32}")  # the name of a directory that remembers what a program found
-RECORD: Final = re.compile(r"[0-9a-f]{64}\.json|\.[0-9a-f]{16}\.tmp")  # those of its files, whole and under way
+MAX_AGE: Final = 14 * 86400.0  # [s] since the last use of the records of another program
+PROGRAM: Final = re.compile(r"[0-9a-f]{32}")  # directory of the records of one program
+RECORD: Final = re.compile(r"[0-9a-f]{64}\.json|\.[0-9a-f]{16}\.tmp")  # its files, also half-written ones
 IGNORED: Final = "# Nothing is lost with this directory, and nothing here is for others.\n*\n"
 
 
 @dataclass
 class ResultCache:
-    """What is remembered in a directory; one that cannot be written, or that is not meant to be used, stays empty.
+    """Records in a directory. If the directory cannot be written, or must not be used, the cache stays empty.
 
-    Whoever sent the project may have made this directory. Where it, or a part of it, is a link, nothing is read from
-    there and nothing is written to it; and only what has a name that this program gives is removed.
+    The directory may come with the project from an untrusted author. So this reads and writes nothing through symbolic
+    links, and removes only files with the names of records.
     """
 
     folder: Path  # such as `.stackdsl` of a project
-    used: bool = True  # whether passes and files are remembered; what failed last always is
+    used: bool = True  # whether passes and files are recorded; failures always are
     _written: list[tuple[str, object]] = field(default_factory=list)
 
     @cached_property
     def program(self) -> str:
-        """The program at hand; asked for before anything is played."""
+        """The digest of this program; first read before any case runs."""
         return program_digest()
 
     @property
@@ -140,15 +140,15 @@ class ResultCache:
 
     @property
     def _records(self) -> Path:
-        """The records of this program. Raises LeadsOutsideError where a link is in its place."""
+        """The directory with the records of this program. Raises LeadsOutsideError for a symbolic link."""
         return unlinked(self.folder, "passed", self.program[:32])
 
     def key(self, *parts: object) -> str:
-        """The name of a record of this program."""
+        """Return the key of a record of this program."""
         return _digest(json.dumps([self.program, *map(str, parts)]).encode())
 
     def recall(self, key: str) -> object:
-        """The JSON value of a record; None if there is none."""
+        """Return the JSON value of a record; None if there is no valid one."""
         if not self.used:
             return None
         with suppress(OSError, ValueError, RecursionError):
@@ -160,16 +160,16 @@ class ResultCache:
         return None
 
     def remember(self, key: str, value: object) -> None:
-        """Keep the JSON value of a record, once `settle` is called."""
+        """Add a record with a JSON value; `settle` writes it."""
         if self.used:
             self._written.append((key, value))
 
     def settle(self) -> None:
-        """Write down what is to be remembered, unless the code is another by now than what this process has loaded."""
+        """Write the added records, unless the code has changed since this process loaded it."""
         if not self._written:
             return
-        with suppress(OSError):  # a disk that takes nothing costs time only
-            secret = made_own_key()
+        with suppress(OSError):  # without records, checks only take longer
+            secret = own_or_new_key()
             if secret is not None and code_is_older() and program_digest() == self.program:
                 records = self._records
                 self._prepare(records)
@@ -187,17 +187,17 @@ class ResultCache:
             replace_file(ignored, IGNORED.encode(), self.home)
 
     def _forget_others(self) -> None:
-        """Let go of what other programs remembered long ago."""
+        """Remove the records of other programs that have not been used for long."""
         own = self._records
         os.utime(own)
         with os.scandir(own.parent) as entries:
             others = [entry for entry in entries if PROGRAM.fullmatch(entry.name)]
         for entry in others:
-            if entry.is_dir(follow_symlinks=False) and time() - entry.stat(follow_symlinks=False).st_mtime > KEPT:
+            if entry.is_dir(follow_symlinks=False) and time() - entry.stat(follow_symlinks=False).st_mtime > MAX_AGE:
                 _remove_records(unlinked(own.parent, entry.name), self.home)
 
     def failed(self) -> frozenset[str]:
-        """The names of the cases that failed when they were last played."""
+        """Return the names of the cases that failed in their last run."""
         with suppress(OSError, ValueError, RecursionError):
             names = json.loads(read_file(unlinked(self.folder, "failed.json"), within=self.home))
             if isinstance(names, list):
@@ -205,7 +205,7 @@ class ResultCache:
         return frozenset()
 
     def keep_failed(self, failed: Iterable[str], played: Iterable[str]) -> None:
-        """Remember which of the cases that were played failed; what is known of others stays."""
+        """Record which of the cases that ran failed; keep the records of other cases."""
         before = self.failed()
         names = (before - frozenset(played)) | frozenset(failed)
         if names != before:
@@ -214,8 +214,8 @@ class ResultCache:
                 replace_file(self.folder / "failed.json", json.dumps(sorted(names)).encode(), self.home)
 
 
-def may_be_remembered(result: VariantResult) -> bool:
-    """Whether a result is a pass, or no failure, that was compared with a golden file, and the same in all of it."""
+def is_cacheable(result: VariantResult) -> bool:
+    """Whether a result may be recorded: it passed or has no claims, and it equals its golden file."""
     golden = result.golden
     return (
         result.passed
@@ -225,23 +225,23 @@ def may_be_remembered(result: VariantResult) -> bool:
     )
 
 
-def as_record(result: VariantResult) -> object:
-    """A result as a JSON value."""
+def to_record(result: VariantResult) -> object:
+    """Return a result as a JSON value."""
     return asdict(result)
 
 
 def from_record(value: object) -> VariantResult | None:
-    """The result that a JSON value tells of, if it is one that may be remembered."""
+    """Return the result of a JSON value; None if it is invalid or not cacheable."""
     try:
         result = _adapter().validate_python(value)
     except ValueError:
         return None
-    return replace(result, remembered=True) if may_be_remembered(result) else None
+    return replace(result, remembered=True) if is_cacheable(result) else None
 
 
 @cache
 def _adapter() -> "TypeAdapter[VariantResult]":
-    from pydantic import TypeAdapter  # noqa: PLC0415 -- where something is remembered
+    from pydantic import TypeAdapter  # noqa: PLC0415 -- slow, and needed for records only
 
     return TypeAdapter(VariantResult)
 
@@ -255,7 +255,7 @@ def _signature(secret: bytes, key: str, text: bytes) -> bytes:
 
 
 def _remove_records(folder: Path, home: Path) -> None:
-    """Remove the records in a directory, and it as well unless it holds something else."""
+    """Remove the records in a directory, and the directory itself if it is empty then."""
     with suppress(OSError):
         for name in os.listdir(folder):
             if RECORD.fullmatch(name):

@@ -1,4 +1,4 @@
-"""Paths -> cases: every scenario of every file, in every variant, on every system."""
+"""Expands paths to cases: every scenario of every file, in every variant, on every system."""
 
 import json
 import os
@@ -16,7 +16,7 @@ from stackdsl.asked_files import read_asked
 from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, once
-from stackdsl.disk import LeadsOutsideError, leads_outside, read_file
+from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, leads_outside, read_file
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.importers.expansion import expand_file
 from stackdsl.importers.formats import MAX_IMPORTED
@@ -30,94 +30,91 @@ from stackdsl.project_file import OWN_FILE, confined, home_of
 from stackdsl.shown_text import visible
 from stackdsl.timeline import Timeline
 
-# Paths -> cases: every scenario of every file, in every variant, on every system that it names.
-
-
-SUFFIXES = (".yaml", ".yml")  # or in capitals
-STDIN: Final = Path("-")  # in place of a file
+SUFFIXES = (".yaml", ".yml")  # in any case
+STDIN: Final = Path("-")
 STDIN_SHOWN: Final = "<stdin>"
-MAX_BRICKS = 100_000  # in all variants of a scenario; some seconds of compiling, and some hundred megabytes
+MAX_BRICKS = 100_000  # in all variants of a scenario; takes some seconds and some hundred megabytes to compile
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
     """One scenario in one variant on one system, ready to be played."""
 
-    source: Source  # with what is repeated written out
+    source: Source  # with all repeats expanded
     scenario: Scenario
     variant: Variant
     timeline: Timeline
     system: str
-    written: Source  # as it stands in the file, and in those that it takes from
-    lines: tuple[int, int] = (1, sys.maxsize)  # of the file, from what ends the scenario before to its own last
+    written: Source  # as written in the file and its includes
+    lines: tuple[int, int] = (1, sys.maxsize)  # of the file, from the line after the previous scenario to its last
 
     @property
     def scenario_name(self) -> str:
-        """Of its scenario."""
+        """The name of the scenario."""
         return self.scenario.scenario
 
     @property
     def parameters(self) -> tuple[tuple[str, str], ...]:
-        """The choice from each row of `matrix`, as written."""
+        """The value chosen from each row of `matrix`, as written."""
         return self.variant.parameters
 
     @property
     def tags(self) -> tuple[str, ...]:
-        """Of its scenario."""
+        """The tags of the scenario."""
         return self.scenario.tags
 
     @property
     def file(self) -> str:
-        """The file of its scenario, as it is told."""
+        """The displayed path of the scenario's file."""
         return self.source.file
 
     def on(self, system: str) -> "Case":
-        """The same on another system."""
+        """Return this case on another system."""
         return replace(self, system=system)
 
     def compiled(self) -> "Case":
-        """Itself: it is ready."""
+        """Return this case, which is compiled already."""
         return self
 
     @property
     def is_sampled(self) -> bool:
-        """Whether many samples of it are judged, rather than the one that is designed."""
+        """Whether random samples are judged instead of the exact design."""
         return self.scenario.samples is not None
 
     @property
     def skip(self) -> str | None:
-        """Why its author does not want it played; None if he does."""
+        """Why the author skips this case; None to run it."""
         mark = self.scenario.skip
         return mark.reason if mark is not None and mark.is_of(self.system) else None
 
     @property
     def is_unread(self) -> bool:
-        """Whether it is made of what cannot be read here, so that no more is known of it than its name."""
+        """Whether an optional package is missing that its imports need, so that only its name is known."""
         mark = self.scenario.skip
         return mark is not None and mark.without is not None and mark.is_of(self.system)
 
     @property
     def identity(self) -> Identity:
-        """What it is called: `stepped-column`, `step=10mm,thesis`, `thesis`."""
+        """The identity of the case: `stepped-column`, `step=10mm,thesis`, `thesis`."""
         return identity_of(self.scenario.scenario, self.parameters, self.system)
 
     @property
     def name(self) -> str:
-        """What people call it: the scenario, then the variant in brackets."""
+        """The displayed name: the scenario, then the variant in brackets."""
         return f"{self.identity.scenario}[{self.identity.variant}]"
 
 
 def identity_of(scenario: str, parameters: Iterable[tuple[str, str]], system: str) -> Identity:
-    """What a case is called, by its choices from the matrix."""
+    """Return the identity of a case with the given choices from the matrix."""
     chosen = [f"{name}={compact(text)}" for name, text in parameters]
     return Identity(scenario, ",".join([*chosen, system]), system)
 
 
 @dataclass(frozen=True, slots=True)
 class Gathered:
-    """The cases of all scenarios without a mistake, in the order of files, scenarios, variants and systems.
+    """The cases of all valid scenarios, in the order of files, scenarios, variants and systems.
 
-    And all that is wrong with the others: what is not meant as it stands is neither played nor accepted.
+    The diagnostics are those of the invalid scenarios, which have no cases.
     """
 
     cases: tuple[Case, ...]
@@ -125,104 +122,104 @@ class Gathered:
 
 
 def gather(paths: Iterable[Path]) -> Gathered:
-    """Read, validate and compile everything under these paths; a directory stands for the YAML files below it."""
+    """Read, validate and compile all scenarios under these paths; a directory stands for the YAML files below it."""
     cases: list[Case] = []
-    meant, diagnostics = files_under(paths)
+    paths_of_files, diagnostics = files_under(paths)
     library = Library()
-    files = [expand_file(loaded_from(path), library) for path in meant]
+    files = [expand_file(loaded_from(path), library) for path in paths_of_files]
     first = _first_of_shared_names(source for loaded in files for source in loaded.sources)
     for loaded in files:
-        found, mistakes = cases_of(loaded)
+        compiled, mistakes = cases_of(loaded)
         diagnostics += mistakes
         diagnostics += [
             _shared_name(source, first[name])
             for source in loaded.sources
             if (name := _name(source)) in first and first[name] is not source
         ]
-        cases += [case for case in found if case.scenario.scenario not in first]
-    return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # of a file that several take from, each once
+        cases += [case for case in compiled if case.scenario.scenario not in first]
+    return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # a shared include repeats its diagnostics
 
 
 def loaded_from(path: Path) -> Loaded:
-    """What a file holds, or the standard input where `-` stands for it."""
+    """Load a file, or the standard input for `-`."""
     return _from_stdin() if path == STDIN else load(path)
 
 
 @cache
 def _from_stdin() -> Loaded:
-    """What the standard input holds; it can be read only once."""
+    """Load the standard input, which can be read only once."""
     return parsed(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_SHOWN)
 
 
 def files_under(paths: Iterable[Path]) -> tuple[list[Path], list[Diagnostic]]:
-    """The files meant by these paths, each once, by name within a directory, and what below them cannot be read.
+    """Return the scenario files under these paths, each once and sorted within a directory, and the unreadable ones.
 
-    What is no directory is left as it is: somebody named it.
+    A path that is not a directory is returned as it is.
     """
-    found: dict[str, Path] = {}  # by its one true path, as it was spelled first
+    files: dict[str, Path] = {}  # by real path, as first spelled
     unreadable: list[Diagnostic] = []
     for path in paths:
         for file in _inside(path, unreadable) if _is_folder(path) else [path]:
-            found.setdefault(os.path.realpath(file), file)
-    return list(found.values()), unreadable
+            files.setdefault(os.path.realpath(file), file)
+    return list(files.values()), unreadable
 
 
 def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
-    """The scenario files below a directory, by name; what cannot be read is added to `unreadable`."""
-    found = []
+    """Return the scenario files below a directory, sorted; add a diagnostic to `unreadable` for each unreadable one."""
+    files = []
 
-    def missed(error: OSError) -> None:
+    def report(error: OSError) -> None:
         why = f"cannot read the directory: {error.strerror}"
-        unreadable.append(_unreadable(str(error.filename), why, "let it be read, or name the files that are meant"))
+        unreadable.append(_unreadable(str(error.filename), why, "make it readable, or name the files"))
 
     home = home_of(folder)
 
-    def outside(path: Path) -> None:
-        why, hint = "a link leads out of the project", f"remove it, or mark a folder above as the root by {OWN_FILE}"
+    def report_outside(path: Path) -> None:
+        why, hint = "a link leads out of the project", f"remove it, or put {OWN_FILE} into a folder above both"
         unreadable.append(_unreadable(path.as_posix(), why, hint))
 
     def is_inside(path: Path) -> bool:
         if not path.is_symlink() or not leads_outside(path, home):
             return True
-        outside(path)
+        report_outside(path)
         return False
 
     try:
         confined(folder)
     except LeadsOutsideError:
-        outside(folder)
+        report_outside(folder)
         return []
-    for parent, folders, names in _folders(folder, missed, is_inside):
-        # A directory that is called like a scenario is a mistake worth telling.
-        # And what begins with an underscore is only there for others to take from.
-        alike = [file for name in (*names, *folders) if _is_named_alike(file := Path(parent, name))]
-        found += [file for file in alike if not file.name.startswith("_")]
-    return [file for file in sorted(found) if is_inside(file) and _can_be_read(file, unreadable)]
+    for parent, folders, names in _folders(folder, report, is_inside):
+        # A directory with the name of a scenario is reported later as a mistake.
+        candidates = [file for name in (*names, *folders) if _has_scenario_suffix(file := Path(parent, name))]
+        # A leading underscore marks files that others include.
+        files += [file for file in candidates if not file.name.startswith("_")]
+    return [file for file in sorted(files) if is_inside(file) and _can_be_read(file, unreadable)]
 
 
 def _folders(
-    folder: Path, missed: Callable[[OSError], None], is_inside: Callable[[Path], bool]
+    folder: Path, on_error: Callable[[OSError], None], is_inside: Callable[[Path], bool]
 ) -> Iterator[tuple[str, list[str], list[str]]]:
-    """What `os.walk` tells, each directory once: where it is, rather than where links lead to it, if that is inside."""
+    """Walk a directory like `os.walk`; follow links inside the project, and visit each directory once."""
     seen: set[str] = set()
     waiting = [folder]
     while waiting:
-        for parent, folders, names in os.walk(waiting.pop(0), onerror=missed):
-            if (true := os.path.realpath(parent)) in seen:
+        for parent, folders, names in os.walk(waiting.pop(0), onerror=on_error):
+            if (real := os.path.realpath(parent)) in seen:
                 folders.clear()
                 continue
-            seen.add(true)
+            seen.add(real)
             yield parent, folders, names
             links = [link for name in sorted(folders) if os.path.islink(link := os.path.join(parent, name))]
             waiting += [path for link in links if is_inside(path := Path(link))]
 
 
 def _can_be_read(file: Path, unreadable: list[Diagnostic]) -> bool:
-    """Whether it is no pipe and no device, of which nobody knows when they end; those are added to `unreadable`."""
-    # What is a directory or not there is told when it is read.
+    """Whether a path is not a pipe or a device, which may never end; add a diagnostic to `unreadable` otherwise."""
+    # Reading reports directories and missing files.
     if os.path.isfile(file) or os.path.isdir(file) or not os.path.exists(file):
         return True
-    unreadable.append(_unreadable(file.as_posix(), "it is no regular file", "move it elsewhere, or rename it"))
+    unreadable.append(_unreadable(file.as_posix(), NOT_REGULAR, "move it elsewhere, or rename it"))
     return False
 
 
@@ -231,50 +228,50 @@ def _unreadable(file: str, why: str, hint: str) -> Diagnostic:
 
 
 def _is_folder(path: Path) -> bool:
-    return os.path.isdir(path) and not _is_named_alike(path)
+    return os.path.isdir(path) and not _has_scenario_suffix(path)
 
 
-def _is_named_alike(path: Path) -> bool:
+def _has_scenario_suffix(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
 @uncollected()
 def cases_of(loaded: Loaded) -> tuple[list[Case], list[Diagnostic]]:
-    """The cases of the scenarios of one file that are without a mistake, and the mistakes of the others."""
+    """Return the cases of the valid scenarios of a file, and the mistakes of the others."""
     cases: list[Case] = []
     mistakes = list(loaded.diagnostics)
     for source, lines in zip(loaded.sources, _lines(loaded.sources), strict=True):
-        found, wrong = _source_cases(source)
-        mistakes += wrong
-        # A mistake in one variant may be one in the meaning of all: what its matrix says, for example.
-        cases += [] if wrong else [replace(case, lines=lines) for case in found]
+        compiled, own_mistakes = _source_cases(source)
+        mistakes += own_mistakes
+        # A mistake in one variant may affect all, such as one in the matrix.
+        cases += [] if own_mistakes else [replace(case, lines=lines) for case in compiled]
     return cases, list(dict.fromkeys(mistakes))
 
 
 def _lines(sources: Sequence[Source]) -> Iterator[tuple[int, int]]:
-    """The first and the last line of each scenario of a file, with the comments above it."""
+    """Yield the first and last line of each scenario of a file, including the comments above it."""
     first = 1
     for number, source in enumerate(sources, start=1):
-        own = (span.line for span in source.value_spans.values() if span.file == source.file)  # some are of others
+        own = (span.line for span in source.value_spans.values() if span.file == source.file)  # without includes
         last = max(own) if number < len(sources) else sys.maxsize
         yield first, last
         first = last + 1
 
 
 def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]:
-    """The cases of one scenario, and its mistakes, each told once however many variants share it."""
+    """Return the cases of one scenario, and its mistakes without repetition."""
     variants, malformed = expand(source)
     cases: list[Case] = []
     mistakes = dict.fromkeys(malformed)
     validated = [(variant, *validate(variant.source, variant)) for variant in variants]
     bricks = sum(bricks_at_most(scenario) for _, scenario, _ in validated if scenario is not None)
     if bricks > MAX_BRICKS and len(validated) > 1:
-        message = f"the variants have up to {bricks} bricks in all, and {MAX_BRICKS} is the most"
-        hint = "make several scenarios of it"
+        message = f"the variants have up to {bricks} bricks in total; at most {MAX_BRICKS} are allowed"
+        hint = "split it into several scenarios"
         key = "matrix" if "matrix" in source.values else "cases"
         return [], (*mistakes, Diagnostic("SD206", source.key_span_of((key,)), message, hint))
-    for variant, scenario, wrong in validated:
-        mistakes |= dict.fromkeys(wrong)
+    for variant, scenario, invalid in validated:
+        mistakes |= dict.fromkeys(invalid)
         if scenario is not None:
             timeline, misfits = compile_timeline(scenario, variant.source)
             mistakes |= dict.fromkeys(misfits)
@@ -286,7 +283,7 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:
-    """By each name that several scenarios have, the first of them; golden files are called by it."""
+    """Return the first scenario of each name that several have; golden files are named after scenarios."""
     named: defaultdict[str, list[Source]] = defaultdict(list)
     for source in sources:
         named[_name(source)].append(source)
@@ -294,95 +291,95 @@ def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:
 
 
 def _name(source: Source) -> str:
-    """The name of a scenario; empty where it has none, which is told elsewhere."""
+    """Return the name of a scenario; "" if it has none, which validation reports."""
     name = source.values.get("scenario")
     return name if isinstance(name, str) else ""
 
 
 def _shared_name(source: Source, first: Source) -> Diagnostic:
     there = first.span_of(("scenario",))
-    message = f"two scenarios are called '{_name(source)}', so that neither is played; the other one is at {there}"
-    hint = "give this one another name: -k and golden files know scenarios by their names"
+    message = f"two scenarios are called '{_name(source)}', so neither is played; the other one is at {there}"
+    hint = "give this one another name: -k and golden files identify scenarios by name"
     return Diagnostic("SD203", source.span_of(("scenario",)), message, hint)
 
 
-# Paths -> what cases there are, without reading again what is remembered of files that are as they were.
+# Paths to case names. Files that have not changed are not read again: their case names come from the cache.
 
 
 FIELDS = ("scenario_name", "parameters", "system", "tags", "lines")
 
 
 class ChangedMeanwhileError(RuntimeError):
-    """A file is another than it was a moment ago."""
+    """A file changed while it was read."""
 
 
 @dataclass
 class _Parts(Library):
-    """The files that one file takes from, what they held, and where in the project they truly are."""
+    """The library of one file; records the digests and real paths of the files that it includes or imports."""
 
     root: str = ""
-    digests: dict[str, str] = field(default_factory=dict)  # by the path that was asked for, links and all
+    digests: dict[str, str] = field(default_factory=dict)  # by path as requested, with unresolved links
 
     def read(self, path: str, root: str) -> Loaded:
-        """What a file holds; that it was asked for is noted."""
+        """Read a scenario file and record its digest."""
         loaded = super().read(path, root)
         self.digests[path] = _digest_there(path, self.root, loaded.digest)
         return loaded
 
     def bytes_of(self, path: str, most: int, root: str) -> bytes:
-        """What a file of another program holds; that it was asked for is noted."""
+        """Read a file of another program and record its digest."""
         data = super().bytes_of(path, most, root)
         self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
         return data
 
 
 @dataclass(frozen=True, slots=True)
-class _Made:
-    """Which texts a file's scenarios were made of."""
+class _InputDigests:
+    """The digests of a file and of all files that its scenarios include or import."""
 
-    own: str  # digest of the file itself
-    root: str = ""  # of the project, beyond which no file leads
-    parts: Mapping[str, str] = field(default_factory=dict)  # of the others, by path
+    own: str  # of the file itself
+    root: str = ""  # of the project; no file may be outside
+    parts: Mapping[str, str] = field(default_factory=dict)  # of the other files, by path
 
     @property
     def digest(self) -> str:
-        """One digest of all; empty where the file itself could not be read."""
+        """The digest of all files; "" if the file itself could not be read."""
         return sha256(json.dumps([self.own, *sorted(self.parts.items())]).encode()).hexdigest() if self.own else ""
 
     @property
     def is_current(self) -> bool:
-        """Whether the others are as they were."""
+        """Whether the other files are unchanged."""
         now = {path: _digest_there(path, self.root, _digest_of(Path(path), self.root)) for path in self.parts}
         return now == self.parts and all(now.values())
 
 
-def _compiled(path: Path) -> tuple[Loaded, _Made, list[Case], list[Diagnostic]]:
-    """What a file holds, which texts that is made of, and its cases and mistakes."""
+def _compiled(path: Path) -> tuple[Loaded, _InputDigests, list[Case], list[Diagnostic]]:
+    """Load and compile a file; return it with its input digests, cases and mistakes."""
     parts = _Parts(root=root_of(str(path)))
     read = loaded_from(path)
     loaded = expand_file(read, parts)
-    return loaded, _Made(read.digest, parts.root, parts.digests), *cases_of(loaded)
+    return loaded, _InputDigests(read.digest, parts.root, parts.digests), *cases_of(loaded)
 
 
 @dataclass
 class _File:
-    """A file whose cases are remembered."""
+    """A file whose case names come from the cache."""
 
     path: Path
-    made: _Made  # then
+    inputs: _InputDigests  # at the time of the record
 
     @cached_property
     def cases(self) -> Mapping[Identity, Case]:
-        """Its cases, compiled. Raises ChangedMeanwhileError."""
-        _, made, cases, mistakes = _compiled(self.path)
-        if mistakes or made.digest != self.made.digest:
-            raise ChangedMeanwhileError(f"{self.path} has changed while it was read: call again")
+        """The compiled cases. Raises ChangedMeanwhileError."""
+        _, inputs, cases, mistakes = _compiled(self.path)
+        if mistakes or inputs.digest != self.inputs.digest:
+            raise ChangedMeanwhileError(f"{self.path} changed while it was read: call again")
         return {case.identity: case for case in cases}
 
 
 @dataclass(frozen=True, slots=True)
 class CaseEntry:
-    """A case that is known by name, and compiled where it must be."""
+    """A case whose name comes from the cache; it is compiled when it must run."""
 
     origin: _File = field(repr=False)
     file: str
@@ -391,29 +388,29 @@ class CaseEntry:
     system: str
     tags: tuple[str, ...]
     lines: tuple[int, int]
-    peer: str = ""  # in the place of `system`
+    peer: str = ""  # system of the record, if `system` differs from it
 
     @property
     def identity(self) -> Identity:
-        """What it is called."""
+        """The identity of the case."""
         return identity_of(self.scenario_name, self.parameters, self.system)
 
     @property
     def name(self) -> str:
-        """What people call it: the scenario, then the variant in brackets."""
+        """The displayed name: the scenario, then the variant in brackets."""
         return f"{self.scenario_name}[{self.identity.variant}]"
 
     def on(self, system: str) -> "CaseEntry":
-        """The same on another system."""
+        """Return this case on another system."""
         return replace(self, system=system, peer=self.peer or self.system)
 
     def compiled(self) -> Case:
-        """The case itself. Raises ChangedMeanwhileError."""
+        """Compile the case. Raises ChangedMeanwhileError."""
         own = identity_of(self.scenario_name, self.parameters, self.peer or self.system)
         try:
             return self.origin.cases[own].on(self.system)
         except KeyError as error:
-            raise ChangedMeanwhileError(f"{self.file} has changed while it was read: call again") from error
+            raise ChangedMeanwhileError(f"{self.file} changed while it was read: call again") from error
 
 
 Listed: TypeAlias = Case | CaseEntry
@@ -421,43 +418,43 @@ Listed: TypeAlias = Case | CaseEntry
 
 @dataclass(frozen=True, slots=True)
 class Surveyed:
-    """The cases of all scenarios without a mistake, compiled or remembered, and all that is wrong with the others."""
+    """The cases of all valid scenarios, compiled or from the cache, and the diagnostics of the others."""
 
     cases: tuple[Listed, ...]
     diagnostics: tuple[Diagnostic, ...]
-    digests: Mapping[str, str]  # of the text of each file that could be read, by what it is called
+    digests: Mapping[str, str]  # of the inputs of each readable file, by displayed path
 
 
 def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
-    """All cases under these paths, as `gather` finds them; of files that are as they were, only their names."""
-    meant, diagnostics = files_under(paths)
+    """Return all cases under these paths, like `gather`; compile only those of files that have changed."""
+    files, diagnostics = files_under(paths)
     cases: list[Listed] = []
     names: list[str] = []
     digests: dict[str, str] = {}
-    for path in meant:
+    for path in files:
         shown, own = visible(path.as_posix()), _digest_of(path)
         key = memory.key("file", shown, own)
-        if own and (known := _recalled(memory.recall(key), path, own)):
-            names += {(entry.scenario_name, entry.lines): entry.scenario_name for entry in known}.values()
-            digests[shown] = known[0].origin.made.digest
-            cases += known
+        if own and (entries := _cached_entries(memory.recall(key), path, own)):
+            names += {(entry.scenario_name, entry.lines): entry.scenario_name for entry in entries}.values()
+            digests[shown] = entries[0].origin.inputs.digest
+            cases += entries
             continue
-        loaded, made, compiled, mistakes = _compiled(path)
+        loaded, inputs, compiled, mistakes = _compiled(path)
         diagnostics += mistakes
         cases += compiled
         names += [str(source.values.get("scenario")) for source in loaded.sources]
-        digests |= {source.file: made.digest for source in loaded.sources}
-        if not mistakes and made.own == own:
-            memory.remember(key, {"parts": dict(made.parts), "cases": [_record(case) for case in compiled]})
-    if len(set(names)) < len(names):  # two scenarios of one name are told with both places, so all are read
+        digests |= {source.file: inputs.digest for source in loaded.sources}
+        if not mistakes and inputs.own == own:
+            memory.remember(key, {"parts": dict(inputs.parts), "cases": [_record(case) for case in compiled]})
+    if len(set(names)) < len(names):  # the diagnostic of a shared name has both positions, so read all files
         gathered = gather(paths)
         return Surveyed(gathered.cases, gathered.diagnostics, {})
     return Surveyed(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
 
 
 def _digest_of(path: Path, within: str = "") -> str:
-    """The digest of a file's text; empty where it cannot be read, or is not to be."""
-    if path == STDIN or not os.path.isfile(path):  # what a shell gives as a pipe can be read only once
+    """Return the digest of a file; "" if it cannot be read, or only once."""
+    if path == STDIN or not os.path.isfile(path):  # a pipe can be read only once
         return ""
     try:
         data = read_file(path, MAX_IMPORTED + 1, within) if within else read_asked(path, MAX_IMPORTED + 1)
@@ -467,7 +464,7 @@ def _digest_of(path: Path, within: str = "") -> str:
 
 
 def _digest_there(path: str, root: str, digest: str) -> str:
-    """A digest of what a file holds and of where in the project it is; empty where it cannot be read."""
+    """Return the digest of a file with its real path in the project; "" if it cannot be read."""
     return f"{digest} {os.path.relpath(os.path.realpath(path), root)}" if digest else ""
 
 
@@ -475,14 +472,14 @@ def _record(case: Case) -> list[object]:
     return [getattr(case, name) for name in FIELDS]
 
 
-def _recalled(value: object, path: Path, own: str) -> list[CaseEntry]:
-    """The cases that a record tells of, if what they took from other files is as it was; none if it tells of none."""
+def _cached_entries(value: object, path: Path, own: str) -> list[CaseEntry]:
+    """Return the cases of a record, if the files that they include and import are unchanged; [] otherwise."""
     if not isinstance(value, dict):
         return []
     try:
-        file = _File(path, _Made(own, root_of(str(path)), value["parts"]))
-        return list(_entries(value["cases"], file)) if file.made.is_current else []
-    except (AssertionError, LookupError, TypeError, ValueError):  # whoever sent the project may have written it
+        file = _File(path, _InputDigests(own, root_of(str(path)), value["parts"]))
+        return list(_entries(value["cases"], file)) if file.inputs.is_current else []
+    except (AssertionError, LookupError, TypeError, ValueError):  # the record may be forged
         return []
 
 
@@ -492,5 +489,5 @@ def _entries(records: Iterable[list[object]], file: _File) -> Iterator[CaseEntry
         assert isinstance(parameters, list)
         assert isinstance(tags, list)
         assert isinstance(lines, list)
-        chosen = tuple((str(name), str(text)) for name, text in parameters)
-        yield CaseEntry(file, shown, str(scenario), chosen, str(system), tuple(map(str, tags)), (lines[0], lines[1]))
+        choices = tuple((str(name), str(text)) for name, text in parameters)
+        yield CaseEntry(file, shown, str(scenario), choices, str(system), tuple(map(str, tags)), (lines[0], lines[1]))

@@ -1,4 +1,4 @@
-"""The pipeline of `check`: cases -> traces -> outcomes and snapshots -> report, in supervised processes."""
+"""The pipeline of `check`: cases to traces, to outcomes and snapshots, to a report, in supervised processes."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
-from stackdsl.checking.cache import ResultCache, as_record, from_record, may_be_remembered
+from stackdsl.checking.cache import ResultCache, from_record, is_cacheable, to_record
 from stackdsl.checking.cases import Case, Listed
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.results import Goldens, checked, marked_skipped, skipped
@@ -22,38 +22,38 @@ from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervis
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.trace import OnDrawn, untold
 
-# Finds golden files that belong to no case.
+# Golden files that belong to no case.
 
 
 class GoldenOwner(Protocol):
-    """A case, as far as its golden file goes."""
+    """A case with a golden file."""
 
     @property
     def identity(self) -> Identity:
-        """What it is called."""
+        """The identity of the case, which names the golden file."""
 
     @property
     def file(self) -> str:
-        """The file that has it."""
+        """The scenario file of the case."""
 
 
-class AllFound(Protocol):
-    """What was found of a whole set of scenarios."""
+class GoldenOwners(Protocol):
+    """The cases and mistakes of a whole set of scenarios."""
 
     @property
     def cases(self) -> Sequence[GoldenOwner]:
-        """All cases without a mistake."""
+        """All valid cases."""
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         """All mistakes."""
 
 
-def unused_goldens(found: AllFound, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
-    """The golden files below a directory that belong to no case of a whole set of scenarios.
+def unused_goldens(found: GoldenOwners, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the golden files below a directory that belong to no case of a whole set of scenarios.
 
-    None where anything in the set is mistaken, or where it is empty: then nobody knows what belongs to it.
-    `others` are files of the set that may have no case.
+    Return none if the set is empty or has a mistake: its cases are unknown then. `others` are scenario files of the set
+    that may have no cases.
     """
     if found.diagnostics or not found.cases:
         return ()
@@ -61,37 +61,37 @@ def unused_goldens(found: AllFound, golden: Path, others: Iterable[str] = ()) ->
     return obsolete(golden, used, whole_set=True, checked={*others, *(case.file for case in found.cases)})
 
 
-# The pipeline: cases -> traces -> outcomes and snapshots -> report. Worlds are stepped in supervised processes.
+# The pipeline.
 
 
-TIME_LIMIT = 600.0  # [s] of wall time a case; many times what the largest scenario takes
-REFINED_COST = 5.0  # runs' worth of time: the run, and one with twice the steps of twice the iterations
+TIME_LIMIT = 600.0  # [s] of wall time per case; many times that of the largest scenario
+REFINED_COST = 5.0  # cost of a refined run in plain runs: one plain run, and one with twice the steps and iterations
 
 
 @dataclass(frozen=True, slots=True)
 class CheckConfig:
-    """How a check is carried out."""
+    """The options of a check."""
 
-    golden: Path | None  # None where golden files are not looked at
+    golden: Path | None  # directory of the golden files; None to ignore them
     update: bool = False
     workers: int = 1
-    time_limit: float = TIME_LIMIT  # [s] of wall time a case
-    accept_failing: bool = False  # with `update`, accept also what fails its expectations
-    scenarios: Path | None = None  # directory of the scenarios that are checked together; None for that beside `golden`
-    update_command: str = ""  # the same call, with an update of the golden files
+    time_limit: float = TIME_LIMIT  # [s] of wall time per case
+    accept_failing: bool = False  # with `update`, also accept results that fail their expectations
+    scenarios: Path | None = None  # directory of the whole set of scenarios; None for that beside `golden`
+    update_command: str = ""  # this command line, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
-    on_wait: OnWait = lambda: None  # called many times a second while cases are played
-    on_drawn: OnDrawn = untold  # of the samples of a case, as they come
-    write_new_goldens: bool = False  # write the golden file of what is as expected and has none
-    first_failure: bool = False  # play nothing more once something has failed
-    must_claim: bool = False  # let a case fail of which nothing is expected
+    on_wait: OnWait = lambda: None  # called many times per second while cases run
+    on_drawn: OnDrawn = untold  # called for each chunk of samples
+    write_new_goldens: bool = False  # write missing golden files of cases that pass
+    first_failure: bool = False  # stop at the first failure
+    must_claim: bool = False  # a case without claims fails
     memory: ResultCache = field(default_factory=lambda: ResultCache(Path(), used=False))
-    waiting: PendingStore | None = None  # where to keep what differs until somebody decides; None where nobody does
-    digests: Mapping[str, str] = field(default_factory=dict)  # of the text of each file, by what it is called
+    waiting: PendingStore | None = None  # stores differences until a person decides; None to drop them
+    digests: Mapping[str, str] = field(default_factory=dict)  # of the inputs of each file, by displayed path
 
     @property
     def goldens(self) -> Goldens:
-        """What is done about golden files."""
+        """The options for golden files."""
         return Goldens(
             self.golden,
             self.update,
@@ -105,11 +105,11 @@ OnResult = Callable[[VariantResult], None]
 
 
 class FoundCases(Protocol):
-    """What was found under some paths."""
+    """The cases and mistakes under some paths."""
 
     @property
     def cases(self) -> Sequence[Listed]:
-        """All cases without a mistake."""
+        """All valid cases."""
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -117,25 +117,25 @@ class FoundCases(Protocol):
 
 
 @dataclass(slots=True)
-class _Played:
-    """The results of a check by the number of the case, each told as it comes."""
+class _Check:
+    """A check in progress, with the results by the index of the case."""
 
     selected: Sequence[Listed]
-    terms: CheckConfig
+    config: CheckConfig
     on_result: OnResult
     goldens: Goldens
     results: dict[int, VariantResult] = field(default_factory=dict)
-    cases: dict[int, Case] = field(default_factory=dict)  # those that are played
+    cases: dict[int, Case] = field(default_factory=dict)  # those that run
     interrupted: bool = False
 
     def recall(self) -> None:
-        """Take over what is remembered; nothing of it is told, for nothing happens."""
+        """Take results from the cache; do not report them, since nothing ran."""
         for index, case in enumerate(self.selected):
-            if (found := recalled(case, self.terms)) is not None:
-                self.results[index] = found
+            if (result := cached_result(case, self.config)) is not None:
+                self.results[index] = result
 
     def play(self) -> None:
-        """Play all that can be played here, and tell of the rest why it cannot."""
+        """Play the remaining cases; skip those that their author or a missing engine excludes."""
         rest = [index for index in range(len(self.selected)) if index not in self.results]
         self.cases = {index: self.selected[index].compiled() for index in rest}
         for index, case in self.cases.items():
@@ -149,27 +149,27 @@ class _Played:
             self._draw(sampled)
 
     def _play(self, playable: Sequence[int]) -> None:
-        """Play the cases of one run each."""
+        """Play the cases that need one run each."""
 
         def done(number: int, result: TaskResult) -> None:
             self._ended(playable[number], self._checked(playable[number], result))
-            if self.terms.first_failure and failed(self.results[playable[number]]):
+            if self.config.first_failure and failed(self.results[playable[number]]):
                 raise EnoughSeenError
 
         tasks = [self._task(self.cases[index]) for index in playable]
-        pool = run_supervised(tasks, self.terms.workers, done, self.terms.on_wait)
-        for index, left in zip(playable, pool.results, strict=True):
+        pool = run_supervised(tasks, self.config.workers, done, self.config.on_wait)
+        for index, remaining in zip(playable, pool.results, strict=True):
             if index not in self.results:
-                self.results[index] = self._checked(index, left)
+                self.results[index] = self._checked(index, remaining)
         self.interrupted = pool.interrupted
 
     def _draw(self, sampled: Sequence[int]) -> None:
-        """Draw the samples of all cases that have some, unless enough is known."""
+        """Draw the samples of sampled cases, unless the check ends early."""
         for index in sampled:
             self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
-        if self.interrupted or (self.terms.first_failure and any(map(failed, self._done()))):
+        if self.interrupted or (self.config.first_failure and any(map(failed, self._done()))):
             return
-        from stackdsl.checking.ensembles import (  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import (  # noqa: PLC0415 -- imports scipy
             Drawing,
             checked_samples,
             draw,
@@ -179,38 +179,38 @@ class _Played:
             if drawing.failed is not None:
                 self._ended(index, self._checked(index, drawing.failed))
             else:
-                must_claim = self.terms.must_claim
+                must_claim = self.config.must_claim
                 self._ended(index, checked_samples(drawing.case, drawing.ensemble(), self.goldens, must_claim))
-            if self.terms.first_failure and failed(self.results[index]):
+            if self.config.first_failure and failed(self.results[index]):
                 raise EnoughSeenError
 
         drawings = {index: Drawing(self.cases[index], self._digest(index)) for index in sampled}
-        terms = self.terms
-        how = terms.workers, terms.time_limit, terms.memory
-        self.interrupted = draw(drawings, *how, ended, terms.on_wait, on_drawn=terms.on_drawn)
+        config = self.config
+        how = config.workers, config.time_limit, config.memory
+        self.interrupted = draw(drawings, *how, ended, config.on_wait, on_drawn=config.on_drawn)
 
     def _done(self) -> list[VariantResult]:
         return [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]
 
     def _digest(self, index: int) -> str:
-        """The digest of the text that a case comes from; empty where nothing of it may be remembered."""
+        """Return the digest of the inputs of a case; "" if its results must not be cached."""
         case = self.selected[index]
-        return self.terms.digests[case.file] if _may_be_known(case, self.terms) else ""
+        return self.config.digests[case.file] if _uses_cache(case, self.config) else ""
 
     def _task(self, case: Case) -> Task:
-        playing, runs = (play_refined, REFINED_COST) if self.terms.refine else (play_case, 1.0)
+        playing, runs = (play_refined, REFINED_COST) if self.config.refine else (play_case, 1.0)
         may_stop = stop_condition_of(case.scenario, case.system)
-        return Task(played_or_blocked, (playing, case.timeline, case.system, may_stop), runs * self.terms.time_limit)
+        return Task(played_or_blocked, (playing, case.timeline, case.system, may_stop), runs * self.config.time_limit)
 
     def _checked(self, index: int, result: TaskResult) -> VariantResult:
-        return checked(self.cases[index], result, self.goldens, self.terms.must_claim)
+        return checked(self.cases[index], result, self.goldens, self.config.must_claim)
 
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
-        _remember(self.selected[index], result, self.terms)
-        if self.terms.waiting is not None and result.golden is not None:
+        _remember(self.selected[index], result, self.config)
+        if self.config.waiting is not None and result.golden is not None:
             missed = () if result.may_be_locked else tuple(_missed(each) for each in result.outcomes if not each.passed)
-            self.terms.waiting.note(result.name, result.golden, missed, result.file)
+            self.config.waiting.note(result.name, result.golden, missed, result.file)
         self.on_result(result)
 
 
@@ -219,94 +219,94 @@ def _missed(outcome: ClaimOutcome) -> str:
 
 
 def failed(result: VariantResult) -> bool:
-    """Whether a result is one to look into."""
+    """Whether a result is a failure, or differs from its golden file."""
     return result.status is not RunStatus.SKIPPED and (not result.passed or result.golden_failed)
 
 
-def recalled(case: Listed, terms: CheckConfig) -> VariantResult | None:
-    """What came of a case when it was last played, if that is remembered and all that it came from is as it was."""
-    if terms.golden is None or terms.update or not _may_be_known(case, terms):
+def cached_result(case: Listed, config: CheckConfig) -> VariantResult | None:
+    """Return the cached result of a case; None if there is none, or if any of its inputs has changed."""
+    if config.golden is None or config.update or not _uses_cache(case, config):
         return None
-    digest = text_digest(content(terms.golden / golden_name(case.identity), terms.golden))
-    found = from_record(terms.memory.recall(_key(case, digest, terms))) if digest else None
-    return None if found is not None and found.unchecked and terms.must_claim else found
+    digest = text_digest(content(config.golden / golden_name(case.identity), config.golden))
+    result = from_record(config.memory.recall(_key(case, digest, config))) if digest else None
+    return None if result is not None and result.unchecked and config.must_claim else result
 
 
-def _remember(case: Listed, result: VariantResult, terms: CheckConfig) -> None:
-    if may_be_remembered(result) and _may_be_known(case, terms) and result.golden is not None and result.golden.digest:
-        terms.memory.remember(_key(case, result.golden.digest, terms), as_record(result))
+def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
+    if is_cacheable(result) and _uses_cache(case, config) and result.golden is not None and result.golden.digest:
+        config.memory.remember(_key(case, result.golden.digest, config), to_record(result))
 
 
-def _files(found: FoundCases, terms: CheckConfig) -> set[str]:
-    """The files of YAML that were found."""
-    return {*terms.digests, *(case.file for case in found.cases)}
+def _files(found: FoundCases, config: CheckConfig) -> set[str]:
+    """Return the scenario files of a set."""
+    return {*config.digests, *(case.file for case in found.cases)}
 
 
-def _may_be_known(case: Listed, terms: CheckConfig) -> bool:
-    """Whether anything may be remembered of it: a file that was not read whole is none that can be as it was."""
-    return terms.memory.used and not terms.refine and bool(terms.digests.get(case.file))
+def _uses_cache(case: Listed, config: CheckConfig) -> bool:
+    """Whether the result of a case may be cached. A file without a digest was not read completely."""
+    return config.memory.used and not config.refine and bool(config.digests.get(case.file))
 
 
-def _key(case: Listed, golden_digest: str, terms: CheckConfig) -> str:
-    golden = (terms.golden or Path()) / golden_name(case.identity)
-    asked = terms.digests[case.file], case.name, case.system, terms.time_limit
-    return terms.memory.key("case", case.file, *asked, golden.as_posix(), golden_digest)
+def _key(case: Listed, golden_digest: str, config: CheckConfig) -> str:
+    golden = (config.golden or Path()) / golden_name(case.identity)
+    inputs = config.digests[case.file], case.name, case.system, config.time_limit
+    return config.memory.key("case", case.file, *inputs, golden.as_posix(), golden_digest)
 
 
 def check(
     found: FoundCases,
     selected: Sequence[Listed],
     whole_set: bool,
-    terms: CheckConfig,
+    config: CheckConfig,
     on_result: OnResult = lambda _: None,
 ) -> Report:
-    """Play the selected cases and judge them; `on_result` hears of each as it is done.
+    """Play the selected cases and judge them; call `on_result` with each result.
 
-    With `whole_set`, golden files that belong to none of all that was found are obsolete.
+    With `whole_set`, golden files that belong to no case in `found` are obsolete.
     """
     started = perf_counter()
-    unused = unused_goldens(found, terms.golden, terms.digests) if whole_set and terms.golden is not None else ()
-    played = _Played(selected, terms, on_result, replace(terms.goldens, unused=unused))
-    played.recall()
+    unused = unused_goldens(found, config.golden, config.digests) if whole_set and config.golden is not None else ()
+    checking = _Check(selected, config, on_result, replace(config.goldens, unused=unused))
+    checking.recall()
     try:
-        played.play()
+        checking.play()
     finally:
-        terms.memory.settle()
-    if terms.waiting is not None:  # also of what is remembered, and so was not played
-        goldens = [result.golden for result in played.results.values() if result.golden is not None]
-        terms.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
+        config.memory.settle()
+    if config.waiting is not None:  # cached results count, too
+        goldens = [result.golden for result in checking.results.values() if result.golden is not None]
+        config.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
         if not found.diagnostics:
-            terms.waiting.forget_gone({case.name for case in found.cases}, _files(found, terms))
-    if played.interrupted:
+            config.waiting.forget_gone({case.name for case in found.cases}, _files(found, config))
+    if checking.interrupted:
         unused = ()
-    moved = {result.golden.renamed_from for result in played.results.values() if result.golden is not None}
+    moved = {result.golden.renamed_from for result in checking.results.values() if result.golden is not None}
     unused = tuple(file for file in unused if file not in moved)
-    removed = remove_obsolete(unused) if terms.update else ()
-    # After an interrupt an update would accept what nobody has seen.
-    differ = any(result.golden_failed and result.may_be_locked for result in played.results.values())
-    to_accept = (unused or differ) and not played.interrupted
-    results = [played.results[index] for index in range(len(selected))]
-    shown = [result for result in results if played.interrupted or result.status is not RunStatus.NOT_RUN]
+    removed = remove_obsolete(unused) if config.update else ()
+    # After an interrupt, an update would accept results that were never reported.
+    differ = any(result.golden_failed and result.may_be_locked for result in checking.results.values())
+    to_accept = (unused or differ) and not checking.interrupted
+    results = [checking.results[index] for index in range(len(selected))]
+    shown = [result for result in results if checking.interrupted or result.status is not RunStatus.NOT_RUN]
     return Report(
         results=tuple(shown),
         diagnostics=found.diagnostics,
         obsolete=tuple(file for file in unused if file not in removed),
         removed=removed,
-        interrupted=played.interrupted,
+        interrupted=checking.interrupted,
         left=len(results) - len(shown),
-        accept=terms.update_command if to_accept and not terms.update else "",
+        accept=config.update_command if to_accept and not config.update else "",
         wall_time=perf_counter() - started,
     )
 
 
 def is_whole_set(paths: Sequence[Path], golden: Path, scenarios: Path | None = None) -> bool:
-    """Whether all scenarios that the golden directory may belong to are checked.
+    """Whether the paths include all scenarios that own the golden directory.
 
-    They are in `scenarios`, as the project says, or else in the directory of this name beside it, or around it; any
-    other directory may hold just some of them.
+    These are in `scenarios` if the project sets it, else in the directory `scenarios` beside `golden` or in any
+    directory above. Any other directory may contain only some of them.
     """
-    # Not Path.resolve, which raises where links form a loop.
+    # Path.resolve raises an error where links form a loop.
     home = Path(os.path.realpath(golden)).parent
     beside = scenarios if scenarios is not None else home / "scenarios"
-    wholes = [Path(os.path.realpath(beside)), home, *home.parents]
-    return any(os.path.isdir(path) and Path(os.path.realpath(path)) in wholes for path in paths)
+    whole_sets = [Path(os.path.realpath(beside)), home, *home.parents]
+    return any(os.path.isdir(path) and Path(os.path.realpath(path)) in whole_sets for path in paths)

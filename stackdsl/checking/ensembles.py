@@ -39,15 +39,15 @@ from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Cost, Ensemble, OnDrawn, Trace, untold
 
-# A chunk of the samples of one case: what a worker does.
+# Judges a chunk of the samples of one case, in a worker.
 
 
-PLAYED = "played"  # the way of systems that prove nothing
+PLAYED = "played"  # method of systems that prove nothing
 
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """What became of some samples, in order of their numbers: see `SampleOutcome`; and how many each way decided."""
+    """The outcomes of consecutive samples (see `SampleOutcome`), and how many each method decided."""
 
     fates: tuple[int, ...]
     ways: dict[str, int]
@@ -55,34 +55,36 @@ class Chunk:
 
 
 def varied_chunk(variant: Variant, system: str, draws: Draws, setting: Setting = AS_WRITTEN) -> Chunk | Diagnostic:
-    """What a worker does where more than hands is uncertain: judge each sample by itself; or what one has mistaken."""
+    """Judge samples with a timeline each, since values of the scenario vary; or return the mistake of a sample."""
     started = process_time()
     try:
-        each = [
+        samples = [
             judged_chunk(timeline, system, replace(draws, first=number, count=1))
             for number, timeline in enumerate(timelines(variant, draws, setting), start=draws.first)
         ]
     except SampleMistakeError as error:
         return error.mistake
     ways = Counter[str]()
-    for one in each:
-        ways.update(one.ways)
-    return Chunk(tuple(one.fates[0] for one in each), dict(ways), process_time() - started)
+    for sample in samples:
+        ways.update(sample.ways)
+    return Chunk(tuple(sample.fates[0] for sample in samples), dict(ways), process_time() - started)
 
 
 def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
-    """What a worker does: judge some samples, by statics alone where the system proves."""
+    """Judge samples of one timeline with placement errors; by statics alone if the system is proven."""
     started = process_time()
-    each = judged_each(build_plan_of(timeline), timeline, system, draws)
-    ways = Counter(way for _, way in each if way)
-    return Chunk(tuple(fate for fate, _ in each), dict(ways), process_time() - started)
+    judged = judged_each(build_plan_of(timeline), timeline, system, draws)
+    ways = Counter(method for _, method in judged if method)
+    return Chunk(tuple(outcome for outcome, _ in judged), dict(ways), process_time() - started)
 
 
 def judged_each(design: BuildPlan, timeline: Timeline, system: str, draws: Draws) -> list[tuple[int, str]]:
-    """The fate of each of some samples, and the way that decided it; no way where there was nothing to judge."""
+    """Return the outcome and the deciding method of each sample; "" for a sample that needed none."""
     if system_named(system).method is Method.PROVEN:
-        found = sample_outcomes_of(design, draws)
-        return [(fate, str(way or "")) for fate, way in zip(found.fates.tolist(), found.ways, strict=True)]
+        outcomes = sample_outcomes_of(design, draws)
+        return [
+            (outcome, str(method or "")) for outcome, method in zip(outcomes.fates.tolist(), outcomes.ways, strict=True)
+        ]
     hands = PlacementSampler(design, draws).build()
     return [
         (_played(timeline, hands.placed(sample), system), PLAYED)
@@ -93,63 +95,64 @@ def judged_each(design: BuildPlan, timeline: Timeline, system: str, draws: Draws
 
 
 def _played(timeline: Timeline, placed: Sequence[Placed], system: str) -> int:
-    """The fate of one sample on an engine, which is followed until it falls."""
+    """Play one sample on an engine until it falls, and return its outcome."""
     poses = {each.brick.id: each.pose for each in placed}
     actions = tuple(
         replace(action, pose=poses[action.brick.id]) if isinstance(action, Placement) else action
         for action in timeline.actions
     )
-    sample = replace(timeline, actions=actions, jitter={}, aftermath=False, margins=(), told_margins=())
+    sample = replace(timeline, actions=actions, jitter={}, aftermath=False, margins=(), reported_margins=())
     try:
         trace = play_case(sample, system, has_fallen)
-    except BlockedPlacementError:  # something had moved, and not as far as counts as fallen
+    except BlockedPlacementError:  # a brick moved into the place, but not far enough to count as a fall
         return int(SampleOutcome.UNDECIDED)
     return trace.collapse.level if trace.collapse is not None else int(SampleOutcome.STANDS)
 
 
 def has_fallen(trace: Trace) -> bool:
-    """Whether all is known of a sample."""
+    """Whether the outcome of a sample is known."""
     return trace.collapse is not None
 
 
-# Cases of many samples: drawn in chunks by the processes of a check, look by look, until all that is asked is decided.
+# Sampled cases. Supervised processes draw their samples in chunks, up to one interim look after the other, until every
+# claim is decided.
 #
-# What a chunk came to depends on nothing but its numbers, so neither the processes nor the order make a difference, and
-# a chunk that is remembered from a call that was interrupted need not be drawn again.
+# A chunk depends only on its sample numbers. So the number of processes and the order of chunks change nothing, and the
+# cached chunks of an interrupted check remain valid.
 
 
-CHUNK = 500  # samples; so many are judged together about as cheaply as any number
+CHUNK = 500  # samples; larger chunks are hardly cheaper per sample
 
 
 @dataclass
 class Drawing:
-    """The samples of one case so far."""
+    """The samples of one case drawn so far."""
 
     case: Case
-    digest: str  # of the text that the case came from; empty where nothing may be remembered
+    digest: str  # of the inputs of the case; "" to cache nothing
     chunks: dict[int, Chunk] = field(default_factory=dict)  # by the number of the first sample
     failed: TaskResult | None = None  # of a chunk that crashed or overran its time
-    at: int = 0  # the look that is due
+    at: int = 0  # index of the next look
 
     @property
     def planned(self) -> int:
-        """How many samples there may be."""
+        """The largest number of samples."""
         return self.case.scenario.samples or 0
 
     @property
     def drawn(self) -> int:
-        """How many there are."""
+        """The number of samples drawn so far."""
         return sum(len(chunk.fates) for chunk in self.chunks.values())
 
     def due(self) -> list[tuple[int, int]]:
-        """The chunks that the next look needs and that are not there: the number of the first sample, and how many."""
+        """Return the missing chunks of the next look, each by its first sample number and its size."""
         ends = looks(self.planned)
-        cuts = sorted({*ends, *range(0, self.planned, CHUNK)})  # so that no chunk is cut by a look
+        cuts = sorted({*ends, *range(0, self.planned, CHUNK)})  # every look is at the end of a chunk
         parts = [(first, last - first) for first, last in zip([0, *cuts], [*cuts, self.planned], strict=True)]
         return [part for part in parts if part[1] and part[0] < ends[self.at] and part[0] not in self.chunks]
 
     def look(self) -> bool:
-        """Whether all is decided, or drawn; else the next look is due."""
+        """Return whether the case is finished: decided, or completely drawn; advance to the next look otherwise."""
         ends = looks(self.planned)
         if self.at + 1 == len(ends) or self._is_decided():
             return True
@@ -162,21 +165,21 @@ class Drawing:
         return bool(decisions) and Decision.OPEN not in decisions
 
     def ensemble(self) -> Ensemble:
-        """What became of the samples up to the look that is due."""
+        """Return the counts of outcomes up to the next look."""
         chunks = [chunk for first, chunk in self.chunks.items() if first < looks(self.planned)[self.at]]
-        fates = Counter(fate for chunk in chunks for fate in chunk.fates)
-        ways = Counter[str]()
+        counts = Counter(outcome for chunk in chunks for outcome in chunk.fates)
+        methods = Counter[str]()
         for chunk in chunks:
-            ways.update(chunk.ways)
+            methods.update(chunk.ways)
         return Ensemble(
-            drawn=sum(fates.values()),
+            drawn=sum(counts.values()),
             planned=self.planned,
             seed=self.case.scenario.seed,
-            stood=fates[SampleOutcome.STANDS],
-            fell={level: fates[level] for level in sorted(fates) if level > 0},
-            undecided=fates[SampleOutcome.UNDECIDED],
-            unfit=fates[SampleOutcome.UNFIT],
-            ways=dict(sorted(ways.items())),
+            stood=counts[SampleOutcome.STANDS],
+            fell={level: counts[level] for level in sorted(counts) if level > 0},
+            undecided=counts[SampleOutcome.UNDECIDED],
+            unfit=counts[SampleOutcome.UNFIT],
+            ways=dict(sorted(methods.items())),
             cpu_time=sum(chunk.cpu_time for chunk in chunks),
         )
 
@@ -195,52 +198,52 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     run: Run = run_supervised,
     on_drawn: OnDrawn = untold,
 ) -> bool:
-    """Draw all samples that are needed, and tell of each case as it ends; whether it was interrupted.
+    """Draw the samples of all cases until each is decided; return whether it was interrupted.
 
-    `on_ended` may raise EnoughSeenError: then no more is drawn. `run` does the tasks, by default processes of ours.
-    `on_drawn` hears of each case as it begins, and with each chunk.
+    `on_ended` is called with each finished case and may raise EnoughSeenError to stop. `run` runs the tasks, by default
+    in supervised processes. `on_drawn` is called when a case begins, and after each chunk.
     """
-    open_ones = dict(drawings)
-    for drawing in open_ones.values():
+    undecided = dict(drawings)
+    for drawing in undecided.values():
         _recall(drawing, memory)
         on_drawn(drawing.case.name, drawing.drawn, drawing.planned)
     try:
-        while open_ones:
-            for number, drawing in list(open_ones.items()):
+        while undecided:
+            for number, drawing in list(undecided.items()):
                 while not drawing.due() and drawing.failed is None and not drawing.look():
                     pass
                 if drawing.failed is not None or not drawing.due():
-                    del open_ones[number]
+                    del undecided[number]
                     on_ended(number, drawing)
-            if _drawn(open_ones, time_limit, memory, lambda tasks, done: run(tasks, workers, done, on_wait), on_drawn):
+            if _drawn(undecided, time_limit, memory, lambda tasks, done: run(tasks, workers, done, on_wait), on_drawn):
                 return True
     except EnoughSeenError:
         pass
     return False
 
 
-def drawn_alone(
+def draw_samples(
     case: Case, workers: int, time_limit: float, run: Run = run_supervised, on_drawn: OnDrawn = untold
 ) -> Drawing | None:
-    """The samples of one case, of which nothing is remembered; None if it was interrupted."""
+    """Draw the samples of one case without the cache; return None if it was interrupted."""
     ended: list[Drawing] = []
     memory = ResultCache(Path(), used=False)
-    one = {0: Drawing(case, "")}
+    drawings = {0: Drawing(case, "")}
     interrupted = draw(
-        one, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run, on_drawn=on_drawn
+        drawings, workers, time_limit, memory, lambda _, drawing: ended.append(drawing), run=run, on_drawn=on_drawn
     )
     return None if interrupted else ended[0]
 
 
 def _drawn(
-    open_ones: Mapping[int, Drawing],
+    undecided: Mapping[int, Drawing],
     time_limit: float,
     memory: ResultCache,
     run: Callable[[Sequence[Task], OnDone], PoolResult],
     on_drawn: OnDrawn,
 ) -> bool:
-    """Draw what the next look of each case needs; whether it was interrupted."""
-    parts = [(drawing, *part) for drawing in open_ones.values() for part in drawing.due()]
+    """Draw the chunks of the next look of each case; return whether it was interrupted."""
+    parts = [(drawing, *part) for drawing in undecided.values() for part in drawing.due()]
 
     def done(index: int, result: TaskResult) -> None:
         drawing, first, count = parts[index]
@@ -251,12 +254,12 @@ def _drawn(
         elif result.status is not TaskStatus.NOT_RUN:
             drawing.failed = result
 
-    tasks = [Task(*_asked(drawing, first, count), time_limit) for drawing, first, count in parts]
+    tasks = [Task(*_call(drawing, first, count), time_limit) for drawing, first, count in parts]
     return run(tasks, done).interrupted if tasks else False
 
 
-def _asked(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk | Diagnostic], tuple[object, ...]]:
-    """What a worker is to call, and with what."""
+def _call(drawing: Drawing, first: int, count: int) -> tuple[Callable[..., Chunk | Diagnostic], tuple[object, ...]]:
+    """Return the function that judges a chunk in a worker, and its arguments."""
     case = drawing.case
     draws = Draws(case.scenario.seed, case.scenario.scenario, first, count)
     if case.scenario.uncertain is not None:
@@ -275,38 +278,38 @@ def _remember(drawing: Drawing, first: int, count: int, chunk: Chunk, memory: Re
 
 
 def _recall(drawing: Drawing, memory: ResultCache) -> None:
-    """Take over the chunks that are remembered."""
+    """Add the chunks that are in the cache."""
     if not drawing.digest:
         return
-    was, drawing.at = drawing.at, len(looks(drawing.planned)) - 1
+    look, drawing.at = drawing.at, len(looks(drawing.planned)) - 1
     for first, count in drawing.due():
-        found = memory.recall(_key(drawing, first, count, memory))
-        if isinstance(found, list):
-            fates, ways, cpu_time = found
-            drawing.chunks[first] = Chunk(tuple(fates), dict(ways), cpu_time)
-    drawing.at = was
+        record = memory.recall(_key(drawing, first, count, memory))
+        if isinstance(record, list):
+            outcomes, methods, cpu_time = record
+            drawing.chunks[first] = Chunk(tuple(outcomes), dict(methods), cpu_time)
+    drawing.at = look
 
 
-# Judges a case of many samples and compares its counts with its golden file.
+# Judges a sampled case and compares its counts with its golden file.
 
 
-TIME_LIMIT = 600.0  # [s] of wall time a chunk of samples
+TIME_LIMIT = 600.0  # [s] of wall time per chunk of samples
 NO_GOLDENS = Goldens(None)
 
 
-def drawn_result(
+def sampled_result(
     case: Case,
     workers: int,
     goldens: Goldens = NO_GOLDENS,
     executor: Executor | None = None,
     on_drawn: OnDrawn = untold,
 ) -> VariantResult:
-    """Draw the samples of a case, as many as decide: here, or on an executor that does so many calls at a time.
+    """Draw samples of a case until it is decided, here or on an executor with this many workers, and judge it.
 
-    Raises KeyboardInterrupt where somebody interrupts that.
+    Raises KeyboardInterrupt if it is interrupted.
     """
     run = partial(run_on, executor) if executor else run_supervised
-    drawing = drawn_alone(case, workers, TIME_LIMIT, run, on_drawn)
+    drawing = draw_samples(case, workers, TIME_LIMIT, run, on_drawn)
     if drawing is None:
         raise KeyboardInterrupt
     if drawing.failed is not None:
@@ -315,12 +318,12 @@ def drawn_result(
 
 
 def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens, must_claim: bool = False) -> VariantResult:
-    """The result of a case of many samples: expectations, truths, and the comparison with its golden file.
+    """Return the result of a sampled case: expectations, truths, and the comparison with its golden file.
 
-    With `must_claim` it is a failure if nothing is expected of the case.
+    With `must_claim`, a case without claims fails.
     """
     result = replace(judged_samples(case, ensemble), must_claim=must_claim)
-    proven = system_named(case.system).method is Method.PROVEN  # what an engine makes of samples is its own affair
+    proven = system_named(case.system).method is Method.PROVEN  # counts of an engine are not locked
     if goldens.folder is None or not proven or case.file == STDIN_SHOWN:
         return result
     snapshot = snapshot_of_samples(ensemble, case.timeline.world, case.identity, current_stamp("", 0))
@@ -328,7 +331,7 @@ def checked_samples(case: Case, ensemble: Ensemble, goldens: Goldens, must_claim
 
 
 def judged_samples(case: Case, ensemble: Ensemble) -> VariantResult:
-    """The result of a case of many samples, without its golden file."""
+    """Return the result of a sampled case without the comparison with its golden file."""
     outcomes, truths, _ = judge_shares(ensemble, case.scenario, case.variant, case.source, case.system)
     xfail = case.scenario.xfail
     marked = xfail is not None and xfail.is_of(case.system)

@@ -1,4 +1,4 @@
-"""Why a run came out otherwise than expected: what is proven of it, what was done just before, what moved first."""
+"""Explains an unexpected result: the proof, the last action before it, and the first motion."""
 
 import shlex
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ from stackdsl.timeline import (
 from stackdsl.trace import Event, Trace
 from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
 
-NOTICED = 1e-6  # [m] what shifted by less has not moved, as far as people are concerned
+NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
     Arrival.SET_DOWN: "set down",
     Arrival.SLID_IN: "slid in",
@@ -40,7 +40,7 @@ ARRIVALS = {
 
 
 def why_of(case: Case, trace: Trace) -> Why:
-    """What is known of a run, as far as it says why something came out as it did."""
+    """Return the explanation of a run."""
     woken = woken_before(trace)
     verdict = proof_of_fall(trace, woken)
     side = FallSide()
@@ -58,9 +58,9 @@ def why_of(case: Case, trace: Trace) -> Why:
 
 
 def _see(case: Case, proven: bool) -> str:
-    """A command for a shell that shows it: the proof where there is one, else the run as it goes."""
+    """Return a shell command that shows the proof if there is one, else the run."""
     explains = proven and system_named(case.system).method is Method.PROVEN
-    # A path that begins with a dash would be taken for an option.
+    # A path with a leading dash would be read as an option.
     file = f"./{case.file}" if case.file.startswith("-") else "-" if case.file == STDIN_SHOWN else case.file
     system = [] if case.system in case.scenario.systems else ["--system", case.system]
     return shlex.join(["stackdsl", "explain" if explains else "run", file, *system, "-k", case.name])
@@ -71,8 +71,8 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         if trace.statics is None:
             return ""
         stands = trace.statics.stability is Stability.STABLE
-        told = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
-        return told if stands else trace.statics.reason
+        standing = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
+        return standing if stands else trace.statics.reason
     if trace.numerical:
         return f"none of physics: {trace.numerical}"
     if verdict is not None:
@@ -81,36 +81,36 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
 
 
 def _before(case: Case, trace: Trace, woken: Event | None) -> str:
-    """The last thing that was done before what fell was woken, or left its place, or before the end."""
+    """Return the last action before the falling bricks woke or left their places, or before the end of the run."""
     until = trace.cost.simulated_time
     if trace.collapse is not None:
         until = woken.time if woken is not None else trace.collapse.time
-    met = [action for action in case.timeline.actions if _met(action) <= until]
-    if not met:
+    earlier = [action for action in case.timeline.actions if _effect_time(action) <= until]
+    if not earlier:
         return ""
-    last = sorted(met, key=_met)[-1]  # of those at one time, the last as they are written
-    together = (last,) if not isinstance(last, Placement) else tuple(_with(last, case.timeline))
+    last = sorted(earlier, key=_effect_time)[-1]  # the last in file order of several at one time
+    together = (last,) if not isinstance(last, Placement) else tuple(_placed_together(last, case.timeline))
     origin = origin_of(last, case.scenario, case.source)
     where = f"{origin.part} {origin.number}, {origin.kind} at {origin.span}: " if origin is not None else ""
-    return f"{where}{_done(together)}"
+    return f"{where}{_action_text(together)}"
 
 
-def _met(action: Action) -> float:
-    """When it does something to the structure [s]; what flies may meet it a little before its aim."""
+def _effect_time(action: Action) -> float:
+    """Return the time at which an action affects the structure [s]; a flying brick may hit a little before its aim."""
     if isinstance(action, ShakeAction):
         return action.time
     flies = isinstance(action, Placement) and action.hits
     return max(action.time, time_of_arrival(action) - EARLY) if flies else time_of_arrival(action)
 
 
-def _with(last: Placement, timeline: Timeline) -> Iterator[Placement]:
-    """All that comes at the same time in the same way."""
-    for each in timeline.placements:
-        if (each.time, each.arrival) == (last.time, last.arrival):
-            yield each
+def _placed_together(last: Placement, timeline: Timeline) -> Iterator[Placement]:
+    """Yield the placements with the time and the kind of arrival of `last`."""
+    for placement in timeline.placements:
+        if (placement.time, placement.arrival) == (last.time, last.arrival):
+            yield placement
 
 
-def _done(together: Sequence[Action]) -> str:
+def _action_text(together: Sequence[Action]) -> str:
     match together[0]:
         case Removal() as removal:
             return f"{names_text(in_order(removal.bricks))} pulled out at {removal.time:g} s"

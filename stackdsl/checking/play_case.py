@@ -1,4 +1,4 @@
-"""One case played: what a worker does, and what a command does that plays in its own process."""
+"""Plays one case, in a worker or in the process of a command."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +18,7 @@ from stackdsl.trace import Event, Trace
 if TYPE_CHECKING:
     from stackdsl.simulation.recording import Recorder
 
-MOST_FOR_TOLD_MARGINS = 20  # bricks, of which margins that nothing depends on take some tens of milliseconds
+MAX_BRICKS_FOR_REPORTED_MARGINS = 20  # with more bricks, margins that no claim needs take more than tens of ms
 
 Played = TypeVar("Played")
 
@@ -30,7 +30,7 @@ def play_case(
     on_event: Callable[[Event], None] = lambda event: None,
     recorder: "Recorder | None" = None,
 ) -> Trace:
-    """What a worker does. The engine is imported there, where a scene needs it, and nowhere before."""
+    """Play a timeline and compute its margins. Imports the engine, which no code before imports."""
     with _limited(timeline):
         return _played(timeline, system_named(system), may_stop, on_event, recorder)
 
@@ -43,29 +43,31 @@ def _played(
     recorder: "Recorder | None",
 ) -> Trace:
     trace = with_numerical_collapse(play(timeline, system, on_event, may_stop, recorder), timeline, system)
-    wanted = {*timeline.margins, *(timeline.told_margins if len(trace.tracks) <= MOST_FOR_TOLD_MARGINS else ())}
-    if not wanted or trace.statics is None:
+    has_few_bricks = len(trace.tracks) <= MAX_BRICKS_FOR_REPORTED_MARGINS
+    margins = {*timeline.margins, *(timeline.reported_margins if has_few_bricks else ())}
+    if not margins or trace.statics is None:
         return trace
-    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- programs bring numpy
+    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
 
-    return replace(trace, margins=margins_of(trace, wanted))
+    return replace(trace, margins=margins_of(trace, margins))
 
 
 @contextmanager
 def _limited(timeline: Timeline) -> Iterator[None]:
-    """Limit the work of all proofs of a run. Raises BlockedPlacementError where they take more."""
+    """Limit the work of all proofs of a run. Raises BlockedPlacementError beyond the limit."""
     try:
         with limited(work.limit()):
             yield
     except TooMuchWorkError as error:
         placements = timeline.placements
         many, first = f"{len(placements)} brick{'s' * (len(placements) != 1)}", placements[0]
-        told = f"what is proven of {many} takes too much work: {error}"
-        raise BlockedPlacementError(Blocked(first.brick.id, first.time, first.brick.id, 0.0, too_much=told)) from error
+        message = f"the proofs of {many} take too much work: {error}"
+        blocked = Blocked(first.brick.id, first.time, first.brick.id, 0.0, too_much=message)
+        raise BlockedPlacementError(blocked) from error
 
 
 def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Played | Blocked:
-    """What a worker does: play, or tell what keeps the run from going on, which is no crash."""
+    """Call `playing`; return the obstacle if a placement is blocked, which is not a crash."""
     try:
         return playing(*arguments)
     except BlockedPlacementError as error:
@@ -73,14 +75,14 @@ def played_or_blocked(playing: Callable[..., Played], *arguments: object) -> Pla
 
 
 def play_refined(timeline: Timeline, name: str, may_stop: StopCondition = never_stop_early) -> Refinement:
-    """What a worker does to see what of a run is the solver's; where no step was taken, nothing is."""
+    """Play a timeline twice, also with refined steps, to detect solver artifacts; once if no step was needed."""
     trace = play_case(timeline, name, may_stop)
     if trace.cost.steps == 0:
         return Refinement(trace)
     system = system_named(name).refined()
     try:
         with _limited(timeline):
-            fine = with_numerical_collapse(play(timeline, system, may_stop=may_stop), timeline, system)
+            refined = with_numerical_collapse(play(timeline, system, may_stop=may_stop), timeline, system)
     except BlockedPlacementError as error:
         raise BlockedPlacementError(replace(error.blocked, refined=True)) from error
-    return compare_with_refined(trace, fine, as_played(timeline, system.modification))
+    return compare_with_refined(trace, refined, as_played(timeline, system.modification))

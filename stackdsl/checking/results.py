@@ -1,4 +1,4 @@
-"""What came of one case: its run judged, held against its snapshot, or told why there was none."""
+"""The result of one case: its run judged and compared with its golden file, or the reason why there is no run."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,55 +31,54 @@ STATUSES = {
 }
 REMEDIES = {
     TaskStatus.DONE: "",
-    TaskStatus.CRASHED: "to see where, play it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k {name}",
-    TaskStatus.TIMED_OUT: "allow more by --time-limit, or let it build less or be watched for less",
+    TaskStatus.CRASHED: "for the traceback, run it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k {name}",
+    TaskStatus.TIMED_OUT: "raise --time-limit, or build less or simulate a shorter time",
     TaskStatus.NOT_RUN: "",
-}  # for what ended so
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Goldens:
-    """What is done about golden files."""
+    """The options for golden files."""
 
-    folder: Path | None  # None where they are not looked at
-    update: bool = False  # whether what comes out is accepted
-    write_new_goldens: bool = False  # whether one is written where there was none, and all is as expected
-    unused: tuple[str, ...] = ()  # those that belong to no case, so that one may have been renamed
-    accept_failing: bool = False  # whether an update also accepts what fails its expectations
-    scenarios: Path | None = None  # whose golden files name nobody who keeps them; None for that beside `folder`
+    folder: Path | None  # None to ignore golden files
+    update: bool = False  # accept all results that meet their expectations
+    write_new_goldens: bool = False  # write missing golden files of cases that pass
+    unused: tuple[str, ...] = ()  # golden files without a case; a case may have been renamed from one of them
+    accept_failing: bool = False  # with `update`, also accept results that fail their expectations
+    scenarios: Path | None = None  # golden files of this directory name no keeper; None for that beside `folder`
 
 
 def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool = False) -> VariantResult:
-    """The result of a case: expectations, truths, and the comparison with its golden file.
+    """Return the result of a case: expectations, truths, and the comparison with its golden file.
 
-    With `must_claim` it is a failure if nothing is expected of the case.
+    With `must_claim`, a case without claims fails.
     """
     if isinstance(result.value, Refinement):
-        whole = _compared(case, result.value.trace, goldens, must_claim)
-        return replace(whole, refinement=result.value.changes)
+        return replace(_compared(case, result.value.trace, goldens, must_claim), refinement=result.value.changes)
     if isinstance(result.value, Trace):
         return _compared(case, result.value, goldens, must_claim)
     if isinstance(result.value, Blocked):
-        return held_up(case, result.value)
-    if isinstance(result.value, Diagnostic):  # of a sample that has a value which may not be written
+        return blocked_result(case, result.value)
+    if isinstance(result.value, Diagnostic):  # of a sample with an invalid value
         return replace(_unfinished(case, RunStatus.BLOCKED, result.value.message), mistake=result.value)
     remedy = REMEDIES[result.status].format(file=quote(case.source.file), name=quote(case.name))
     return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
 
 
-def held_up(case: Case, blocked: Blocked) -> VariantResult:
-    """The result of a case that could not go on, with the place of the action that could not be done."""
-    mistake = _in_the_way(case, blocked)
+def blocked_result(case: Case, blocked: Blocked) -> VariantResult:
+    """Return the result of a case with an action that could not be carried out, with the position of that action."""
+    mistake = _obstacle(case, blocked)
     return replace(_unfinished(case, RunStatus.BLOCKED, mistake.message), mistake=mistake)
 
 
 def skipped(case: Case, why: str) -> VariantResult:
-    """The result of a case whose engine is not there."""
+    """Return the result of a case whose engine is missing."""
     return _unfinished(case, RunStatus.SKIPPED, why)
 
 
 def marked_skipped(case: Case) -> VariantResult:
-    """The result of a case that its author does not want played."""
+    """Return the result of a case that its author skips."""
     return replace(_unfinished(case, RunStatus.SKIPPED, case.skip or ""), set_aside=True)
 
 
@@ -89,9 +88,11 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
     return VariantResult(*where, status, message=message, parameters=case.parameters)
 
 
-def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
+def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
     if blocked.too_much:
-        hint = f"build less, let hands be faster or all go on for less, or ask what statics answers alone; {HINT}"
+        hint = (
+            f"build less, move hands faster, simulate a shorter time, or make claims that statics alone decides; {HINT}"
+        )
         return Diagnostic("SD206", where_placed(blocked.brick, case.scenario, case.source), blocked.too_much, hint)
     if blocked.pressed is not None:
         return _pressed(case, blocked)
@@ -100,46 +101,46 @@ def _in_the_way(case: Case, blocked: Blocked) -> Diagnostic:
         f"brick '{blocked.brick}' cannot be placed at {blocked.time:g} s: by then{finer} brick '{blocked.by}' has "
         f"moved into its place, and overlaps it by {mm(blocked.depth, 3)}"
     )
-    elsewhere = "let it come from elsewhere" if blocked.thrown else "place it elsewhere"
+    elsewhere = "throw it from elsewhere" if blocked.thrown else "place it elsewhere"
     hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
     return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
 
 
 def _pressed(case: Case, blocked: Blocked) -> Diagnostic:
-    """Of a hand whose way leads through what cannot give way."""
+    """Return the diagnostic of a hand whose path is blocked by an immovable body."""
     moves = (a for a in case.timeline.actions if isinstance(a, MoveAction) and a.brick == blocked.brick)
     begun = [move for move in moves if move.time <= blocked.time]
     origin = origin_of(begun[-1], case.scenario, case.source) if begun else None
     span = origin.span if origin is not None else where_placed(blocked.brick, case.scenario, case.source)
-    return Diagnostic("SD210", span, blocked.in_words(), "end its way before that, or make room for what it moves")
+    return Diagnostic("SD210", span, blocked.in_words(), "end its path before that, or clear the path")
 
 
 def _compared(case: Case, trace: Trace, goldens: Goldens, must_claim: bool) -> VariantResult:
     result = replace(judged(case, trace), must_claim=must_claim)
-    # What came with another package is nobody's snapshot, and what came by a pipe is in nobody's keeping.
+    # Systems of other packages and scenarios from standard input have no golden files.
     if goldens.folder is None or case.system not in SYSTEMS or case.file == STDIN_SHOWN:
         return result
     return replace(result, golden=compare_with_golden(snapshot_of(case, trace), goldens, case.source.file, result))
 
 
 def compare_with_golden(snapshot: Snapshot, goldens: Goldens, file: str, result: VariantResult) -> GoldenResult:
-    """The comparison with the golden file. What fails its expectations is locked only if that is asked for."""
+    """Compare a snapshot with its golden file; write failing results only with `accept_failing`."""
     assert goldens.folder is not None
     update = goldens.update and (result.may_be_locked or goldens.accept_failing)
     write_new_goldens = goldens.write_new_goldens and result.may_be_locked
     keeper = keeper_of(file, goldens.folder, goldens.scenarios or goldens.folder.parent / SCENARIOS)
-    held = partial(check_golden, snapshot, goldens.folder, kept_by=keeper)
-    golden = held(update, write_new_goldens and not goldens.unused)
+    compare = partial(check_golden, snapshot, goldens.folder, kept_by=keeper)
+    golden = compare(update, write_new_goldens and not goldens.unused)
     if golden.status is GoldenStatus.MISSING and goldens.unused:
-        if was := renamed_from(snapshot, goldens.unused):
-            return replace(golden, status=GoldenStatus.RENAMED, note=f"it was {was}", renamed_from=was)
+        if old_name := renamed_from(snapshot, goldens.unused):
+            return replace(golden, status=GoldenStatus.RENAMED, note=f"it was {old_name}", renamed_from=old_name)
         if write_new_goldens:
-            return held(update=False, write_new_goldens=True)
+            return compare(update=False, write_new_goldens=True)
     return golden
 
 
 def judged(case: Case, trace: Trace) -> VariantResult:
-    """The result of a case that was played, without its golden file."""
+    """Return the result of a run without the comparison with its golden file."""
     outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
     xfail = case.scenario.xfail
     marked = xfail is not None and xfail.is_of(case.system)
@@ -174,7 +175,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
 
 
 def snapshot_of(case: Case, trace: Trace) -> Snapshot:
-    """What is locked of a run. Only what a model has proven or computed is locked to the millimetre."""
+    """Return the snapshot of a run; positions are exact only for systems with a stabilizer."""
     system = system_named(case.system)
     stamp = current_stamp(system.engine.package.name, trace.cost.steps)
     world = as_played(case.timeline, system.modification).world

@@ -15,8 +15,8 @@ from stackdsl.simulation.systems import SYSTEMS
 
 # The expression of `-k`: words joined by `and`, `or`, `not` and parentheses, as in pytest.
 #
-# A word is whatever holds no space and no parenthesis, or anything in quotes, and is true of a name that contains it,
-# whatever its case.
+# A word has no spaces and no parentheses, unless it is quoted. It matches the names that contain it, in upper or lower
+# case.
 
 
 _TOKEN: Final = re.compile(r"""\s*(?:(?P<mark>[()])|"(?P<double>[^"]*)"|'(?P<single>[^']*)'|(?P<bare>[^\s()"']+))""")
@@ -25,50 +25,50 @@ MAX_DEPTH: Final = 64  # of parentheses
 
 
 class KeywordError(ValueError):
-    """An expression that is none; the message says where, counted from 1."""
+    """An expression is invalid; the message has the column, from 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class Word:
-    """True of names that contain it."""
+    """Matches names that contain a text."""
 
-    text: str  # in small letters
+    text: str  # in lower case
 
     def __call__(self, name: str) -> bool:
-        """Whether it is true of a name in small letters."""
+        """Whether the expression matches a name in lower case."""
         return self.text in name
 
 
 @dataclass(frozen=True, slots=True)
 class Not:
-    """True where another one is not."""
+    """Matches names that another expression does not match."""
 
     part: "Expression"
 
     def __call__(self, name: str) -> bool:
-        """Whether it is true of a name in small letters."""
+        """Whether the expression matches a name in lower case."""
         return not self.part(name)
 
 
 @dataclass(frozen=True, slots=True)
 class All:
-    """True where all of some are."""
+    """Matches names that all parts match."""
 
     parts: tuple["Expression", ...]
 
     def __call__(self, name: str) -> bool:
-        """Whether it is true of a name in small letters."""
+        """Whether the expression matches a name in lower case."""
         return all(part(name) for part in self.parts)
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """True where any of some is."""
+    """Matches names that any part matches."""
 
     parts: tuple["Expression", ...]
 
     def __call__(self, name: str) -> bool:
-        """Whether it is true of a name in small letters."""
+        """Whether the expression matches a name in lower case."""
         return any(part(name) for part in self.parts)
 
 
@@ -77,18 +77,18 @@ Expression: TypeAlias = Word | Not | All | AnyOf
 
 @cache
 def expression_of(text: str) -> Expression:
-    """What a text means; nothing is true of everything. Raises KeywordError."""
+    """Parse an expression; an empty one matches all names. Raises KeywordError."""
     reader = _Reader(text, list(_tokens(text)))
     if not reader.tokens:
         return All(())
-    found = reader.any_of()
+    expression = reader.any_of()
     if reader.at < len(reader.tokens):
         raise reader.unexpected("'and' or 'or'")
-    return found
+    return expression
 
 
 def words_of(expression: Expression) -> Iterator[str]:
-    """The words that are asked for, those below a `not` left out."""
+    """Yield the words of an expression, except those below a `not`."""
     if isinstance(expression, Word):
         yield expression.text
     elif isinstance(expression, All | AnyOf):
@@ -109,17 +109,17 @@ class _Token:
 def _tokens(text: str) -> Iterator[_Token]:
     at = 0
     while text[at:].strip():
-        found = _TOKEN.match(text, at)
-        if found is None:
-            raise KeywordError(f"in '{text}' a quote is opened at column {len(text[:at].rstrip()) + 2} and not closed")
-        kind = found.lastgroup or ""
-        yield _Token(found[kind], found.start(kind) + 1, kind in ("double", "single"))
-        at = found.end()
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise KeywordError(f"in '{text}' the quote at column {len(text[:at].rstrip()) + 2} is not closed")
+        kind = match.lastgroup or ""
+        yield _Token(match[kind], match.start(kind) + 1, kind in ("double", "single"))
+        at = match.end()
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Reads one expression, by the usual order: not, and, or."""
+    """Parses an expression with the usual precedence: not, and, or."""
 
     text: str
     tokens: Sequence[_Token]
@@ -139,21 +139,21 @@ class _Reader:
         return parts[0] if len(parts) == 1 else All(tuple(parts))
 
     def part(self) -> Expression:
-        turned = False
+        negated = False
         while self.took("not"):
-            turned = not turned
-        found = self.inside() if self.took("(") else self.word()
-        return Not(found) if turned else found
+            negated = not negated
+        part = self.inside() if self.took("(") else self.word()
+        return Not(part) if negated else part
 
     def inside(self) -> Expression:
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise KeywordError(f"parentheses are nested more than {MAX_DEPTH} deep")
-        found = self.any_of()
+        expression = self.any_of()
         if not self.took(")"):
             raise self.unexpected("')'")
         self.depth -= 1
-        return found
+        return expression
 
     def word(self) -> Expression:
         if self.at == len(self.tokens) or self.tokens[self.at].is_one(*OPERATORS, "(", ")"):
@@ -162,54 +162,53 @@ class _Reader:
         return Word(self.tokens[self.at - 1].text.casefold())
 
     def took(self, text: str) -> bool:
-        taken = self.at < len(self.tokens) and self.tokens[self.at].is_one(text)
-        self.at += taken
-        return taken
+        matches = self.at < len(self.tokens) and self.tokens[self.at].is_one(text)
+        self.at += matches
+        return matches
 
     def unexpected(self, wanted: str) -> KeywordError:
-        there = self.at < len(self.tokens)
-        what = f"'{self.tokens[self.at].text}' at column {self.tokens[self.at].column}" if there else "its end"
-        return KeywordError(
-            f"in '{self.text}' {wanted} is expected in place of {what}; write it like 'column and not (tuned or stock)'"
-        )
+        has_token = self.at < len(self.tokens)
+        actual = f"'{self.tokens[self.at].text}' at column {self.tokens[self.at].column}" if has_token else "its end"
+        example = "'column and not (tuned or stock)'"
+        return KeywordError(f"in '{self.text}' {wanted} is expected instead of {actual}; an example is {example}")
 
 
-# Which of the cases found are played, and why there may be none.
+# Selects cases, and explains an empty selection.
 
 
 class Selectable(Protocol):
-    """What a case is selected by."""
+    """The properties by which a case is selected."""
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """The displayed name."""
 
     @property
     def scenario_name(self) -> str:
-        """Of its scenario."""
+        """The name of the scenario."""
 
     @property
     def parameters(self) -> tuple[tuple[str, str], ...]:
-        """The choice from each row of `matrix`, as written."""
+        """The value chosen from each row of `matrix`, as written."""
 
     @property
     def system(self) -> str:
-        """What it is played on."""
+        """The name of the system."""
 
     @property
     def tags(self) -> tuple[str, ...]:
-        """Of its scenario."""
+        """The tags of the scenario."""
 
     @property
     def file(self) -> str:
-        """The file of its scenario, as it is told."""
+        """The displayed path of the scenario's file."""
 
     @property
     def lines(self) -> tuple[int, int]:
-        """The first and the last line of its scenario."""
+        """The first and the last line of the scenario."""
 
     def on(self, system: str) -> Self:
-        """The same on another system."""
+        """Return this case on another system."""
 
 
 Some = TypeVar("Some", bound=Selectable)
@@ -217,7 +216,7 @@ Some = TypeVar("Some", bound=Selectable)
 
 @dataclass(frozen=True, slots=True)
 class Shard:
-    """One of several parts of all cases; to which one a case belongs, its name alone decides."""
+    """One of several parts of all cases. The part of a case depends only on its name."""
 
     number: int  # from 1
     count: int
@@ -226,23 +225,23 @@ class Shard:
         return f"{self.number}/{self.count}"
 
     def takes(self, name: str) -> bool:
-        """Whether a case of this name belongs to it."""
+        """Whether a case of this name belongs to the part."""
         return int.from_bytes(sha256(name.encode()).digest()[:8], "big") % self.count == self.number - 1
 
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Which cases to play; empty parts select everything."""
+    """The criteria of a selection; an empty criterion selects all cases."""
 
     systems: tuple[str, ...] = ()
-    keyword: str = ""  # an expression of words that the name holds
-    tags: tuple[str, ...] = ()  # any of these; with `!` in front: none of these
-    places: tuple[tuple[str, int], ...] = ()  # lines of files; of a file with places, only what is there
-    names: Collection[str] | None = field(default=None, compare=False)  # only these, as somebody remembers them
+    keyword: str = ""  # expression about the name
+    tags: tuple[str, ...] = ()  # select any of these; with a leading `!`, none of these
+    places: tuple[tuple[str, int], ...] = ()  # files and lines; in these files, only the scenarios at the lines
+    names: Collection[str] | None = field(default=None, compare=False)  # such as those of recorded failures
     shard: Shard | None = None
 
     def of(self, cases: Sequence[Some]) -> list[Some]:
-        """The cases selected, and where a peer is asked for, each variant on it as well, after its own systems."""
+        """Return the selected cases; each variant also on the peers among `systems`, after its own systems."""
         peers = [system for system in self.systems if system not in SYSTEMS]
         return [
             case
@@ -272,45 +271,45 @@ class Selection:
 
 
 def _with(peers: Iterable[str], cases: Sequence[Some]) -> list[Some]:
-    """The cases of one variant, also on these systems."""
+    """Return the cases of one variant, followed by the variant on the peers."""
     return [*cases, *(cases[0].on(peer) for peer in peers)]
 
 
-def why_nothing(selection: Selection, cases: Sequence[Selectable], paths: Sequence[Path]) -> str:
-    """Why nothing is selected of these cases, which were found under some paths, and what to do about it."""
+def nothing_selected_text(selection: Selection, cases: Sequence[Selectable], paths: Sequence[Path]) -> str:
+    """Return the message for an empty selection from the cases under some paths, with its reasons and a remedy."""
     if not cases:
         where = ", ".join(map(str, paths))
-        written = f"scenarios are in files that end in {' or '.join(SUFFIXES)}, and `stackdsl new NAME` writes one"
-        return f"nothing selected: there is no scenario in {where}; {written}"
-    reasons = list(_reasons(selection, cases)) or ["no case meets all that is asked for together"]
-    return f"nothing selected: {'; '.join(reasons)}; `stackdsl check --list` names what there is"
+        hint = f"scenario files end in {' or '.join(SUFFIXES)}; `stackdsl new NAME` writes one"
+        return f"nothing selected: no scenario in {where}; {hint}"
+    reasons = list(_reasons(selection, cases)) or ["no case meets all criteria together"]
+    return f"nothing selected: {'; '.join(reasons)}; `stackdsl check --list` lists all cases"
 
 
 def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]:
-    """What is asked for and no case has."""
+    """Yield the criteria that no case meets."""
     if not any(Selection(keyword=selection.keyword).takes(case) for case in cases):
-        yield from _words_of_no_name(selection.keyword, cases)
+        yield from _unmatched_words(selection.keyword, cases)
     known = sorted({tag for case in cases for tag in case.tags})
     for tag in selection.tags:
         if not tag.startswith("!") and tag not in known:
             yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, known))}"
     if selection.systems and not Selection(selection.systems).of(cases):
-        yield f"none is played on {' or '.join(selection.systems)}, which a scenario says by `systems:`"
+        yield f"no scenario has {' or '.join(selection.systems)} among its `systems`"
     for file, line in selection.places:
         if not any(replace(Selection(), places=((file, line),)).takes(case) for case in cases if case.file == file):
             yield f"no scenario of {file} is at line {line}"
     if selection.shard is not None and replace(selection, shard=None).of(cases):
-        yield f"of so few cases, none is in part {selection.shard}"
+        yield f"no case falls into part {selection.shard}"
 
 
-def _words_of_no_name(keyword: str, cases: Sequence[Selectable]) -> Iterator[str]:
+def _unmatched_words(keyword: str, cases: Sequence[Selectable]) -> Iterator[str]:
     names = {case.name.casefold() for case in cases}
     known = sorted({case.scenario_name for case in cases})
     words = [word for word in words_of(expression_of(keyword)) if not any(word in name for name in names)]
     for word in words:
         yield f"no case has '{word}' in its name{_in_brackets(did_you_mean(word, known))}"
     if not words:
-        yield f"no name is as '{keyword}' says"
+        yield f"no name matches '{keyword}'"
 
 
 def _in_brackets(remark: str) -> str:

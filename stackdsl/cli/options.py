@@ -16,7 +16,7 @@ import click
 from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import FoundCases
-from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, why_nothing
+from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, nothing_selected_text
 from stackdsl.cli.terminal import paper, tell, write, write_data
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
@@ -144,7 +144,7 @@ def warn_of_nothing(
 ) -> None:
     """Tell why nothing is selected, unless mistakes are told that may be why."""
     if not selected and not gathered.diagnostics:
-        tell(why_nothing(selection, gathered.cases, paths))
+        tell(nothing_selected_text(selection, gathered.cases, paths))
 
 
 def code_without_runs(gathered: FoundCases, selected: Sequence[Selectable]) -> ExitCode:

@@ -14,8 +14,8 @@ import click
 from stackdsl.asked_files import write_asked
 from stackdsl.checking.cases import STDIN, Case, Gathered, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
-from stackdsl.checking.results import held_up, judged, marked_skipped, skipped
-from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
+from stackdsl.checking.selection import Selection, nothing_selected_text
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
 from stackdsl.cli.terminal import counted, tell, write
 from stackdsl.diagnostics import Diagnostic
@@ -196,7 +196,7 @@ class _Live:
         complain(gathered.diagnostics)
         mistakes = [diagnostic_text(diagnostic) for diagnostic in gathered.diagnostics]
         if not self.cases and not mistakes:
-            mistakes = [why_nothing(self.selection, gathered.cases, [self.file])]
+            mistakes = [nothing_selected_text(self.selection, gathered.cases, [self.file])]
             tell(mistakes[0])
         self.code = exit_code(Report((), gathered.diagnostics)) if gathered.diagnostics else ExitCode.OK
         self.page.show_mistakes(mistakes)
@@ -274,7 +274,7 @@ class _Playing:
                     self.page.show_activity("working out margins")
                 write(f"{case.name}\n{result.value.text}\n\n")
             case Blocked():
-                self._held_up(number, held_up(case, result.value))
+                self._held_up(number, blocked_result(case, result.value))
             case Margined():
                 self.page.note(number, result.value.lines, result.value.weakest)
             case _:
@@ -345,7 +345,7 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
 
         trace = play_case(case.timeline, case.system, may_stop, told, recorder)
     except BlockedPlacementError as error:
-        result = held_up(case, error.blocked)
+        result = blocked_result(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
@@ -357,10 +357,10 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
 
 def _sampled(case: Case) -> VariantResult:
     """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
-    from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
+    from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
     with counted(case.scenario.samples or 0, f"{case.name}: samples") as known:
-        result = drawn_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
+        result = sampled_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
     complain(filter(None, [result.mistake]))
     lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
     write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")

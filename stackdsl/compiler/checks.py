@@ -121,7 +121,7 @@ class RunRequirements:
     followed: float  # how long a collapse is [s]
     watched: bool  # anything that only motion shows
     margins: tuple[str, ...]  # of the proof, such as `tilt`
-    told_margins: tuple[str, ...]  # the same, where few bricks make them cheap; nothing depends on them
+    reported_margins: tuple[str, ...]  # the same, where few bricks make them cheap; nothing depends on them
     closely: bool  # how something begins to fall, or where it lands
     measures: tuple[str, ...]  # what is measured only if it is asked for, such as `sway`
 
@@ -140,7 +140,7 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
         or not scenario.expect
         or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),
-        told_margins=tuple(sorted({margin for claim in claims for margin in claim.told_margins})),
+        reported_margins=tuple(sorted({margin for claim in claims for margin in claim.reported_margins})),
         closely=any(claim.needs_close_looks for claim in claims),
         measures=tuple(sorted({measure for claim in claims for measure in claim.needed_measures})),
     )

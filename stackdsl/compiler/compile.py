@@ -328,7 +328,7 @@ def _timeline(built: Built, impacts: Iterable[tuple[ActionOrder, Action]], scena
         hold=asked.hold,
         watched=asked.watched,
         margins=asked.margins,
-        told_margins=asked.told_margins,
+        reported_margins=asked.reported_margins,
         measures=asked.measures,
         closely=asked.closely,
         followed=asked.followed,

@@ -12,7 +12,7 @@ import pytest
 from stackdsl.checking.cases import Case, gather
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.play_case import play_case, played_or_blocked
-from stackdsl.checking.results import Goldens, compare_with_golden, held_up, judged, snapshot_of
+from stackdsl.checking.results import Goldens, blocked_result, compare_with_golden, judged, snapshot_of
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import stop_condition_of
@@ -87,7 +87,7 @@ class ScenarioItem(pytest.Item):
             return self._sampled()
         trace = played_or_blocked(play_case, case.timeline, case.system, stop_condition_of(case.scenario, case.system))
         if isinstance(trace, Blocked):
-            return held_up(case, trace)
+            return blocked_result(case, trace)
         result = judged(case, trace)
         if case.system not in SYSTEMS or self.config.getoption("no_golden"):
             return result
@@ -120,9 +120,9 @@ class ScenarioItem(pytest.Item):
 
     def _sampled(self) -> VariantResult:
         """The result of a case of many samples."""
-        from stackdsl.checking.ensembles import drawn_result  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
-        return drawn_result(self.case, os.cpu_count() or 1, self._goldens())
+        return sampled_result(self.case, os.cpu_count() or 1, self._goldens())
 
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None

@@ -183,7 +183,7 @@ def test_what_a_run_proves_counts_as_well_as_its_steps(stackdsl: Stackdsl, tmp_p
     (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
     done = stackdsl("check", "it.yaml", STACKDSL_WORK="1e-5")
     assert done.code == ExitCode.INVALID
-    assert "it.yaml:3:13: SD206 what is proven of 30 bricks takes too much work" in done.text
+    assert "it.yaml:3:13: SD206 the proofs of 30 bricks take too much work" in done.text
 
 
 def test_no_more_processes_than_two_a_core_are_started() -> None:

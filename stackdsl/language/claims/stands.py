@@ -28,7 +28,7 @@ class Stands(Shorthand, ClaimKind):
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which all bricks stand")
 
     scalar_word: ClassVar[str] = "all"
-    told_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
+    reported_margins: ClassVar[tuple[str, ...]] = ("friction", "placement")
 
     @property
     def needed_hold(self) -> float | None:

@@ -9,7 +9,7 @@ from stackdsl.api.claims import stands
 from stackdsl.api.layouts import column
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.sweep import sweep
-from stackdsl.checking.ensembles import drawn_result
+from stackdsl.checking.ensembles import sampled_result
 from tests.scenes import compiled
 
 
@@ -19,7 +19,7 @@ def test_samples_from_python_are_those_of_yaml() -> None:
     result = scenario.draw()
     cases, mistakes = compiled(scenario.to_yaml())
     assert mistakes == []
-    assert result.ensemble == drawn_result(cases[0], 1).ensemble
+    assert result.ensemble == sampled_result(cases[0], 1).ensemble
     assert result.ensemble is not None
     assert result.ensemble.seed == 4
     assert result.outcomes[0].measured.endswith(f"({result.ensemble.stood} of {result.ensemble.drawn} samples)")

@@ -212,7 +212,7 @@ def checked(cases: Sequence[Case], terms: CheckConfig, monkeypatch: pytest.Monke
         return pools[0]
 
     monkeypatch.setattr(checking, "run_supervised", overheard)
-    check(Gathered(tuple(cases), ()), cases, whole_set=False, terms=terms)
+    check(Gathered(tuple(cases), ()), cases, whole_set=False, config=terms)
     return [result.value for result in pools[0].results if isinstance(result.value, Trace)]
 
 

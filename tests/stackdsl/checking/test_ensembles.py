@@ -7,7 +7,7 @@ import pytest
 from stackdsl.checking import ensembles
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
-from stackdsl.checking.ensembles import CHUNK, Chunk, Drawing, Run, draw, drawn_alone, judged_chunk, judged_samples
+from stackdsl.checking.ensembles import CHUNK, Chunk, Drawing, Run, draw, draw_samples, judged_chunk, judged_samples
 from stackdsl.sampling.samples import Draws
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import TaskStatus
@@ -35,7 +35,7 @@ def case(samples: int, share: str = ">= 50 %") -> Case:
 
 
 def ensemble(samples: int, share: str, workers: int = 1, run: Run = run_here) -> Ensemble:
-    drawing = drawn_alone(case(samples, share), workers, LIMIT, run)
+    drawing = draw_samples(case(samples, share), workers, LIMIT, run)
     assert drawing is not None
     return drawing.ensemble()
 
@@ -62,7 +62,7 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
         asked.append(first)
         return judged_chunk, (drawing.case.timeline, drawing.case.system, Draws(1, "column", first, count))
 
-    monkeypatch.setattr(ensembles, "_asked", counted)
+    monkeypatch.setattr(ensembles, "_call", counted)
     whole, ended = case(2000, ">= 80 %"), list[Drawing]()
     memory = ResultCache(tmp_path)
     draw({0: Drawing(whole, "digest")}, 1, LIMIT, memory, lambda _, drawing: ended.append(drawing), run=run_here)
@@ -93,7 +93,7 @@ def fails(*_: object) -> Chunk:
 
 def test_a_chunk_that_fails_is_told_and_ends_its_case(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ensembles, "judged_chunk", fails)
-    drawing = drawn_alone(case(CHUNK), 1, LIMIT)
+    drawing = draw_samples(case(CHUNK), 1, LIMIT)
     assert drawing is not None
     assert drawing.failed is not None
     assert drawing.failed.status is TaskStatus.CRASHED
@@ -102,7 +102,7 @@ def test_a_chunk_that_fails_is_told_and_ends_its_case(monkeypatch: pytest.Monkey
 
 def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
     sampled = case(400, ">= 50 %")
-    drawing = drawn_alone(sampled, 1, LIMIT, run_here)
+    drawing = draw_samples(sampled, 1, LIMIT, run_here)
     assert drawing is not None
     result = judged_samples(sampled, drawing.ensemble())
     assert result.passed
@@ -114,5 +114,5 @@ def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
 
 def test_each_chunk_is_told_as_it_is_drawn() -> None:
     told: list[tuple[str, int, int]] = []
-    drawn_alone(case(1600, ">= 80 %"), 1, LIMIT, run_here, on_drawn=lambda *each: told.append(each))
+    draw_samples(case(1600, ">= 80 %"), 1, LIMIT, run_here, on_drawn=lambda *each: told.append(each))
     assert told == [("column[exact]", count, 1600) for count in (0, 100, 200, 400, 500, 800, 1000, 1500, 1600)]

@@ -22,13 +22,13 @@ TAKEN = {
     "wall and '[stock]'": {3},
 }
 MISTAKES = {
-    "tower wall": "'and' or 'or' is expected in place of 'wall' at column 7",
-    "tower and": "a word is expected in place of its end",
-    "and tower": "a word is expected in place of 'and' at column 1",
-    "(tower": "')' is expected in place of its end",
-    "tower)": "'and' or 'or' is expected in place of ')' at column 6",
-    "()": "a word is expected in place of ')' at column 2",
-    "tower and 'wall": "a quote is opened at column 11 and not closed",
+    "tower wall": "'and' or 'or' is expected instead of 'wall' at column 7",
+    "tower and": "a word is expected instead of its end",
+    "and tower": "a word is expected instead of 'and' at column 1",
+    "(tower": "')' is expected instead of its end",
+    "tower)": "'and' or 'or' is expected instead of ')' at column 6",
+    "()": "a word is expected instead of ')' at column 2",
+    "tower and 'wall": "the quote at column 11 is not closed",
     "(" * 70 + "a" + ")" * 70: "nested more than 64 deep",
 }
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.checking.cases import gather
-from stackdsl.checking.selection import Selection, why_nothing
+from stackdsl.checking.selection import Selection, nothing_selected_text
 from tests.command_line import GOOD, Stackdsl, stackdsl_in_folder, write
 from tests.scenes import compiled
 
@@ -19,14 +19,14 @@ CASES = compiled(f"{GOOD}tags: [small]\n---\n{GOOD.replace('good', 'better')}")[
     [
         (Selection(keyword="goood"), "no case has 'goood' in its name (did you mean 'good'?)"),
         (Selection(tags=("smal",)), "no scenario has the tag 'smal' (did you mean 'small'?)"),
-        (Selection(("tuned",)), "none is played on tuned, which a scenario says by `systems:`"),
-        (Selection(keyword="better", tags=("small",)), "no case meets all that is asked for together"),
+        (Selection(("tuned",)), "no scenario has tuned among its `systems`"),
+        (Selection(keyword="better", tags=("small",)), "no case meets all criteria together"),
         (Selection(tags=("!small",), keyword="[tuned]"), "no case has '[tuned]' in its name"),
     ],
 )
 def test_what_no_case_has_is_named(selection: Selection, told: str) -> None:
     assert selection.of(CASES) == []
-    text = why_nothing(selection, CASES, [])
+    text = nothing_selected_text(selection, CASES, [])
     assert told in text
     assert "--list" in text
 
@@ -34,7 +34,7 @@ def test_what_no_case_has_is_named(selection: Selection, told: str) -> None:
 def test_a_peer_is_played_wherever_it_is_asked_for_so_it_is_no_reason() -> None:
     asked = Selection(("mujoco",), keyword="goood")
     assert asked.of(CASES) == []
-    assert "played on" not in why_nothing(asked, CASES, [])
+    assert "played on" not in nothing_selected_text(asked, CASES, [])
 
 
 @pytest.mark.parametrize("form", ["text", "json"])
@@ -44,7 +44,7 @@ def test_a_directory_without_scenarios_is_told_and_is_wrong_usage(
     (tmp_path / "empty").mkdir()
     result = stackdsl("check", "empty", "--format", form)
     assert result.code == 4
-    assert "there is no scenario in empty" in result.err
+    assert "no scenario in empty" in result.err
     assert "stackdsl new" in result.err
     assert form == "text" or '"exit_code": 4' in result.out
 

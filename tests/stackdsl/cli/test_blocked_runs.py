@@ -9,7 +9,7 @@ from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
-from stackdsl.checking.results import held_up
+from stackdsl.checking.results import blocked_result
 from stackdsl.exits import ExitCode
 from stackdsl.report.text import report_text
 from stackdsl.results import Report, RunStatus, exit_code
@@ -69,7 +69,7 @@ def blocked(text: str) -> tuple[Case, Blocked]:
     ("text", "place", "told", "remedy"),
     [
         (SLIDES, (9, 13), ("'late' cannot be placed at 0.045 s", "'upper' has moved"), "pull 'upper' out before"),
-        (PUSHED, (7, 5), ("'thrown-2' cannot be placed at 1 s", "'near' has moved"), "let it come from elsewhere"),
+        (PUSHED, (7, 5), ("'thrown-2' cannot be placed at 1 s", "'near' has moved"), "throw it from elsewhere"),
         (BUILT, (4, 14), ("'second' cannot be placed at 2 s", "'first' has moved"), "place it elsewhere"),
     ],
 )
@@ -77,7 +77,7 @@ def test_what_is_in_the_way_is_told_at_the_action_that_it_blocks(
     text: str, place: tuple[int, int], told: tuple[str, str], remedy: str
 ) -> None:
     case, found = blocked(text)
-    mistake = held_up(case, found).mistake
+    mistake = blocked_result(case, found).mistake
     assert mistake is not None
     assert (mistake.code, mistake.span.file, mistake.span.line, mistake.span.column) == ("SD208", "scene.yaml", *place)
     assert [words for words in told if words not in mistake.message] == []
@@ -129,7 +129,7 @@ def test_a_run_that_only_a_finer_step_blocks_says_so(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr("stackdsl.checking.play_case.play_case", lambda timeline, name, may_stop: coarse)
     found = played_or_blocked(play_refined, case.timeline, case.system)
     assert isinstance(found, Blocked)
-    assert "at half the step and twice the iterations" in held_up(case, found).message
+    assert "at half the step and twice the iterations" in blocked_result(case, found).message
 
 
 def test_a_run_with_room_is_played() -> None:
@@ -141,7 +141,7 @@ def test_a_run_with_room_is_played() -> None:
 
 def test_a_blocked_run_makes_a_scenario_invalid_and_runs_alike_are_told_once() -> None:
     case, found = blocked(PUSHED)
-    one = held_up(case, found)
+    one = blocked_result(case, found)
     report = Report((one, one))
     assert (one.status, one.passed, exit_code(report)) == (RunStatus.BLOCKED, False, ExitCode.INVALID)
     text = report_text(report)

@@ -47,7 +47,7 @@ def to_its_end() -> Trace:
 
 def watched(case: Case) -> Trace:
     """What the run shows when it is first told yes, as it then would end; that is why all claims can share one."""
-    assert replace(case.timeline, told_margins=()) == jenga("").timeline  # on those, nothing depends
+    assert replace(case.timeline, reported_margins=()) == jenga("").timeline  # on those, nothing depends
     known = stop_condition_of(case.scenario, "exact")
     return next((trace for trace in asked()[:-1] if known(trace)), to_its_end())
 

@@ -4,7 +4,7 @@ from math import radians, tan
 
 import pytest
 
-from stackdsl.checking.play_case import MOST_FOR_TOLD_MARGINS, play_case
+from stackdsl.checking.play_case import MAX_BRICKS_FOR_REPORTED_MARGINS, play_case
 from stackdsl.judging.judge import judge
 from stackdsl.results import ClaimOutcome
 from tests.scenes import compiled, scene
@@ -41,9 +41,9 @@ def test_what_stands_by_friction_tells_how_much_it_could_lose() -> None:
 
 
 def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:
-    outcome = stands(f"- column: {{levels: {MOST_FOR_TOLD_MARGINS + 1}}}")
+    outcome = stands(f"- column: {{levels: {MAX_BRICKS_FOR_REPORTED_MARGINS + 1}}}")
     assert (outcome.margin, outcome.unit) == (3.9, "mm")
-    assert outcome.measured == f"{MOST_FOR_TOLD_MARGINS + 1} bricks stand"
+    assert outcome.measured == f"{MAX_BRICKS_FOR_REPORTED_MARGINS + 1} bricks stand"
 
 
 def test_a_system_without_proofs_tells_how_far_they_may_shift() -> None:

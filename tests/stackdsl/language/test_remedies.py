@@ -83,11 +83,11 @@ def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, na
 @pytest.mark.parametrize(
     ("status", "ended", "remedy"),
     [
-        (TaskStatus.TIMED_OUT, RunStatus.TIMED_OUT, "why; allow more by --time-limit"),
+        (TaskStatus.TIMED_OUT, RunStatus.TIMED_OUT, "why; raise --time-limit"),
         (
             TaskStatus.CRASHED,
             RunStatus.CRASHED,
-            "why; to see where, play it alone: STACKDSL_DEBUG=1",
+            "why; for the traceback, run it alone: STACKDSL_DEBUG=1",
         ),
     ],
 )

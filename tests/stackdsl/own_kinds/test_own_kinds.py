@@ -108,7 +108,7 @@ def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch:
     gathering = gathered(tmp_path)
     assert gathering.diagnostics == ()
     terms = CheckConfig(tmp_path / "golden", update=True)
-    report = check(gathering, gathering.cases, whole_set=True, terms=terms)
+    report = check(gathering, gathering.cases, whole_set=True, config=terms)
     assert [result.system for result in report.results] == ["exact", "tuned"]
     assert [outcome.name for outcome in report.results[0].outcomes] == ["tilts", "tilts", "stands"]
     assert all(passed(result) for result in report.results)
@@ -116,7 +116,7 @@ def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch:
     assert '"name": "tilts"' in report_json(report)
     (locked,) = [json.loads(file.read_text(encoding="utf-8")) for file in (tmp_path / "golden").rglob("*exact*")]
     assert "L3.1" in json.dumps(locked)
-    again = check(gathering, gathering.cases, whole_set=True, terms=CheckConfig(terms.golden))
+    again = check(gathering, gathering.cases, whole_set=True, config=CheckConfig(terms.golden))
     assert not any(result.golden_failed for result in again.results)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from stackdsl.checking.cases import cases_of, gather
 from stackdsl.checking.play_case import play_case
-from stackdsl.checking.results import held_up
+from stackdsl.checking.results import blocked_result
 from stackdsl.diagnostics import CODES
 from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
@@ -47,7 +47,7 @@ def test_the_example_of_a_run_is_held_up_by_what_is_in_the_way(code: str) -> Non
     assert mistakes == []
     with pytest.raises(BlockedPlacementError) as held_up_by:
         play_case(case.timeline, case.system)
-    told = held_up(case, held_up_by.value.blocked).mistake
+    told = blocked_result(case, held_up_by.value.blocked).mistake
     assert told is not None
     assert told.code == code
     assert told.hint

@@ -7,7 +7,7 @@ from math import atan
 import pytest
 
 from stackdsl.checking.cases import Case
-from stackdsl.checking.ensembles import Chunk, drawn_result, varied_chunk
+from stackdsl.checking.ensembles import Chunk, sampled_result, varied_chunk
 from stackdsl.language.expressions import constant
 from stackdsl.language.variants import Variant, resampled
 from stackdsl.language.yaml.source import Plain
@@ -106,7 +106,7 @@ def test_a_brick_slides_where_a_slope_without_a_name_is_steeper_than_its_frictio
 
 def test_a_sample_with_a_value_that_may_not_be_written_is_a_mistake_of_the_scenario() -> None:
     case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
-    result = drawn_result(case, 1)
+    result = sampled_result(case, 1)
     assert result.status is RunStatus.BLOCKED
     assert result.mistake is not None
     assert "mu = -" in result.mistake.message
