@@ -32,7 +32,7 @@ from stackdsl.studies.sweep import Sweep
 from stackdsl.studies.sweep_plan import JudgedSamples, judged_piece, packed, plan_of, program_of
 from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder
 from stackdsl.studies.sweep_workers import dask_cluster
-from stackdsl.supervising.executors import SupervisedExecutor, asked_of
+from stackdsl.supervising.executors import SupervisedExecutor, submit_to
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 
 ON_CLUSTER, CHEAP, ROWS, MESSAGES = 100_000, 1_000_000, 100_000, 2_000
@@ -248,7 +248,7 @@ def messages(folder: Path) -> Rows:
 def _message(executor: Executor, count: int = MESSAGES) -> Row:
     began, cpu = monotonic(), process_time()
     case = bytes(4096)  # about what a case takes
-    for future in [asked_of(executor, Task(len, (case,), 60.0)) for _ in range(count)]:
+    for future in [submit_to(executor, Task(len, (case,), 60.0)) for _ in range(count)]:
         assert future.result().status is TaskStatus.DONE
     wall = monotonic() - began
     return {

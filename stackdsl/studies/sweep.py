@@ -25,7 +25,7 @@ from stackdsl.studies.sweep_plan import (
 )
 from stackdsl.studies.sweep_rows import Counts, JsonLines, ParquetFolder, RowsError, head_of, number_of, tail_of
 from stackdsl.studies.sweep_workers import Workers
-from stackdsl.supervising.executors import asked_of
+from stackdsl.supervising.executors import submit_to
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, interrupts_held_back
 
 # A running sweep: pieces go to an Executor, enough to keep it busy, and rows go to a file, in order.
@@ -189,7 +189,7 @@ class Sweep:
         entry = job.lane.entry
         arguments = (entry.packed, job.first, job.count, entry.program)
         try:
-            future = asked_of(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
+            future = submit_to(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
         except Exception as error:  # the executor was shut down, its processes died, or its cluster ended
             raise SweepError(f"the executor takes no more work: {_text(error)}") from error
         self._under_way[future] = job

@@ -1,1 +1,1 @@
-"""Processes that carry out tasks under supervision: what crashes, or takes too much, costs that task and no other."""
+"""Supervised worker processes: a task that crashes, or exceeds its memory or time, affects no other task."""

@@ -1,7 +1,7 @@
-"""Runs tasks in supervised processes: one that crashes or overruns its time is named, replaced, and costs no other.
+"""Runs tasks in supervised processes: a process that crashes or exceeds its time is replaced, and its task is named.
 
-A pool of the standard library loses all pending work when a native library brings a worker down, and cannot say which
-task did it. Here each worker has a pipe of its own and one task at a time.
+A pool of the standard library loses all pending work when a native library kills a worker, and cannot name the guilty
+task. Here each worker has a pipe of its own and one task at a time.
 """
 
 import pickle
@@ -27,7 +27,7 @@ from stackdsl.supervising.worker import (
     safe,
 )
 
-LONGEST_WAIT = 0.02  # [s] between two looks at whoever is told that we wait
+LONGEST_WAIT = 0.02  # [s] between two calls of `on_wait`
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class PoolResult:
 
 
 class EnoughSeenError(Exception):
-    """Raised by a listener: what is not done yet need not be."""
+    """Raised by a listener to cancel the remaining tasks."""
 
 
 OnDone = Callable[[int, TaskResult], None]
@@ -55,8 +55,8 @@ def run_supervised(
 ) -> PoolResult:
     """Run all tasks in at most `workers` processes at a time.
 
-    `on_done` hears of each as it ends, and `on_wait` is called many times a second meanwhile. An interrupt (Ctrl-C)
-    ends all workers at once; what was done is returned. So does an EnoughSeenError of `on_done`.
+    `on_done` is called with each result, and `on_wait` many times per second. An interrupt (Ctrl-C), or an
+    EnoughSeenError of `on_done`, kills all workers; the results so far are returned.
     """
     results: dict[int, TaskResult] = {}
 
@@ -83,49 +83,49 @@ def run_supervised(
 
 @dataclass
 class Pool:
-    """Supervised processes, what they do, and what waits for them; whoever calls `step` again and again moves it on."""
+    """Supervised processes, their tasks, and the waiting tasks; it advances when its owner calls `step`."""
 
-    workers: int  # at most, at a time
+    workers: int  # largest number at a time
     on_done: OnDone
     start: WorkerStart = WorkerStart.COPY
-    keeps: bool = False  # a worker that has nothing to do, for what comes later; else it is ended
+    keeps: bool = False  # whether idle workers stay for later tasks
     waiting: deque[int] = field(default_factory=deque)
     busy: list[Worker] = field(default_factory=list)
     idle: list[Worker] = field(default_factory=list)
-    tasks: dict[int, Task] = field(default_factory=dict)  # those that are not done, by number
+    tasks: dict[int, Task] = field(default_factory=dict)  # waiting and running tasks, by index
 
     def add(self, index: int, task: Task) -> None:
-        """One more task, which `fill` begins with."""
+        """Add a task, which `fill` starts."""
         self.tasks[index] = task
         self.waiting.append(index)
 
     def fill(self) -> None:
-        """Begin with as many of the tasks that wait as there may be workers."""
+        """Start waiting tasks, as many as there may be workers."""
         while self.waiting and len(self.busy) < max(1, self.workers):
             self._employ(self._idle())
 
     def prepare(self) -> None:
-        """Start all workers before there is anything to do, if they can be copies: of others more is known later."""
+        """Start all workers in advance if they are copies; other workers need the modules of their tasks."""
         while len(self.idle) < max(1, self.workers) and self._start() is WorkerStart.COPY:
             with interrupts_held_back(WorkerStart.COPY):
                 self.idle.append(Worker.started(WorkerStart.COPY, ()))
 
     def step(self, on_wait: OnWait = lambda: None, also: Sequence[Connection] = ()) -> None:
-        """Wait a moment for a sign of a worker, or of what else is waited for, and attend to all workers."""
+        """Wait briefly for a message or the death of a worker, or for the pipes in `also`; then check all workers."""
         soonest = min((worker.deadline for worker in self.busy), default=monotonic() + LONGEST_WAIT)
-        signs = [sign for worker in self.busy for sign in (worker.connection, worker.process.sentinel)]
-        wait([*signs, *also], timeout=max(0.0, min(LONGEST_WAIT, soonest - monotonic())))
+        sources = [source for worker in self.busy for source in (worker.connection, worker.process.sentinel)]
+        wait([*sources, *also], timeout=max(0.0, min(LONGEST_WAIT, soonest - monotonic())))
         on_wait()
         for worker in tuple(self.busy):
-            self._attend(worker)
+            self._check_worker(worker)
 
     def kill(self) -> None:
-        """End all workers, whatever they do."""
+        """Kill all workers."""
         for worker in (*self.busy, *self.idle):
             worker.kill()
 
     def _idle(self) -> Worker | None:
-        """A worker that waits; one that has died meanwhile is let go, for no task is to be blamed for that."""
+        """Take an idle worker; drop those that have died, which is the fault of no task."""
         while self.idle:
             worker = self.idle.pop()
             if worker.process.exitcode is None:
@@ -134,13 +134,13 @@ class Pool:
         return None
 
     def _employ(self, worker: Worker | None) -> None:
-        """Hand the next task to a worker, or to a new one; let it go if there is none."""
+        """Give the next task to the worker, or to a new one if it is None; keep or kill it if no task waits."""
         while self.waiting:
             index = self.waiting.popleft()
             try:
                 order = pickle.dumps((self.tasks[index].function, self.tasks[index].arguments))
-            except Exception as error:  # what pickling raises depends on what is pickled
-                self._close(index, crash(error))
+            except Exception as error:  # pickling may raise any error of the objects
+                self._report(index, crash(error))
                 continue
             start = self._start()
             with interrupts_held_back(start):
@@ -148,7 +148,7 @@ class Pool:
                 worker.index = index
                 worker.allow(START_LIMIT)
                 self.busy.append(worker)
-            # If it is dead by now, its end of the pipe says so at the next look.
+            # If the worker is dead by now, the next `step` detects it.
             with suppress(OSError):
                 worker.order(order)
             return
@@ -160,41 +160,41 @@ class Pool:
             worker.kill()
 
     def _start(self) -> WorkerStart:
-        """How to start a worker. Whoever keeps workers may have to replace many: a process from which to copy pays."""
+        """Return how to start a worker; for kept workers that cannot be copies, a prepared process saves time."""
         start = safe(self.start)
         return WorkerStart.PREPARED if self.keeps and start is WorkerStart.NEW else start
 
     def _imported(self) -> Sequence[str]:
-        """What processes that are started for one task each share: imports, which take longer than most tasks."""
+        """Return the modules of all tasks; a prepared process imports them once, which takes longer than most tasks."""
         return sorted({task.function.__module__ for task in self.tasks.values()})
 
-    def _attend(self, worker: Worker) -> None:
-        """See what became of a worker: it may have begun, ended, died or overrun its time."""
-        # Asked before the pipe: a worker that was dead by then has nothing more to say than what the pipe holds.
+    def _check_worker(self, worker: Worker) -> None:
+        """Handle the state of a worker: its task began or ended, it died, or it exceeded its time limit."""
+        # Check for death before reading the pipe: a worker that was dead then sends nothing later.
         dead = worker.process.exitcode is not None
         try:
             message = worker.message()
         except (EOFError, OSError):
             message, dead = None, True
         except GarbledError:
-            said = "something other than its worker wrote into the worker's pipe"
-            self._replace(worker, TaskResult(TaskStatus.CRASHED, message=said))
+            garbled = "the pipe of the worker contains bytes that the worker did not write"
+            self._replace(worker, TaskResult(TaskStatus.CRASHED, message=garbled))
             return
         if message is not None:
-            self._hear(worker, message)
+            self._handle_message(worker, message)
         elif dead:
-            # The exit code of a dying process is settled before its pipe closes, so this only ends one that lives on.
+            # A dying process has its exit code before its pipe closes, so this kills only a process that lives on.
             worker.kill()
             self._replace(worker, TaskResult(TaskStatus.CRASHED, message=cause_of_death(worker.process)))
         elif monotonic() >= worker.deadline:
             self._replace(worker, TaskResult(TaskStatus.TIMED_OUT, message=f"took longer than {worker.limit:g} s"))
 
-    def _hear(self, worker: Worker, message: bytes) -> None:
+    def _handle_message(self, worker: Worker, message: bytes) -> None:
         if message == BEGUN:
             worker.allow(self.tasks[worker.index].limit)
             return
-        # Still busy while the listener hears of it: if that fails, the worker must not be forgotten.
-        self._close(worker.index, _received(message))
+        # Keep the worker among the busy ones during `on_done`: if that raises an error, `kill` must find the worker.
+        self._report(worker.index, _received(message))
         self.busy.remove(worker)
         if self.start is WorkerStart.PREPARED:
             worker.kill()
@@ -203,10 +203,10 @@ class Pool:
     def _replace(self, worker: Worker, result: TaskResult) -> None:
         worker.kill()
         self.busy.remove(worker)
-        self._close(worker.index, result)
+        self._report(worker.index, result)
         self._employ(None)
 
-    def _close(self, index: int, result: TaskResult) -> None:
+    def _report(self, index: int, result: TaskResult) -> None:
         del self.tasks[index]
         self.on_done(index, result)
 
@@ -214,8 +214,8 @@ class Pool:
 def _received(message: bytes) -> TaskResult:
     try:
         result = pickle.loads(message)
-    except Exception as error:  # what unpickling raises depends on what is unpickled
+    except Exception as error:  # unpickling may raise any error of the objects
         return crash(error)
     if not isinstance(result, TaskResult):
-        return crash(TypeError(f"a worker sent a {type(result).__name__} in place of a result"))
+        return crash(TypeError(f"a worker sent a {type(result).__name__} instead of a result"))
     return result

@@ -21,28 +21,28 @@ from typing import Final
 from stability.process_settings import exclude_from_collection
 from stackdsl.exits import INTERRUPTS
 
-# How much memory one worker may take: so much that the machine goes on, whatever a case does.
+# Limits the memory of a worker, so that no task exhausts the memory of the machine.
 
 
-SHARE: Final = 0.75  # of the memory that there is: what takes more would have the system kill whatever it likes
+SHARE: Final = 0.75  # of all memory; beyond, the system may kill any process
 CONTAINER: Final = Path("/sys/fs/cgroup/memory.max")
 STATUS: Final = Path("/proc/self/statm")
-DATA: Final = 5  # its place in STATUS
+DATA: Final = 5  # index of the size of the data segment in STATUS
 
 
 def limit_memory() -> None:
-    """Let this process run out of memory by itself, which is a crash of its task, before the machine does."""
+    """Limit the memory of this process, so that its task crashes before the machine runs out of memory."""
     with suppress(OSError):
         _lower(int(SHARE * min(_installed(), _granted())))
 
 
 @contextmanager
 def memory_limited(more: int) -> Iterator[None]:
-    """Let this process take at most so many more bytes meanwhile; where nobody knows what it has, as many as before."""
+    """Limit this process to `more` additional bytes within the block; without limit if its size is unknown."""
     before = None
     with suppress(OSError):
-        held = int(STATUS.read_text(encoding="ascii").split()[DATA]) * os.sysconf("SC_PAGE_SIZE")
-        before = _lower(held + more)
+        used = int(STATUS.read_text(encoding="ascii").split()[DATA]) * os.sysconf("SC_PAGE_SIZE")
+        before = _lower(used + more)
     try:
         yield
     finally:
@@ -53,9 +53,9 @@ def memory_limited(more: int) -> Iterator[None]:
 
 
 def _lower(most: int) -> tuple[int, int] | None:
-    """Let this process have so many bytes at most, if it may have more; returns the limits before."""
-    with suppress(ImportError, OSError, ValueError):  # not on Windows; and who may not lower it keeps what there is
-        import resource  # noqa: PLC0415 -- as said
+    """Lower the memory limit of this process to `most` bytes, and return the old limits; None if that is impossible."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource  # noqa: PLC0415 -- not on Windows
 
         soft, hard = before = resource.getrlimit(resource.RLIMIT_DATA)
         least = min((limit for limit in (most, soft) if limit != resource.RLIM_INFINITY), default=most)
@@ -65,124 +65,126 @@ def _lower(most: int) -> tuple[int, int] | None:
 
 
 def _installed() -> int:
-    """Memory of the machine [bytes]."""
+    """Return the memory of the machine [bytes]."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 def _granted() -> int:
-    """What a container grants [bytes]; all, if none says otherwise."""
+    """Return the memory limit of the container [bytes]; the memory of the machine if there is none."""
     with suppress(OSError, ValueError):
         return int(CONTAINER.read_text(encoding="ascii"))
     return _installed()
 
 
-# A process that carries out tasks for another one, which supervises it.
+# The worker process and its protocol.
 #
-# Each has a pipe of its own and one task at a time, so that whatever brings it down is known by name. A task may run
-# code of others, such as an engine that is plugged in, which finds the descriptor of the pipe in its process. So a
-# message is a frame: a token that is drawn for this task, the length of the message, the message, the token. The
-# supervisor never waits for the rest of a frame, and what is no frame ends the worker, as a crash of its task.
+# Each worker has a pipe of its own and one task at a time, so that the task that kills it is known. A task may run code
+# of others, such as a plugged-in engine, which can write to the pipe. So a message is a frame: a random token of the
+# task, the length of the message, the message, the token. The supervisor never waits for the rest of a frame. Bytes
+# that are not a frame count as a crash of the task, and the worker is killed.
 
 
 TOKEN = 16  # [bytes]
 LENGTH = 8  # [bytes] of the length of a message, big-endian
 LONGEST_MESSAGE = 2_000  # [characters] of the error of a task, and ten times as many of its traceback
-BEGUN = b"begun"  # a worker's word that it has all it needs and calls the function now
+BEGUN = b"begun"  # sent by a worker after its imports, when it calls the function
 _STARTING = threading.Lock()
-_OURS: set[Connection] = set()  # the ends of pipes to workers that this process has open
-SAFE_PATH = "PYTHONSAFEPATH"  # what keeps Python from looking for modules in the working directory
-START_LIMIT = 120.0  # [s] for a worker to start and import what a task needs, before the task's own limit counts
+_OURS: set[Connection] = set()  # the open pipe ends of this process to its workers
+SAFE_PATH = "PYTHONSAFEPATH"  # environment variable; keeps Python from importing from the working directory
+START_LIMIT = 120.0  # [s] for a worker to start and import; then the time limit of the task begins
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A call to be made in another process."""
+    """A call that a worker makes."""
 
-    function: Callable[..., object]  # importable by name, as pickle needs it
+    function: Callable[..., object]  # importable by name, for pickle
     arguments: tuple[object, ...]  # picklable
     limit: float  # [s] of wall time
 
 
 class WorkerStart(Enum):
-    """What a worker is when it begins."""
+    """The way to start a worker."""
 
-    COPY = "copy"  # of this process, which is quickest; of one with several threads no copy is safe, so it is NEW there
-    NEW = "new"  # a process that has imported nothing
-    PREPARED = "prepared"  # one for each task, which did nothing before but import what functions of tasks are in
+    COPY = "copy"  # fork of this process: fastest, but unsafe with several threads, where it becomes NEW
+    NEW = "new"  # a fresh process without imports
+    PREPARED = "prepared"  # one process per task, forked from a process that only imported the modules of all tasks
 
 
 class TaskStatus(StrEnum):
     """How a task ended."""
 
     DONE = "done"
-    CRASHED = "crashed"  # it raised, or took its worker down with it
+    CRASHED = "crashed"  # it raised an error, or killed its worker
     TIMED_OUT = "timed out"
-    NOT_RUN = "not run"  # the pool was interrupted before it ended
+    NOT_RUN = "not run"  # the pool was interrupted before the task ended
 
 
 @dataclass(frozen=True, slots=True)
 class TaskResult:
-    """What became of a task."""
+    """The result of a task."""
 
     status: TaskStatus
-    value: object = None  # what the function returned
-    message: str = ""  # why it did not
-    details: str = ""  # the traceback, where there is one
+    value: object = None  # return value of the function
+    message: str = ""  # of the error
+    details: str = ""  # traceback of the error, if there is one
 
 
 class GarbledError(Exception):
-    """Bytes in the pipe of a worker that are no message of it."""
+    """The pipe of a worker contains bytes that are not a frame."""
 
 
 @dataclass
 class Worker:
+    """A worker process, as its supervisor sees it."""
+
     process: BaseProcess
     connection: Connection
-    index: int = -1  # of the task in hand
+    index: int = -1  # of the current task
     limit: float = START_LIMIT  # [s]
     deadline: float = 0.0  # by the monotonic clock [s]
-    token: bytes = b""  # of the task in hand
-    received: bytearray = field(default_factory=bytearray)  # of a message that has not arrived whole
+    token: bytes = b""  # of the current task
+    received: bytearray = field(default_factory=bytearray)  # incomplete message
 
     @classmethod
     def started(cls, start: WorkerStart, imported: Sequence[str]) -> "Worker":
-        """A new worker; one that is prepared comes from a process that has imported these modules and did no more.
+        """Start a worker; a prepared one is forked from a process that has only imported these modules.
 
-        Interrupts are to be held back meanwhile.
+        The caller must hold back interrupts during the call.
         """
         ours, theirs = multiprocessing.Pipe()
         _OURS.add(ours)
         process = _process(start, imported, theirs)
         with _may_start_processes():
             process.start()
-        # As long as this end is open here, the death of the worker would not end the stream.
+        # While this end is open here, the death of the worker would not close the stream.
         theirs.close()
         return cls(process, ours)
 
     def allow(self, limit: float) -> None:
-        """Give it so much time [s] from now."""
+        """Set the deadline to `limit` from now [s]."""
         self.limit, self.deadline = limit, monotonic() + limit
 
     def order(self, order: bytes) -> None:
-        """Send it a task. Raises OSError if it is gone."""
+        """Send a task. Raises OSError if the worker is dead."""
         self.token = os.urandom(TOKEN)
         self.received.clear()
         self.connection.send_bytes(self.token + order)
 
     def message(self) -> bytes | None:
-        """The next message that has arrived whole; None if there is none. Waits for nothing.
+        """Return the next complete message; None if there is none. Does not wait.
 
-        Raises EOFError or OSError if nothing more can come, GarbledError for what is no message.
+        Raises EOFError or OSError if the worker can send no more, GarbledError for bytes that are not a frame.
         """
-        found = self._taken()
-        while found is None and self.connection.poll():
+        message = self._complete_message()
+        while message is None and self.connection.poll():
             if not (arrived := os.read(self.connection.fileno(), 1 << 20)):
                 raise EOFError
             self.received += arrived
-            found = self._taken()
-        return found
+            message = self._complete_message()
+        return message
 
-    def _taken(self) -> bytes | None:
+    def _complete_message(self) -> bytes | None:
         head = TOKEN + LENGTH
         if self.received[:TOKEN] != self.token[: len(self.received)]:
             raise GarbledError
@@ -193,14 +195,14 @@ class Worker:
             return None
         if self.received[end : end + TOKEN] != self.token:
             raise GarbledError
-        found = bytes(self.received[head:end])
+        message = bytes(self.received[head:end])
         del self.received[: end + TOKEN]
-        return found
+        return message
 
     def kill(self) -> None:
-        """End it, whatever it does, and what its tasks have started; all that was wanted of it has been received."""
+        """Kill the worker and all processes that its tasks have started."""
         assert self.process.pid
-        with suppress(ProcessLookupError, PermissionError):  # it may be gone, or may not lead its group yet
+        with suppress(ProcessLookupError, PermissionError):  # it may be dead, or may not lead its group yet
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.kill()
         self.process.join()
@@ -210,26 +212,26 @@ class Worker:
 
 @contextmanager
 def _may_start_processes() -> Iterator[None]:
-    """Let a process start others though it is a daemon, as workers of Dask are, and let them import safely.
+    """Let a daemon process, such as a worker of Dask, start processes, and keep these from unsafe imports.
 
-    The library forbids the first, since nobody would end them; a worker of ours ends by itself once its parent has.
-    And it starts Python by a command, which would find modules in the working directory, before those of the library.
+    The standard library forbids children of daemons, since nothing would end them; our workers end with their parent.
+    It starts Python by a command that would import modules from the working directory, before those of the library.
     """
     own = multiprocessing.current_process()
-    with _STARTING:  # two threads that put back what was would each see the other's
-        was, path = own.daemon, os.environ.get(SAFE_PATH)
+    with _STARTING:  # of two threads at once, one would restore the settings of the other
+        was_daemon, safe_path = own.daemon, os.environ.get(SAFE_PATH)
         try:
-            if was:
+            if was_daemon:
                 own.daemon = False
             os.environ[SAFE_PATH] = "1"
             yield
         finally:
-            if was:
+            if was_daemon:
                 own.daemon = True
-            if path is None:
+            if safe_path is None:
                 del os.environ[SAFE_PATH]
             else:
-                os.environ[SAFE_PATH] = path
+                os.environ[SAFE_PATH] = safe_path
 
 
 def _process(start: WorkerStart, imported: Sequence[str], connection: Connection) -> BaseProcess:
@@ -243,10 +245,10 @@ def _process(start: WorkerStart, imported: Sequence[str], connection: Connection
 
 
 def safe(start: WorkerStart) -> WorkerStart:
-    """How to start a worker here and now: a process with several threads, of Python or of a library, is not copied.
+    """Return NEW in place of COPY if this process has several threads, of Python or of a library.
 
-    The copy would have one of them only, and wait in vain for what the others held. Elsewhere than on Linux nobody
-    knows how many there are.
+    A copy has only one of the threads, and would wait forever for locks that the others held. Only Linux tells the
+    number of threads.
     """
     if start is not WorkerStart.COPY:
         return start
@@ -258,20 +260,20 @@ def safe(start: WorkerStart) -> WorkerStart:
 
 @contextmanager
 def interrupts_held_back(start: WorkerStart = WorkerStart.COPY) -> Iterator[None]:
-    """Put off INTERRUPTS to the end; a process started meanwhile gets none, from its first instruction on.
+    """Delay INTERRUPTS to the end of the block; a process started inside never gets one.
 
-    Ctrl-C reaches the whole process group. A process inherits what is blocked, as it would what is ignored, but what is
-    ignored would be lost here. Another thread may take what this one blocks, hence the handler.
+    Ctrl-C reaches the whole process group. A child inherits blocked signals. Ignored signals would be inherited, too,
+    but this process would lose them. Another thread may receive a signal that this one blocks, hence the handler.
     """
     if start is not WorkerStart.COPY:
-        from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do without
+        from multiprocessing import resource_tracker  # noqa: PLC0415 -- copies do not need it
 
         with _may_start_processes():
-            resource_tracker.ensure_running()  # else a process would start it, which lets interrupts through again
-    pressed: list[int] = []
-    main = threading.current_thread() is threading.main_thread()  # of another thread interrupts are no affair
-    held = INTERRUPTS if main else ()
-    handlers = {number: signal.signal(number, lambda number, _: pressed.append(number)) for number in held}
+            resource_tracker.ensure_running()  # started inside the block, it would unblock the signals
+    received: list[int] = []
+    is_main_thread = threading.current_thread() is threading.main_thread()  # only the main thread may set handlers
+    numbers = INTERRUPTS if is_main_thread else ()
+    handlers = {number: signal.signal(number, lambda number, _: received.append(number)) for number in numbers}
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, INTERRUPTS)
     try:
         yield
@@ -279,24 +281,26 @@ def interrupts_held_back(start: WorkerStart = WorkerStart.COPY) -> Iterator[None
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         for number, handler in handlers.items():
             signal.signal(number, handler)
-        for caught in pressed:
+        for caught in received:
             signal.raise_signal(caught)
 
 
 def crash(error: BaseException) -> TaskResult:
+    """Return the result of a task that raised an error."""
     message = _shortened(traceback.format_exception_only(error)[-1].strip(), LONGEST_MESSAGE)
     details = _shortened("".join(traceback.format_exception(error)), 10 * LONGEST_MESSAGE)
     return TaskResult(TaskStatus.CRASHED, message=message, details=details)
 
 
 def _shortened(text: str, most: int) -> str:
-    """A text without its middle, if it is longer than so many characters: of a traceback, both ends say something."""
+    """Cut the middle out of a text of more than `most` characters; both ends of a traceback matter."""
     if len(text) <= most:
         return text
     return f"{text[: most // 2]} ... ({len(text)} characters) ... {text[-most // 2 :]}"
 
 
 def cause_of_death(process: BaseProcess) -> str:
+    """Return the text about the exit code or the signal that ended a worker."""
     code = process.exitcode or 0
     if code >= 0:
         return f"the worker exited with code {code}"
@@ -307,15 +311,15 @@ def cause_of_death(process: BaseProcess) -> str:
 
 
 def _serve(connection: Connection) -> None:
-    """What a worker does: one order after the other, until nobody is left to give any."""
-    while _OURS:  # which a copy has as well: a task could wait for itself there, or give orders to others
+    """Run the worker: one task after the other, until the supervisor closes the pipe."""
+    while _OURS:  # inherited by a copy: a task could wait for itself there, or send tasks to other workers
         _OURS.pop().close()
-    os.setpgid(0, 0)  # what a task starts is of this group, and ends with it
+    os.setpgid(0, 0)  # processes that a task starts belong to this group, and die with it
     process = os.getpid()
-    # The parent decides what Ctrl-C means; held back so far, it would stay so in whatever a task starts.
+    # The parent handles Ctrl-C. Signals that stay blocked would also be blocked in processes that a task starts.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # likewise
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # in a copy of the parent, it would mean what it means there
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a copy inherits the handler of the parent
     signal.pthread_sigmask(signal.SIG_UNBLOCK, INTERRUPTS)
     exclude_from_collection()
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -329,29 +333,29 @@ def _serve(connection: Connection) -> None:
 
 
 def _tell(connection: Connection, process: int, token: bytes, message: bytes) -> None:
-    """Send a message, unless this is a copy of the worker that its task has made: then there is nothing more to do."""
+    """Send a message; in a copy of the worker that the task has forked, exit instead."""
     if os.getpid() != process:
         os._exit(0)
     for part in (token + len(message).to_bytes(LENGTH), message, token):
-        left = memoryview(part)
-        while left:
-            left = left[os.write(connection.fileno(), left) :]
+        unsent = memoryview(part)
+        while unsent:
+            unsent = unsent[os.write(connection.fileno(), unsent) :]
 
 
 def _end_with_parent() -> None:
-    """A parent that is killed ends nobody, and a task in hand may take long: nobody is left to want its result."""
+    """End the worker with its parent: a parent that is killed cannot end it, and its task may take long."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()
-    # What a worker that has cut its own connections comes to as well, whoever notices first.
+    # Also needed for a worker whose task has closed the pipe.
     os.killpg(0, signal.SIGKILL)
 
 
 def _keep_off_stdout() -> None:
-    """Native libraries chatter on descriptor 1, where the parent writes its report; prints of Python go to stderr."""
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    os.close(nowhere)
+    """Silence native libraries on descriptor 1, where the parent writes its report; Python prints go to stderr."""
+    devnull = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(devnull, 1)
+    os.close(devnull)
     sys.stdout = sys.stderr
 
 
@@ -360,5 +364,5 @@ def _carry_out(order: bytes, tell_begun: Callable[[], None]) -> bytes:
         function, arguments = pickle.loads(order)
         tell_begun()
         return pickle.dumps(TaskResult(TaskStatus.DONE, function(*arguments)))
-    except BaseException as error:  # a task that exits Python ends itself, not its worker
+    except BaseException as error:  # a task that exits Python ends only itself
         return pickle.dumps(crash(error))

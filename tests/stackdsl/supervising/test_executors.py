@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.supervising.executors import SupervisedExecutor, TaskFailedError, asked_of, run_on, supervised
+from stackdsl.supervising.executors import SupervisedExecutor, TaskFailedError, run_on, submit_to, supervised
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from tests.command_line import AMPLE
@@ -89,7 +89,7 @@ def test_once_shut_down_it_takes_no_more_and_ends_what_is_under_way(tmp_path: Pa
 def test_on_any_executor_a_thread_has_a_process_of_its_own_that_it_keeps_and_replaces(threads: Executor) -> None:
     def asked(function: object) -> TaskResult:
         assert callable(function)
-        return asked_of(threads, Task(function, (), AMPLE)).result()
+        return submit_to(threads, Task(function, (), AMPLE)).result()
 
     first, again = asked(process_id), asked(process_id)
     assert first.value == again.value != os.getpid()

@@ -257,7 +257,7 @@ GARBAGE = [b"x", b"begun", b"\x00\x00\x00\x05begun", bytes(3_000_000), pickle.du
 def test_what_a_task_writes_into_the_pipe_is_a_crash_of_it_and_of_no_other(what: bytes) -> None:
     results = run(call(write_into_all_pipes, what), call(square, 4), workers=1)
     assert [result.status for result in results] == [TaskStatus.CRASHED, TaskStatus.DONE]
-    assert results[0].message == "something other than its worker wrote into the worker's pipe"
+    assert results[0].message == "the pipe of the worker contains bytes that the worker did not write"
     assert results[1].value == 16
 
 
