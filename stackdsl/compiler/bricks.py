@@ -1,4 +1,4 @@
-"""Places, names and levels of every brick of a scenario."""
+"""Computes the pose, the name and the level of every brick of a scenario."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,81 +11,81 @@ from stability.geometry.box import MIDDLE
 from stability.geometry.placed_shape import in_place
 from stability.geometry.vectors import dot, inverse, multiply, rotate, subtract
 from stability.model import GROUND, BodyId, ConvexShape, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.fit import CrowdedError, Fit, PlacementIndex, Sited, fits
+from stackdsl.compiler.fit import CrowdedError, Fit, PlacementIndex, TimedShape, fits
 from stackdsl.language.bricks import BrickKind, SetBrick, laid
 from stackdsl.language.layouts.registry import BrickSpec, place
 from stackdsl.language.schema import BuildStep, Scenario
 from stackdsl.language.yaml.source import KeyPath
 
-# Every brick as the author wrote it, layouts taken apart, in the frame of the scene.
+# The bricks in the order of the file, with layouts expanded, in the scene frame.
 
 
-DIGITS: Final = 12  # of a metre: what sums of decimals lose is far below
+DIGITS: Final = 12  # decimals of a metre; far more than the rounding error of sums of decimals
 
 
-class NowhereError(Exception):
-    """A brick is to lie by another one that does not stand before it."""
+class MissingNeighbourError(Exception):
+    """A brick is placed on or beside a brick that does not come before it."""
 
-    def __init__(self, name: BodyId, too_dear: bool = False) -> None:
+    def __init__(self, name: BodyId, too_costly: bool = False) -> None:
         super().__init__(name)
-        self.name, self.too_dear = name, too_dear
+        self.name, self.too_costly = name, too_costly
 
 
-class Whereabouts(Protocol):
-    """Knows where a brick lies that is placed by others."""
+class PlacementResolver(Protocol):
+    """Computes the positions of bricks that are placed on or beside others."""
 
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: "Sequence[WrittenBrick]"
     ) -> tuple[Vec3, tuple[int, ...]]:
-        """Its centre of mass, and by number the bricks before it that it is placed by. Raises NowhereError."""
+        """Return the centre of mass and the indices of the neighbours in `before`. Raises MissingNeighbourError."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenBrick:
-    """One brick as the author wrote it, in the frame of the scene."""
+    """A brick as written in the file, in the scene frame."""
 
-    path: KeyPath  # of the brick, or of its layout, in the file
-    step: int
+    path: KeyPath  # to the brick, or to its layout
+    step: int  # index; impacts follow the build steps
     shape: ConvexShape
     mass: float
     pose: Pose
     kind: BrickKind
-    level: int | None  # None if it is to be judged by what it stands on
+    level: int | None  # None to compute it from the supports
     name: str | None
-    friction: float | None = None  # of its own, if its author wrote one for it rather than for its kind
+    friction: float | None = None  # Coulomb coefficient of this brick; None for that of its kind
     drop: bool = False
-    together: bool = False  # whether it is set down at one moment with the brick before it
-    within: str | None = None  # the name of its step
-    passed: int = 0  # how many bricks of its level are left out just before it
-    placed_by: tuple[int, ...] = ()  # the bricks on or beside which it was to lie, by number
-    lost: NowhereError | None = None  # where one of these is not there; then its own place means nothing
+    together: bool = False  # whether it is set down at the same time as the previous brick
+    within: str | None = None  # name of its step
+    passed: int = 0  # number of bricks of its level that the layout leaves out just before it
+    placed_by: tuple[int, ...] = ()  # indices of the bricks on or beside which it is placed
+    lost: MissingNeighbourError | None = None  # if one of these is missing; then the pose is meaningless
 
     @property
     def of_layout(self) -> bool:
-        """Whether a layout made it, so that its level is none that the author wrote."""
+        """Whether a layout generated it, so the author did not write its level."""
         return "bricks" not in self.path and not self.inserted
 
     @property
     def inserted(self) -> bool:
-        """Whether it is slid in by an impact, rather than built."""
+        """Whether an impact slides it in, rather than a build step placing it."""
         return self.path[0] == "impacts"
 
 
-def bricks_of(scenario: Scenario, whereabouts: Whereabouts) -> list[WrittenBrick]:
-    """All bricks in the author's order, step after step; impacts are steps after those of the build."""
-    made: list[WrittenBrick] = []
+def bricks_of(scenario: Scenario, resolver: PlacementResolver) -> list[WrittenBrick]:
+    """Return all bricks in file order; impacts count as steps after the build steps."""
+    bricks: list[WrittenBrick] = []
     for number, step in enumerate(scenario.build):
-        made += _bricks_of_layout(number, step, scenario)
+        bricks += _bricks_of_layout(number, step, scenario)
         for index, brick in enumerate(step.bricks or ()):
             path: KeyPath = ("build", number, "bricks", index)
-            set_down = _set_brick(path, number, brick, step.brick or scenario.brick, made, whereabouts)
-            made.append(replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name))
+            set_down = _set_brick(path, number, brick, step.brick or scenario.brick, bricks, resolver)
+            bricks.append(replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name))
     for number, impact in enumerate(scenario.impacts):
         if impact.done.slid_in is not None:
             turn, path = len(scenario.build) + number, ("impacts", number, impact.kind)
-            made.append(_set_brick(path, turn, impact.done.slid_in, scenario.brick, made, whereabouts))
-    return made
+            bricks.append(_set_brick(path, turn, impact.done.slid_in, scenario.brick, bricks, resolver))
+    return bricks
 
 
 def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Iterator[WrittenBrick]:
@@ -96,46 +96,46 @@ def _bricks_of_layout(number: int, step: BuildStep, scenario: Scenario) -> Itera
             form, own = laid(kind.form, spec), _prefixed(step, spec.name)
             path: KeyPath = ("build", number, name)
             point = form.middle if spec.outline is None else form.origin
-            mass, pose = kind.mass_of(form), _set_back(pose_of(spec), point)
-            made = WrittenBrick(path, number, form.shape, mass, pose, kind, spec.level, own, together=spec.together)
-            yield replace(made, within=step.name, passed=spec.passed)
+            mass, pose = kind.mass_of(form), _pose_with_point(pose_of(spec), point)
+            brick = WrittenBrick(path, number, form.shape, mass, pose, kind, spec.level, own, together=spec.together)
+            yield replace(brick, within=step.name, passed=spec.passed)
 
 
 def pose_of(spec: BrickSpec) -> Pose:
-    """The pose of a brick of a layout."""
+    """Return the pose of a brick of a layout."""
     if spec.lean == 0.0:
         return Pose(spec.position, about_z(spec.yaw))
     sine, cosine = half_turn(spec.lean)
     return Pose(spec.position, multiply(about_z(spec.yaw), (0.0, sine, 0.0, cosine)))
 
 
-def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick, and all that it may depend on
+def _set_brick(  # noqa: PLR0913, PLR0917 -- a brick and everything that it may depend on
     path: KeyPath,
     step: int,
     brick: SetBrick,
-    kind: BrickKind,
+    default_kind: BrickKind,
     before: Sequence[WrittenBrick],
-    whereabouts: Whereabouts,
+    resolver: PlacementResolver,
 ) -> WrittenBrick:
-    made_of = brick.brick or kind
-    form, turned = made_of.form, about_axes(brick.rotate)
-    pose, lost = _set_back(Pose(brick.at or (0.0, 0.0, 0.0), turned), form.origin), None
+    kind = brick.brick or default_kind
+    form, turned = kind.form, about_axes(brick.rotate)
+    pose, lost = _pose_with_point(Pose(brick.at or (0.0, 0.0, 0.0), turned), form.origin), None
     placed_by: tuple[int, ...] = ()
     if brick.at is None:
         try:
-            centre, placed_by = whereabouts.place_of(brick, form.shape, turned, before)
+            centre, placed_by = resolver.place_of(brick, form.shape, turned, before)
             pose = Pose(centre, turned)
-        except NowhereError as error:
+        except MissingNeighbourError as error:
             lost = error
-    mass = made_of.mass_of(form)
+    mass = kind.mass_of(form)
     own = brick.friction
     return WrittenBrick(
-        path, step, form.shape, mass, pose, made_of, brick.level, brick.name, own, placed_by=placed_by, lost=lost
+        path, step, form.shape, mass, pose, kind, brick.level, brick.name, own, placed_by=placed_by, lost=lost
     )
 
 
-def _set_back(pose: Pose, point: Vec3) -> Pose:
-    """The pose of a brick of which a point, seen from its centre of mass in its own axes, is to be in a place."""
+def _pose_with_point(pose: Pose, point: Vec3) -> Pose:
+    """Return the pose of a brick that has a point, given from its centre of mass along its body axes, at a position."""
     if point == MIDDLE:
         return pose
     x, y, z = subtract(pose.position_W, rotate(pose.orientation, point))
@@ -147,27 +147,27 @@ def _prefixed(step: BuildStep, name: str | None) -> str | None:
 
 
 def about_z(angle: float) -> Quaternion:
-    """The turn by an angle about the vertical [rad]."""
+    """Return the rotation by an angle about the vertical [rad]."""
     sine, cosine = half_turn(angle)
     return (0.0, 0.0, sine, cosine)
 
 
 def half_turn(angle: float) -> tuple[float, float]:
-    """Sine and cosine of half an angle, rounded to where processors agree on them."""
+    """Return the sine and cosine of half an angle, rounded to digits on which all processors agree."""
     return round(sin(angle / 2.0), 15), round(cos(angle / 2.0), 15)
 
 
 def about_axes(angles: Vec3) -> Quaternion:
-    """The turn about x, then y, then z, the axes of the scene [rad]."""
+    """Return the rotation about the scene axes x, then y, then z [rad]."""
     (sin_x, cos_x), (sin_y, cos_y) = half_turn(angles[0]), half_turn(angles[1])
     return multiply(about_z(angles[2]), multiply((0.0, sin_y, 0.0, cos_y), (sin_x, 0.0, 0.0, cos_x)))
 
 
-# Levels and names: by place, such as `L3.2`, unless the author gives his own.
+# Levels and names. The automatic name is `L3.2` for the second brick of level 3.
 
 
 class CrowdedBrickError(Exception):
-    """A brick has so many others near it that it takes too long to say on what it stands."""
+    """A brick has too many neighbours to compute its supports."""
 
     def __init__(self, brick: WrittenBrick) -> None:
         super().__init__(brick.path)
@@ -177,15 +177,15 @@ class CrowdedBrickError(Exception):
 def footings_of(
     written: Sequence[WrittenBrick], planes: Sequence[Plane], removed_in: Mapping[int, int] = MappingProxyType({})
 ) -> list[Fit]:
-    """What every brick stands on, for judging levels; nothing where layouts, which know theirs, are all there is.
+    """Return the supports of every brick, for its level; empty ones if all bricks are of layouts, which set levels.
 
-    `removed_in` says of bricks, by number, in which step they are pulled out. Raises CrowdedBrickError.
+    `removed_in` maps indices of bricks to the steps that pull them out. Raises CrowdedBrickError.
     """
     if all(brick.of_layout for brick in written):
         return [Fit() for _ in written]
-    # What a brick stands on does not depend on the clock, only on what the author put before it or in the same step.
+    # The supports of a brick are in earlier steps or in its own, whatever the times.
     sited = [
-        Sited(float(brick.step), brick.shape, brick.pose, until=float(removed_in.get(index, inf)))
+        TimedShape(float(brick.step), brick.shape, brick.pose, until=float(removed_in.get(index, inf)))
         for index, brick in enumerate(written)
     ]
     try:
@@ -195,7 +195,7 @@ def footings_of(
 
 
 def levels_of(written: Sequence[WrittenBrick], footings: Sequence[Fit]) -> list[int]:
-    """The level of every brick: as written, or one above the highest that it stands on."""
+    """Return the level of every brick: the written one, or one above its highest support."""
     levels: dict[int, int] = {}
     for index in sorted(range(len(written)), key=lambda index: written[index].pose.position_W[2]):
         levels[index] = written[index].level or level_above(index, footings[index], written, levels)
@@ -205,7 +205,7 @@ def levels_of(written: Sequence[WrittenBrick], footings: Sequence[Fit]) -> list[
 def level_above(
     index: int, footing: Fit, written: Sequence[WrittenBrick], levels: Mapping[int, int] | Sequence[int]
 ) -> int:
-    """The level above the highest of those that a brick stands on, as far as their centres are lower than its own."""
+    """Return one more than the highest level of the supports whose centres are lower than that of the brick."""
     height = written[index].pose.position_W[2]
     below = (other for other in footing.on_boxes if (written[other].pose.position_W[2], other) < (height, index))
     return max((levels[other] for other in below), default=0) + 1
@@ -214,26 +214,26 @@ def level_above(
 def names_of(
     written: Sequence[WrittenBrick], levels: Sequence[int], counts: Counter[tuple[str, int]] | None = None
 ) -> list[BodyId]:
-    """The author's names, and `L3.2` for the second brick of level 3 in the author's order."""
+    """Return the written names, and automatic names for the other bricks."""
     counted = Counter() if counts is None else counts
-    return [name_by_place(brick, level, counted) for brick, level in zip(written, levels, strict=True)]
+    return [next_name(brick, level, counted) for brick, level in zip(written, levels, strict=True)]
 
 
-def name_by_place(brick: WrittenBrick, level: int, counts: Counter[tuple[str, int]]) -> BodyId:
-    """The name of a brick that comes after those that are counted, by step and level; it is counted, too."""
+def next_name(brick: WrittenBrick, level: int, counts: Counter[tuple[str, int]]) -> BodyId:
+    """Return the name of the next brick, and add it to the counts by step name and level."""
     place = f"{brick.within}." if brick.within else ""
     counts[place, level] += 1 + brick.passed
     return brick.name or f"{place}L{level}.{counts[place, level]}"
 
 
-# When something of a scenario happens, among all that happens at one time.
+# The order of actions.
 
 
-BUILD: Final = 0  # among what happens at one time, the build comes first, and then impact by impact
+BUILD: Final = 0  # turn of the build, before those of the impacts
 
 
 class ActionOrder(NamedTuple):
-    """A time, and a place among what happens at that time."""
+    """A time, and a turn among the actions at that time."""
 
     time: float  # [s]
     turn: int = BUILD  # 1 for the first impact, and so on
@@ -242,47 +242,47 @@ class ActionOrder(NamedTuple):
 START: Final = ActionOrder(0.0)
 
 
-# Names by place of bricks that come one by one: each is asked for before the next one is known.
+# Automatic names while bricks are added one by one: `on` and `beside` need the names of the bricks so far.
 
 
-MAX_NAMED = 20_000  # bricks whose names are worked out anew, as others came to lie under them; a second
+MAX_NAMED = 20_000  # names that are recomputed because of bricks added below; takes about a second
 
 
 @dataclass(slots=True)
 class IncrementalNaming:
-    """Levels and names of the bricks so far, as `levels_of` and `names_of` would give them."""
+    """The levels and names of the bricks so far, equal to those of `levels_of` and `names_of`."""
 
     planes: Sequence[Plane]
     site: PlacementIndex = field(init=False)
     written: list[WrittenBrick] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
     counts: Counter[tuple[str, int]] = field(default_factory=Counter)
-    named: dict[BodyId, int] = field(default_factory=dict)  # the first brick that is called so, by number
-    cost: int = 0  # bricks whose names were worked out anew
+    named: dict[BodyId, int] = field(default_factory=dict)  # index of the first brick of each name
+    cost: int = 0  # number of recomputed names
 
     def __post_init__(self) -> None:
         self.site = PlacementIndex([], self.planes)
 
-    def take_in(self, bricks: Sequence[WrittenBrick], asked: BodyId) -> None:
-        """Take in those that are new, as a name is `asked` for. Raises NowhereError if that costs too much."""
-        moved = False  # the level of an earlier brick
+    def add_new(self, bricks: Sequence[WrittenBrick], wanted: BodyId) -> None:
+        """Add the new bricks, to look up the name `wanted`. Raises MissingNeighbourError if that is too costly."""
+        changed = False  # whether the level of an earlier brick has changed
         for brick in bricks[len(self.written) :]:
-            moved = self._add(brick) or moved
-        if moved:
-            self._name_all(asked)
+            changed = self._add(brick) or changed
+        if changed:
+            self._name_all(wanted)
 
     def _add(self, brick: WrittenBrick) -> bool:
-        """Take in a brick; whether it lies under an earlier one, whose level it changes."""
+        """Add a brick; return whether it changes the level of an earlier brick above it."""
         number = len(self.written)
         self.written.append(brick)
         self.site.blocks.append(in_place(brick.shape, brick.pose))
         self.levels.append(brick.level or 1)
         try:
-            moved = brick.lost is None and self._stand(number, brick)
+            changed = brick.lost is None and self._stand(number, brick)
         except CrowdedError as error:
             raise CrowdedBrickError(brick) from error
-        self.named.setdefault(name_by_place(brick, self.levels[number], self.counts), number)
-        return moved
+        self.named.setdefault(next_name(brick, self.levels[number], self.counts), number)
+        return changed
 
     def _stand(self, number: int, brick: WrittenBrick) -> bool:
         self.site.put(number)
@@ -293,31 +293,31 @@ class IncrementalNaming:
         return level_above(number, self.site.fit(number), self.written, self.levels)
 
     def _is_lifted(self, number: int, step: int) -> bool:
-        """Whether a brick has come to stand higher; it rests on what is put in its own step, and on nothing later."""
+        """Whether the level of a brick has changed; only bricks of its own step can still become its supports."""
         brick = self.written[number]
         return brick.step == step and brick.level is None and self._level(number) != self.levels[number]
 
-    def _name_all(self, asked: BodyId) -> None:
+    def _name_all(self, wanted: BodyId) -> None:
         self.cost += len(self.written)
         if self.cost > MAX_NAMED:
-            raise NowhereError(asked, too_dear=True)
+            raise MissingNeighbourError(wanted, too_costly=True)
         self.levels = levels_of(self.written, footings_of(self.written, self.planes))
         self.counts.clear()
         names = names_of(self.written, self.levels, self.counts)
-        self.named = {called: number for number, called in reversed(list(enumerate(names)))}
+        self.named = {name: number for number, name in reversed(list(enumerate(names)))}
 
 
-# Where a brick lies that is placed by another one: `on` it, or `beside` it.
+# The positions of bricks that are placed `on` or `beside` others.
 
 
 @dataclass(slots=True)
 class EarlierBricks:
-    """What bricks may be placed by: all that the author put before them."""
+    """Resolves placements on or beside earlier bricks."""
 
     planes: Sequence[Plane]
     standing: IncrementalNaming = field(init=False)
-    named: dict[BodyId, int] = field(default_factory=dict)  # by the author
-    seen: int = 0  # bricks whose own names are known
+    named: dict[BodyId, int] = field(default_factory=dict)  # indices by written name
+    seen: int = 0  # number of bricks in `named`
 
     def __post_init__(self) -> None:
         self.standing = IncrementalNaming(self.planes)
@@ -325,7 +325,7 @@ class EarlierBricks:
     def place_of(
         self, brick: SetBrick, shape: ConvexShape, turned: Quaternion, before: Sequence[WrittenBrick]
     ) -> tuple[Vec3, tuple[int, ...]]:
-        """The centre of mass of a brick, and the bricks that it is placed by, by number. Raises NowhereError."""
+        """Return the centre of mass and the indices of the neighbours in `before`. Raises MissingNeighbourError."""
         names = brick.on or ((brick.beside,) if brick.beside is not None else ())
         numbers = tuple(self._number(name, before) for name in names if name != GROUND)
         own = in_place(shape, Pose((0.0, 0.0, 0.0), turned))
@@ -345,34 +345,34 @@ class EarlierBricks:
         return (round(place[0], DIGITS), round(place[1], DIGITS), round(place[2], DIGITS)), numbers
 
     def _number(self, name: BodyId, before: Sequence[WrittenBrick]) -> int:
-        """The number of an earlier brick. Its name by place is worked out only if none is called so by its author."""
+        """Return the index of an earlier brick; compute automatic names only if no written name matches."""
         for number in range(self.seen, len(before)):
             if (own := before[number].name) is not None:
                 self.named.setdefault(own, number)
         self.seen = len(before)
         if name in self.named:
             return self.named[name]
-        self.standing.take_in(before, name)
+        self.standing.add_new(before, name)
         if name not in self.standing.named:
-            raise NowhereError(name)
+            raise MissingNeighbourError(name)
         return self.standing.named[name]
 
 
 def _reach(shape: ConvexShape, turned: Quaternion, direction: Vec3) -> float:
-    """How far a shape reaches from its centre in a direction of the scene [m]."""
+    """Return the extent of a shape from its centre along a direction of the scene [m]."""
     return shape.reach(rotate(inverse(turned), direction))
 
 
 def later_names(written: Sequence[WrittenBrick]) -> Mapping[BodyId, WrittenBrick]:
-    """All bricks that their authors named."""
+    """Return the bricks with written names, by name."""
     return {brick.name: brick for brick in written if brick.name is not None}
 
 
-# Every brick that is built or slid in: on what it stands, at which level, by which name, and while it is there.
+# The bricks of the structure, built or slid in.
 
 
 class InHand(NamedTuple):
-    """When a brick comes, is in its place, and is left to itself [s]: all at once, unless a hand brings it."""
+    """The times at which a hand starts with a brick, places it and releases it [s]; all equal without a hand."""
 
     begins: float
     arrives: float
@@ -384,35 +384,35 @@ AT_ONCE = InHand(0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class BuiltBrick:
-    """One brick of the structure."""
+    """A brick of the structure, with its name, its level and its times."""
 
     written: WrittenBrick
-    footing: Fit  # for judging levels; empty where layouts are all there is
+    footing: Fit  # supports, for the level; empty if all bricks are of layouts
     level: int
     name: BodyId
-    removed_in: int | None  # the impact that pulls it out, by number
+    removed_in: int | None  # index of the impact that pulls it out
     placed: ActionOrder = START
     gone: ActionOrder | None = None  # when it is pulled out
     in_hand: InHand = AT_ONCE
 
 
 def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick]:
-    """All bricks in the author's order, not yet with their times."""
+    """Return all bricks in file order, without their times."""
     written = bricks_of(scenario, EarlierBricks(planes))
     removed: Mapping[int, int] = {}
-    # Names say what is pulled out, which makes room for what is slid in, whose level then gives it its name.
+    # Impacts pull bricks out by name, bricks are slid into the gaps, and their names depend on their supports there.
     for _ in range(2 if scenario.impacts else 1):
         until = {index: len(scenario.build) + number for index, number in removed.items()}
         footings = footings_of(written, planes, until)
         levels = levels_of(written, footings)
         names = names_of(written, levels)
         removed = _removed_in(scenario, names)
-    each = enumerate(zip(written, footings, levels, names, strict=True))
-    return [BuiltBrick(*known, removed.get(index)) for index, known in each]
+    columns = zip(written, footings, levels, names, strict=True)
+    return [BuiltBrick(*values, removed.get(index)) for index, values in enumerate(columns)]
 
 
 def _removed_in(scenario: Scenario, names: Sequence[BodyId]) -> Mapping[int, int]:
-    """The impact that pulls out a brick, by the number of the brick."""
+    """Return the index of the impact that pulls out each brick, by the index of the brick."""
     numbers = {name: index for index, name in enumerate(names)} if scenario.impacts else {}
     return {
         numbers[named.name]: number

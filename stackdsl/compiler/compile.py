@@ -1,4 +1,4 @@
-"""Scenario -> timeline: what is placed when and where, in SI, with every name and time resolved."""
+"""Compiles a scenario to a timeline: the actions in SI units, with all names and times resolved."""
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -12,29 +12,29 @@ from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Brick, Plane, Quaternion
 from stackdsl.compiler.bricks import ActionOrder, BuiltBrick, CrowdedBrickError, built_bricks
 from stackdsl.compiler.checks import (
-    beyond_what_is_built,
-    bricks_that_hit,
+    claims_about_missiles,
+    claims_about_removed_bricks,
     contradictions,
     crowded,
-    lofty_levels,
-    missed_bricks,
-    nowhere,
-    out_of_place,
+    duplicate_missile_names,
+    duplicate_names,
+    excessive_counts,
+    excessive_levels,
+    misplaced_bricks,
+    missing_neighbours,
     requirements_of,
-    shared_names,
-    shared_with_missiles,
     slivers,
     unknown_bricks,
 )
 from stackdsl.compiler.hands import (
-    bringing,
-    brought,
-    hands_apart,
-    hands_that_bring,
-    placed_by_hand,
-    ways_through_planes,
+    actions_on_held_bricks,
+    blocked_carrying,
+    carried_bricks,
+    carried_placement,
+    carrying_actions,
+    moves_through_planes,
 )
-from stackdsl.compiler.impacts import ImpactActions, done, missing_bricks
+from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
 from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_points
 from stackdsl.compiler.schedule import Built, built_of, missiles_of, planes_of, tilt_of, turned_plane, turned_pose
 from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
@@ -55,15 +55,15 @@ from stackdsl.timeline import (
     Timeline,
 )
 
-# Which line of a scenario an action of its timeline comes from.
+# The origin of an action in the scenario file.
 
 
-ROUNDING = 1e-9  # [s] of times that are worked out from others
+ROUNDING = 1e-9  # [s] rounding error of computed times
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """A step of the build or an impact, as its author counts it."""
+    """A build step or an impact."""
 
     part: str  # `build step` or `impact`
     number: int  # from 1
@@ -72,7 +72,7 @@ class Origin:
 
 
 def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | None:
-    """Where an action is written; None where nothing says so."""
+    """Return the origin of an action; None if it has none in the file."""
     if isinstance(action, ShakeAction):
         return None
     built = built_of(scenario, source)
@@ -85,7 +85,7 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
                 return _impact(number, scenario, source)
         if isinstance(action, Removal | PushAction):
             return None
-        brick = next(iter(named))  # a hand brought it
+        brick = next(iter(named))  # an action of a hand
     else:
         brick = action.brick.id
     for number, missile in built.missiles.items():
@@ -112,13 +112,13 @@ def _impact(number: int, scenario: Scenario, source: Source) -> Origin:
     return Origin("impact", number + 1, kind, source.key_span_of(("impacts", number, kind)))
 
 
-# Who rubs how on whom: what a scenario says of kinds, bricks and pairs -> the law that everybody asks.
+# The friction law, from the frictions of kinds, bricks and pairs in the scenario.
 
 
 def friction_of(built: Built, scenario: Scenario) -> GivenFriction:
-    """One coefficient where nothing else is said, and else the whole law."""
+    """Return the single coefficient of a scenario, or its friction law if frictions differ."""
     kinds = _kinds(built, scenario)
-    # Of its kind, unless a brick is called as that.
+    # By the name of the kind, or of the brick for an unnamed kind or if a brick has that name.
     own = {
         name if kind.called in kinds or not kind.called else kind.called: kind.friction
         for name, kind in kinds.items()
@@ -134,7 +134,7 @@ def friction_of(built: Built, scenario: Scenario) -> GivenFriction:
 
 
 def _kinds(built: Built, scenario: Scenario) -> Mapping[BodyId, BrickKind]:
-    """What each brick is, also those that impacts throw or drop."""
+    """Return the kind of each brick, including those that impacts throw or drop."""
     flying = {
         brick.id: (missile.brick if (missile := scenario.impacts[number].done.missile) else None) or scenario.brick
         for number, brick in built.missiles.items()
@@ -142,8 +142,8 @@ def _kinds(built: Built, scenario: Scenario) -> Mapping[BodyId, BrickKind]:
     return {brick.name: brick.written.kind for brick in built.bricks} | flying
 
 
-def mispaired(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Pairs of what is not there, of what never meets, and pairs of which two things are said."""
+def invalid_friction_pairs(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report friction pairs with unknown names, pairs that never touch, and contradictory pairs."""
     pairs = scenario.world.friction.between
     bricks = {brick.name for brick in built.bricks} | {brick.id for brick in built.missiles.values()}
     planes, kinds = {plane.id for plane in built.planes}, {*scenario.brick_types, *CATALOGUE}
@@ -154,39 +154,37 @@ def mispaired(built: Built, scenario: Scenario, source: Source) -> Iterator[Diag
             if name not in bricks | planes | kinds:
                 hint = did_you_mean(name, (*kinds, *sorted(planes), *sorted(bricks)))
                 hint = hint or "name a kind of brick, a brick, the ground or a wall"
-                yield Diagnostic("SD204", there, f"there is no brick '{name}', nor a kind of that name", hint)
+                yield Diagnostic("SD204", there, f"there is no brick or kind of brick '{name}'", hint)
             elif name in kinds and name in bricks | planes:
-                message = f"'{name}' is a body and a kind of brick"
-                yield Diagnostic("SD203", there, message, "call one of them otherwise")
+                message = f"'{name}' is both a body and a kind of brick"
+                yield Diagnostic("SD203", there, message, "rename one of them")
         one, other = each.pair
         if one == other and one in bricks:
-            yield Diagnostic(
-                "SD104", span, f"'{one}' is one brick, and rubs on no other of its name", "name two bodies"
-            )
+            yield Diagnostic("SD104", span, f"'{one}' is one brick, which cannot touch itself", "name two bodies")
         elif {one, other} <= planes:
-            yield Diagnostic("SD104", span, "what never moves does not rub on its like", "name a brick, or a kind")
-    yield from _said_twice(pairs, source)
-    yield from _crossing(built, scenario, source, bricks)
+            yield Diagnostic("SD104", span, "both bodies are fixed, so no friction acts", "name a brick, or a kind")
+    yield from _contradictory_repeats(pairs, source)
+    yield from _ambiguous_pairs(built, scenario, source, bricks)
 
 
-def _said_twice(pairs: Sequence[PairOfBodies], source: Source) -> Iterator[Diagnostic]:
+def _contradictory_repeats(pairs: Sequence[PairOfBodies], source: Source) -> Iterator[Diagnostic]:
     first: dict[frozenset[str], int] = {}
     for number, each in enumerate(pairs):
         earlier = first.setdefault(frozenset(each.pair), number)
         if pairs[earlier].friction != each.friction:
             here, there = _lines(source, number, earlier)
-            message = f"of this pair {pairs[earlier].friction:g} is said already, at {there}"
+            message = f"this pair already has {pairs[earlier].friction:g}, at {there}"
             yield Diagnostic("SD104", here, message, "keep one of them")
 
 
 def _lines(source: Source, number: int, earlier: int) -> tuple[Span, str]:
-    """Where one pair is said, and where another is, as seen from there."""
+    """Return the position of one pair, and the text of the position of another."""
     here = source.span_of(("world", "friction", "between", number))
     return here, source.span_of(("world", "friction", "between", earlier)).seen_from(here)
 
 
-def _crossing(built: Built, scenario: Scenario, source: Source, bricks: set[BodyId]) -> Iterator[Diagnostic]:
-    """Two pairs, each of one brick and the kind of the other's, which say two things of the same two bricks."""
+def _ambiguous_pairs(built: Built, scenario: Scenario, source: Source, bricks: set[BodyId]) -> Iterator[Diagnostic]:
+    """Report two bricks with two different frictions: each brick is in a pair with the kind of the other one."""
     pairs = scenario.world.friction.between
     called = {name: kind.called for name, kind in _kinds(built, scenario).items()}
     mixed = [
@@ -195,63 +193,63 @@ def _crossing(built: Built, scenario: Scenario, source: Source, bricks: set[Body
         for brick, kind in (each.pair, each.pair[::-1])
         if brick in bricks and kind not in bricks
     ]
-    told = {frozenset(each.pair) for each in pairs}
+    explicit = {frozenset(each.pair) for each in pairs}
     for (first, a, kind_of_b), (second, b, kind_of_a) in combinations(mixed, 2):
-        if a == b or called.get(a) != kind_of_a or called.get(b) != kind_of_b or frozenset((a, b)) in told:
+        if a == b or called.get(a) != kind_of_a or called.get(b) != kind_of_b or frozenset((a, b)) in explicit:
             continue
         if pairs[first].friction != pairs[second].friction:
             here, there = _lines(source, second, first)
-            message = f"{a} and {b} are a pair of this line and of that at {there}, which say different things"
-            yield Diagnostic("SD104", here, message, f"say what [{a}, {b}] have")
+            message = f"this line and the one at {there} give {a} and {b} different frictions"
+            yield Diagnostic("SD104", here, message, f"add the pair [{a}, {b}]")
 
 
-# How and when the ground shakes, as an action of the timeline.
+# The ground motion.
 
 
 def shakes(built: Built, scenario: Scenario) -> Iterator[tuple[ActionOrder, ShakeAction]]:
-    """What the ground does, if it moves at all: level, also where the scene is tilted."""
+    """Yield the action of a shaking ground; the motion is horizontal in W, also in a tilted scene."""
     shake, moment = scenario.world.shake, built.shaken
     if shake is not None and moment is not None:
-        # Rounded to where processors agree on them.
+        # Rounded to digits on which all processors agree.
         direction_W = (round(cos(shake.bearing), 15), round(sin(shake.bearing), 15), 0.0)
         yield moment, ShakeAction(moment.time, GroundMotion(shake.course, direction_W, moment.time))
 
 
-# Scenario -> timeline: what is placed when and where, in SI, with every name and every time resolved.
+# The timeline.
 #
-# The scene is laid out in its own frame, level ground at z = 0; a tilt then turns it as a whole into the world frame W.
+# The scene is compiled in its own frame, with level ground at z = 0. A tilt rotates it as a whole into W.
 
 
-MAX_BRICKS = 50_000  # in all steps together; some seconds of compiling
-MAX_MEETINGS = 600_000  # bricks that each thrown or dropped one may meet, of all of these; some seconds
+MAX_BRICKS = 50_000  # in all steps together; takes some seconds to compile
+MAX_MEETINGS = 600_000  # pairs of a thrown or dropped brick and a brick that it may meet; takes some seconds
 
 Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
 
 CHECKS: Final[Sequence[Check]] = (
     too_many_points,
-    shared_names,
-    shared_with_missiles,
-    lofty_levels,
+    duplicate_names,
+    duplicate_missile_names,
+    excessive_levels,
     slivers,
-    lambda built, _scenario, _source: built.mistimed,
+    lambda built, _scenario, _source: built.timing_mistakes,
     unknown_bricks,
-    missed_bricks,
-    bricks_that_hit,
-    beyond_what_is_built,
+    claims_about_removed_bricks,
+    claims_about_missiles,
+    excessive_counts,
     contradictions,
-    mispaired,
+    invalid_friction_pairs,
 )
 CHECKS_IN_TIME: Final[Sequence[Check]] = (
-    missing_bricks,
-    out_of_place,
-    hands_that_bring,
-    hands_apart,
-    ways_through_planes,
-)  # without the right times, nothing fits
+    early_removals,
+    misplaced_bricks,
+    blocked_carrying,
+    actions_on_held_bricks,
+    moves_through_planes,
+)  # these need valid times
 
 
 def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | None, tuple[Diagnostic, ...]]:
-    """The timeline of a scenario, or all that keeps it from being built."""
+    """Return the timeline of a scenario, or None and its mistakes."""
     too_many = tuple(_too_many(scenario, source))
     if too_many:
         return None, too_many
@@ -259,28 +257,28 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         built = built_of(scenario, source)
     except CrowdedBrickError as error:
         return None, (crowded(error.brick, source),)
-    if lost := first_of(nowhere(built, scenario, source)):
-        return None, tuple(lost)
-    checks = CHECKS if built.mistimed else (*CHECKS, *CHECKS_IN_TIME)
-    impacts = ImpactActions() if built.mistimed else done(built, scenario, source)
-    found = (mistake for check in checks for mistake in check(built, scenario, source))
-    mistakes = first_of(chain(found, impacts.mistakes))
+    if unresolved := first_of(missing_neighbours(built, scenario, source)):
+        return None, tuple(unresolved)
+    checks = CHECKS if built.timing_mistakes else (*CHECKS, *CHECKS_IN_TIME)
+    impacts = ImpactActions() if built.timing_mistakes else impact_actions(built, scenario, source)
+    reported = (mistake for check in checks for mistake in check(built, scenario, source))
+    mistakes = first_of(chain(reported, impacts.mistakes))
     return (None if mistakes else _timeline(built, impacts.actions, scenario)), tuple(mistakes)
 
 
 def bricks_at_most(scenario: Scenario) -> int:
-    """How many bricks there are in a scenario at most; nothing has to be built to know."""
+    """Return an upper bound of the number of bricks of a scenario, without building it."""
     built = sum(step.layout[1].bricks_at_most if step.layout else len(step.bricks or ()) for step in scenario.build)
     return built + len(scenario.impacts)
 
 
 def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
-    """The place in the file of what sets down, throws or drops a brick."""
+    """Return the position in the file of the step or impact that places a brick."""
     return places_of(scenario, source)[brick]
 
 
 def places_of(scenario: Scenario, source: Source) -> Mapping[BodyId, Span]:
-    """The place in the file of what sets down, throws or drops each brick."""
+    """Return the position in the file of the step or impact that places each brick."""
     bricks = built_bricks(scenario, tuple(planes_of(scenario)))
     hitting = {
         missile.id: source.key_span_of(("impacts", number, scenario.impacts[number].kind))
@@ -292,12 +290,12 @@ def places_of(scenario: Scenario, source: Source) -> Mapping[BodyId, Span]:
 def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     bricks = bricks_at_most(scenario)
     if bricks > MAX_BRICKS:
-        message = f"the scenario has {bricks} bricks, and {MAX_BRICKS} is the most"
-        yield Diagnostic("SD206", source.key_span_of(("build",)), message, "make it smaller")
+        message = f"the scenario has {bricks} bricks; at most {MAX_BRICKS} are allowed"
+        yield Diagnostic("SD206", source.key_span_of(("build",)), message, "build fewer bricks")
     flying = sum(impact.done.missile is not None for impact in scenario.impacts)
     if flying * bricks > MAX_MEETINGS:
-        message = f"{flying} bricks are thrown or dropped where {bricks} may be in the way of each"
-        hint = f"let one times the other be at most {MAX_MEETINGS}"
+        message = f"each of {flying} thrown or dropped bricks may meet {bricks} bricks"
+        hint = f"keep the product of both numbers at most {MAX_MEETINGS}"
         yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
     yield from too_many_in_margins(bricks, scenario, source)
 
@@ -308,50 +306,50 @@ def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...
 
 
 def _timeline(built: Built, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
-    tilt, asked = tilt_of(scenario), requirements_of(scenario)
+    tilt, requirements = tilt_of(scenario), requirements_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
     steps = _steps_by_level(built)
     placed = {brick.name: _placement(brick, tilt, step_text(brick, scenario, steps)) for brick in built.in_order}
-    in_hands = brought(built, scenario)
-    placed |= {one.brick.name: placed_by_hand(placed[one.brick.name], one, tilt) for one in in_hands}
-    alone = placed.keys() - {one.brick.name for one in in_hands}
-    placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in alone]
+    by_hand = carried_bricks(built, scenario)
+    placed |= {carried.brick.name: carried_placement(placed[carried.brick.name], carried, tilt) for carried in by_hand}
+    others = placed.keys() - {carried.brick.name for carried in by_hand}
+    placements = [(brick.placed, placed[brick.name]) for brick in built.in_order if brick.name in others]
     return Timeline(
         _world(scenario, friction_of(built, scenario), planes),
         tuple(
             action
             for _, action in sorted(
-                (*placements, *bringing(in_hands, placed, tilt), *impacts, *shakes(built, scenario)),
+                (*placements, *carrying_actions(by_hand, placed, tilt), *impacts, *shakes(built, scenario)),
                 key=lambda timed: timed[0],
             )
         ),
-        hold=asked.hold,
-        watched=asked.watched,
-        margins=asked.margins,
-        reported_margins=asked.reported_margins,
-        measures=asked.measures,
-        closely=asked.closely,
-        followed=asked.followed,
+        hold=requirements.hold,
+        watched=requirements.watched,
+        margins=requirements.margins,
+        reported_margins=requirements.reported_margins,
+        measures=requirements.measures,
+        closely=requirements.closely,
+        followed=requirements.followed,
         jitter=_jitter(built, scenario),
     )
 
 
 def _jitter(built: Built, scenario: Scenario) -> Mapping[BodyId, Jitter]:
-    """The errors with which bricks are set down, by brick, of those that have some."""
+    """Return the placement errors of the bricks that have some."""
     errors = {number: step.jitter.jitter for number, step in enumerate(scenario.build) if step.jitter is not None}
     return {brick.name: errors[brick.written.step] for brick in built.bricks if brick.written.step in errors}
 
 
 def _steps_by_level(built: Built) -> Mapping[int, set[int]]:
-    """Which steps build each level: those of a layout count from 1, wherever it stands."""
-    found: defaultdict[int, set[int]] = defaultdict(set)
+    """Return the steps that build each level; several do, since every layout counts its levels from 1."""
+    steps: defaultdict[int, set[int]] = defaultdict(set)
     for brick in built.bricks:
-        found[brick.level].add(brick.written.step)
-    return found
+        steps[brick.level].add(brick.written.step)
+    return steps
 
 
 def step_text(brick: BuiltBrick, scenario: Scenario, steps: Mapping[int, set[int]]) -> str:
-    """The step that builds a brick, where its level alone does not tell; empty otherwise."""
+    """Return the text about the step of a brick; "" if its level alone identifies the step."""
     step = brick.written.step
     if brick.written.inserted or len(steps[brick.level]) == 1:
         return ""
@@ -360,15 +358,15 @@ def step_text(brick: BuiltBrick, scenario: Scenario, steps: Mapping[int, set[int
 
 
 def _placement(brick: BuiltBrick, tilt: Quaternion, step: str) -> Placement:
-    made = brick.written
-    arrival = Arrival.LET_GO if made.drop else Arrival.SLID_IN if made.inserted else Arrival.SET_DOWN
-    pose = turned_pose(made.pose, tilt)
+    written = brick.written
+    arrival = Arrival.LET_GO if written.drop else Arrival.SLID_IN if written.inserted else Arrival.SET_DOWN
+    pose = turned_pose(written.pose, tilt)
     return Placement(
         brick.placed.time,
-        Brick(brick.name, made.shape, made.mass),
+        Brick(brick.name, written.shape, written.mass),
         brick.level,
         pose,
         arrival,
         step=step,
-        together=made.together,
+        together=written.together,
     )

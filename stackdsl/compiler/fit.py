@@ -1,4 +1,4 @@
-"""Does every brick fit where it is placed: not inside another body, and not in the air?"""
+"""Checks that every brick fits where it is placed: outside other bodies, and on a support."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -9,89 +9,91 @@ from stability.geometry.placed_shape import InPlace, above_plane, bodies_apart, 
 from stability.geometry.spatial_grid import Neighbours
 from stability.model import ConvexShape, Plane, Pose
 
-# [m] What rounding in a file may cost; far below what a plank is made to. Of bodies so thin that they would no longer
-# touch, less is forgiven.
+# [m] Allowance for rounding in a file, far below the manufacturing tolerance of a plank. It is smaller for bodies so
+# thin that they would no longer touch.
 OVERLAP = 1e-4
 TWO_SIDES = 2
-LEAST_UPWARD = 0.05  # z of a contact normal that carries something; less is a touch of two upright faces
+LEAST_UPWARD = 0.05  # z of the contact normal of a support; smaller values belong to contacts of two upright faces
 
-# Pairs that are held against each other, in all and on average; in what is tidy, a brick has some ten near it.
+# Compared pairs in total, and per brick on average; a brick of a tidy structure has about ten neighbours.
 MAX_PAIRS, MAX_PAIRS_EACH = 100_000, 20
-MOST_INSIDE = 200  # boxes inside others that are kept; more mistakes than anybody is told
+MOST_INSIDE = 200  # overlapping boxes that stay in the index; more than are ever reported
 
 
 class CrowdedError(Exception):
-    """Boxes lie so close together that it takes too long to say how they fit."""
+    """Boxes lie so close together that comparing all neighbours takes too long."""
 
     def __init__(self, index: int) -> None:
         super().__init__(index)
-        self.index = index  # of the box that was too much
+        self.index = index  # of the box at which the limit was reached
 
 
 @dataclass(frozen=True, slots=True)
-class Sited:
-    """A shape, where and when it is put."""
+class TimedShape:
+    """A shape with its pose, and the times at which it is placed and removed."""
 
-    time: float  # [s], or any number that orders what happens
+    time: float  # [s], or any other increasing number
     shape: ConvexShape
     pose: Pose
-    until: float = inf  # when it is taken away again
+    until: float = inf  # time of its removal
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """How one box sits among those put before it or with it. Boxes are meant by number, planes by their number too."""
+    """The contacts and overlaps of one box with boxes placed before it or with it; indices of boxes and of planes."""
 
     overlaps_box: int | None = None
     overlaps_plane: int | None = None
     depth: float = 0.0  # of the overlap [m]
     on_boxes: tuple[int, ...] = ()
     on_planes: tuple[int, ...] = ()
-    beside_boxes: tuple[int, ...] = ()  # those that touch it from the side or from above
+    beside_boxes: tuple[int, ...] = ()  # in contact from the side or from above
     beside_planes: tuple[int, ...] = ()
-    clearance: float = inf  # [m] to the nearest body below; infinite if none is near
-    reach: float = 0.0  # from which it would still touch that body [m]
+    clearance: float = inf  # gap to the nearest body below [m]; infinite if none is near
+    reach: float = 0.0  # largest gap at which the two still count as in contact [m]
 
     @property
     def overlaps(self) -> bool:
-        """Whether it is inside another body."""
+        """Whether the box is inside another body."""
         return self.overlaps_box is not None or self.overlaps_plane is not None
 
     @property
     def in_the_air(self) -> bool:
-        """Whether nothing is under it, nor on two sides of it, where it may be wedged."""
+        """Whether the box has neither a support nor contacts on two sides, between which it may be wedged."""
         return not self.on_boxes and not self.on_planes and len(self.beside_boxes) + len(self.beside_planes) < TWO_SIDES
 
 
-def fits(boxes: Sequence[Sited], planes: Sequence[Plane]) -> list[Fit]:
-    """The fit of every box; `boxes` are in order of time. One that is taken away makes room for those put then.
+def fits(boxes: Sequence[TimedShape], planes: Sequence[Plane]) -> list[Fit]:
+    """Return the fit of every box; `boxes` are in order of time.
 
-    Those put at the same time may rest on one another. Of two that overlap, the later one in the order is blamed.
-    Raises CrowdedError.
+    Boxes placed at the same time may rest on one another. A box that is removed makes room for those placed at that
+    time. Of two overlapping boxes, the later one gets the overlap. Raises CrowdedError.
     """
     site = PlacementIndex([in_place(box.shape, box.pose) for box in boxes], planes)
-    found: list[Fit] = []
-    going = sorted((index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until)
-    gathered = 0
+    results: list[Fit] = []
+    removals = sorted(
+        (index for index, box in enumerate(boxes) if box.until < inf), key=lambda index: -boxes[index].until
+    )
+    added = 0
     for index, box in enumerate(boxes):
-        while going and boxes[going[-1]].until <= box.time:
-            site.take_away(going.pop())
-        while gathered < len(boxes) and boxes[gathered].time <= box.time:
-            site.put(gathered)
-            if boxes[gathered].until <= box.time:
-                site.take_away(gathered)
-            gathered += 1
-        found.append(site.fit(index))
-    return found
+        while removals and boxes[removals[-1]].until <= box.time:
+            site.take_away(removals.pop())
+        while added < len(boxes) and boxes[added].time <= box.time:
+            site.put(added)
+            if boxes[added].until <= box.time:
+                site.take_away(added)
+            added += 1
+        results.append(site.fit(index))
+    return results
 
 
 @dataclass(frozen=True, slots=True)
 class _Near:
-    """Another body, by number, and how a box is apart from it."""
+    """The separation of a box from another body."""
 
-    number: int
+    number: int  # index of the other body
     apart: Separation
-    reach: float  # from which they still touch [m]
+    reach: float  # largest gap that counts as contact [m]
 
     @property
     def touches(self) -> bool:
@@ -103,38 +105,38 @@ class _Near:
 
     @property
     def overlaps(self) -> bool:
-        """Whether it is deeper in the box than rounding costs, or so deep that statics would not let them touch."""
+        """Whether the overlap exceeds rounding, or the depth to which statics accepts a contact."""
         return -self.apart.gap > min(LIMIT_ITSELF * OVERLAP, self.reach)
 
 
 @dataclass
 class PlacementIndex:
-    """Boxes and planes, and which of the boxes are there by now.
+    """A spatial index of planes and of the boxes that are present.
 
-    Of those that are inside others, only the first are kept: however many lie in one place, none is held against all.
+    Only the first of overlapping boxes stay in the index, so that no box is compared with all of many in one place.
     """
 
     blocks: list[InPlace]
     planes: Sequence[Plane]
-    _there: Neighbours[int] = field(default_factory=Neighbours)
+    _present: Neighbours[int] = field(default_factory=Neighbours)
     _overlaps: dict[int, Fit] = field(default_factory=dict)
-    _pairs: int = 0  # that were held against each other
+    _pairs: int = 0  # compared so far
 
     def put(self, index: int) -> None:
-        """Let a box be there, after all with a lower number that come at its time. Raises CrowdedError."""
+        """Add a box, after all boxes of its time with a lower index. Raises CrowdedError."""
         overlap = self._overlap(index)
         if overlap is not None:
             self._overlaps[index] = overlap
         if overlap is None or len(self._overlaps) <= MOST_INSIDE:
-            self._there.add(index, self.blocks[index].low_W, self.blocks[index].high_W)
+            self._present.add(index, self.blocks[index].low_W, self.blocks[index].high_W)
 
     def take_away(self, index: int) -> None:
-        """Let a box be gone, if it was there."""
-        if index in self._there:
-            self._there.remove(index)
+        """Remove a box, if it is present."""
+        if index in self._present:
+            self._present.remove(index)
 
     def fit(self, index: int) -> Fit:
-        """How a box that is there sits among the others. Raises CrowdedError."""
+        """Return the fit of a box that is present. Raises CrowdedError."""
         if index in self._overlaps:
             return self._overlaps[index]
         reach, on_planes = reach_between(self.blocks[index].thickness), list(self._planes_near(index))
@@ -142,12 +144,12 @@ class PlacementIndex:
         return self._fit_among(index, on_planes, on_boxes)
 
     def touching(self, index: int) -> list[int]:
-        """The boxes that touch one that is there."""
+        """Return the indices of the boxes in contact with a box that is present."""
         near = self._near(index, reach_between(self.blocks[index].thickness))
-        return [each.number for each in near if each.touches]
+        return [neighbour.number for neighbour in near if neighbour.touches]
 
     def _overlap(self, index: int) -> Fit | None:
-        """The fit of a box that is inside a plane or a box before it; None of one that is not."""
+        """Return the fit of a box inside a plane or an earlier box; None without an overlap."""
         for near in self._planes_near(index):
             if near.overlaps:
                 return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
@@ -163,7 +165,7 @@ class PlacementIndex:
 
     def _fit_among(self, index: int, on_planes: Sequence[_Near], on_boxes: Sequence[_Near]) -> Fit:
         below = [near for near in (*on_planes, *on_boxes) if near.is_below]
-        if not any(near.touches for near in below):  # in the air; how far above what is of interest only here
+        if not any(near.touches for near in below):  # in the air: find the nearest body below
             below += [near for near in self._under(index) if near.is_below]
         nearest = min(below, key=lambda near: near.apart.gap, default=None)
         return Fit(
@@ -176,17 +178,17 @@ class PlacementIndex:
         )
 
     def _under(self, index: int) -> Iterator[_Near]:
-        """Those that a box would come upon within twice its size, if it sank. Raises CrowdedError."""
+        """Yield the boxes below a box, down to twice its size. Raises CrowdedError."""
         own = self.blocks[index]
         x, y, z = own.low_W
-        return self._held_against(index, self._there.around((x, y, z - 2.0 * hypot(*own.reach)), own.high_W, 0.0))
+        return self._compared(index, self._present.around((x, y, z - 2.0 * hypot(*own.reach)), own.high_W, 0.0))
 
     def _near(self, index: int, margin: float) -> Iterator[_Near]:
-        """Those whose bounds come as close to a box as a margin [m], in order. Raises CrowdedError."""
+        """Yield the boxes whose bounding boxes are within a margin of that of a box [m]. Raises CrowdedError."""
         own = self.blocks[index]
-        return self._held_against(index, self._there.around(own.low_W, own.high_W, margin))
+        return self._compared(index, self._present.around(own.low_W, own.high_W, margin))
 
-    def _held_against(self, index: int, others: Sequence[int]) -> Iterator[_Near]:
+    def _compared(self, index: int, others: Sequence[int]) -> Iterator[_Near]:
         own, blocks = self.blocks[index], self.blocks
         for other in others:
             if other != index:

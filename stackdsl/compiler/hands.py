@@ -1,4 +1,4 @@
-"""Compiles hands: when each brick comes and is released, and whether its path is free."""
+"""Compiles hands: the times at which they bring and release bricks, and checks of their paths."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,116 +21,116 @@ from stackdsl.language.yaml.source import KeyPath, Source
 from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement
 from stackdsl.wording import mm
 
-# Bricks that hands bring: when each comes, is in its place and is let go, and whether its way is free.
+# Bricks that hands bring.
 
 
 @dataclass(frozen=True, slots=True)
-class Brought:
+class CarriedBrick:
     """A brick that a hand brings."""
 
     brick: BuiltBrick
     hand: ByHand
 
     @property
-    def came(self) -> Pose:
-        """Where it comes, in the frame of the scene."""
+    def start(self) -> Pose:
+        """The pose at which the hand starts, in the scene frame."""
         pose = self.brick.written.pose
         return Pose(add(pose.position_W, self.hand.from_), pose.orientation)
 
     @property
     def begins(self) -> float:
-        """When the hand comes with it [s]."""
+        """The time at which the hand starts [s]."""
         return self.brick.in_hand.begins
 
     @property
     def let_go(self) -> float:
-        """When the hand lets it go [s]."""
+        """The time at which the hand releases the brick [s]."""
         return self.brick.in_hand.let_go
 
 
-def brought(built: Built, scenario: Scenario) -> list[Brought]:
-    """All that hands bring, in order of time."""
+def carried_bricks(built: Built, scenario: Scenario) -> list[CarriedBrick]:
+    """Return the bricks that hands bring, in order of time."""
     steps = [
         (brick, scenario.build[brick.written.step].place) for brick in built.in_order if not brick.written.inserted
     ]
-    return [Brought(brick, hand) for brick, hand in steps if hand is not None]
+    return [CarriedBrick(brick, hand) for brick, hand in steps if hand is not None]
 
 
-def bringing(
-    bricks: Sequence[Brought], placements: Mapping[BodyId, Placement], tilt: Quaternion
+def carrying_actions(
+    bricks: Sequence[CarriedBrick], placements: Mapping[BodyId, Placement], tilt: Quaternion
 ) -> Iterator[tuple[ActionOrder, Action]]:
-    """What hands do: those that bring bricks together let them go together."""
-    for (_, arrives), group in groupby(bricks, key=lambda one: (one.brick.written.step, one.brick.placed)):
+    """Yield the actions of the hands; hands that bring bricks together release them together."""
+    for (_, arrives), group in groupby(bricks, key=lambda carried: (carried.brick.written.step, carried.brick.placed)):
         together = list(group)
-        names = tuple(one.brick.name for one in together)
-        for one in together:
-            yield _at(arrives, placements[one.brick.name])
-            places_W = tuple(rotate(tilt, place) for place in one.hand.course.places_W)
-            course = type(one.hand.course)(places_W, one.hand.speed)
-            yield _at(arrives, MoveAction(one.begins, one.brick.name, course, lowers=True))
+        names = tuple(carried.brick.name for carried in together)
+        for carried in together:
+            yield _at(arrives, placements[carried.brick.name])
+            places_W = tuple(rotate(tilt, place) for place in carried.hand.course.places_W)
+            course = type(carried.hand.course)(places_W, carried.hand.speed)
+            yield _at(arrives, MoveAction(carried.begins, carried.brick.name, course, lowers=True))
         if together[0].hand.held:
             yield _at(arrives, HoldAction(arrives.time, names))
         yield _at(arrives, LetGo(together[0].let_go, names))
 
 
-def placed_by_hand(placement: Placement, one: Brought, tilt: Quaternion) -> Placement:
-    """A placement, as a hand does it."""
-    return replace(placement, time=one.begins, arrival=Arrival.BY_HAND, came=turned_pose(one.came, tilt))
+def carried_placement(placement: Placement, carried: CarriedBrick, tilt: Quaternion) -> Placement:
+    """Return a placement as carried out by a hand."""
+    return replace(placement, time=carried.begins, arrival=Arrival.BY_HAND, came=turned_pose(carried.start, tilt))
 
 
 def _at(arrives: ActionOrder, action: Action) -> tuple[ActionOrder, Action]:
     return arrives._replace(time=action.time), action
 
 
-# --- whether it can be ------------------------------------------------------------------------------------------------
+# --- checks -----------------------------------------------------------------------------------------------------------
 
 
-def hands_that_bring(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Hands that are too fast, begin inside something, or pass through something; one for each step."""
-    bricks, told = brought(built, scenario), set[int]()
+def blocked_carrying(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report hands that are too fast, or start inside or pass through a body; one diagnostic per step."""
+    bricks, reported = carried_bricks(built, scenario), set[int]()
     if not bricks:
         return
     scene, places = scene_of(built, scenario.world.gravity, tilt_of(scenario)), _places(built)
-    for one in bricks:
-        step = one.brick.written.step
-        if step in told:
+    for carried in bricks:
+        step = carried.brick.written.step
+        if step in reported:
             continue
         path: KeyPath = ("build", step, "place")
         try:
-            limit_speed(one.hand.speed, scene)
+            limit_speed(carried.hand.speed, scene)
         except MissError as miss:
-            told.add(step)
-            span = source.span_of((*path, miss.key) if "speed" in one.hand.model_fields_set else path)
+            reported.add(step)
+            span = source.span_of((*path, miss.key) if "speed" in carried.hand.model_fields_set else path)
             yield Diagnostic(miss.code, span, miss.message, miss.hint)
             continue
-        if (why := _in_the_way(one, built, places)) is not None:
-            told.add(step)
-            yield Diagnostic("SD209", source.span_of(path), why, "let the hand come from elsewhere, by `from`")
+        if (obstacle := _obstacle(carried, built, places)) is not None:
+            reported.add(step)
+            yield Diagnostic("SD209", source.span_of(path), obstacle, "choose another start by `from`")
 
 
 def _places(built: Built) -> Neighbours[int]:
-    """All bricks by their number, to ask which are near the way of a hand."""
-    found: Neighbours[int] = Neighbours()
+    """Return a spatial index of all bricks, by index."""
+    grid: Neighbours[int] = Neighbours()
     for number, brick in enumerate(built.bricks):
-        found.add(number, *bounds_W(brick.written.shape, brick.written.pose))
-    return found
+        grid.add(number, *bounds_W(brick.written.shape, brick.written.pose))
+    return grid
 
 
-def _in_the_way(one: Brought, built: Built, places: Neighbours[int]) -> str | None:
-    """What is in the way of a hand, of all whose place is known; what it touches in the end is not."""
-    name, shape = one.brick.name, one.brick.written.shape
+def _obstacle(carried: CarriedBrick, built: Built, places: Neighbours[int]) -> str | None:
+    """Return the message about a body of known position in the path of a hand; contacts at the end do not count."""
+    name, shape = carried.brick.name, carried.brick.written.shape
     for plane in built.planes:
-        gap = apart_from_plane(shape, one.came, plane).gap
+        gap = apart_from_plane(shape, carried.start, plane).gap
         if gap < -OVERLAP:
-            return f"the hand comes with brick '{name}' {mm(-gap)} inside {plane.id}"
-    length = norm(one.hand.from_)
-    along, block = scale(-1.0 / length, one.hand.from_), in_place(shape, one.came)
-    ends = (bounds_W(shape, one.came), bounds_W(shape, one.brick.written.pose))
+            return f"brick '{name}' starts {mm(-gap)} inside {plane.id} in the hand"
+    length = norm(carried.hand.from_)
+    along, block = scale(-1.0 / length, carried.hand.from_), in_place(shape, carried.start)
+    ends = (bounds_W(shape, carried.start), bounds_W(shape, carried.brick.written.pose))
     (ax, ay, az), (bx, by, bz) = (map(min, *(low for low, _ in ends)), map(max, *(high for _, high in ends)))
     for number in places.around((ax, ay, az), (bx, by, bz), OVERLAP):
         other = built.bricks[number]
-        there = other.placed < one.brick.placed and (other.gone is None or other.gone.time > one.begins)
-        if other.name == name or not there or other.written.drop:
+        is_present = other.placed < carried.brick.placed and (other.gone is None or other.gone.time > carried.begins)
+        if other.name == name or not is_present or other.written.drop:
             continue
         way = meeting(block, in_place(other.written.shape, other.written.pose), along, OVERLAP)
         if way is not None and way[0] < length - OVERLAP and way[1] > OVERLAP:
@@ -138,27 +138,27 @@ def _in_the_way(one: Brought, built: Built, places: Neighbours[int]) -> str | No
     return None
 
 
-# Are hands asked for what they can do: each brick in one at a time, and no way through ground or walls?
+# Each brick may be in one hand at a time, and no path may lead through the ground or walls.
 
 
-ROUNDING = 1e-9  # [s] of times that are worked out from others
+ROUNDING = 1e-9  # [s] rounding error of computed times
 
 
 @dataclass(frozen=True, slots=True)
 class _InHand:
-    """While a brick is in a hand."""
+    """The time for which a brick is in a hand."""
 
     path: KeyPath
     begins: float  # [s]
     ends: float  # [s]
 
 
-def hands_apart(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """What is done to bricks while they are in another hand."""
+def actions_on_held_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report impacts on bricks that are in another hand."""
     in_hand: dict[BodyId, _InHand] = {}
-    for one in brought(built, scenario):
-        path: KeyPath = ("build", one.brick.written.step, "place")
-        in_hand[one.brick.name] = _InHand(path, one.begins, one.let_go)
+    for carried in carried_bricks(built, scenario):
+        path: KeyPath = ("build", carried.brick.written.step, "place")
+        in_hand[carried.brick.name] = _InHand(path, carried.begins, carried.let_go)
     order = sorted(range(len(scenario.impacts)), key=built.impacts.__getitem__)
     for number in order:
         impact, begins = scenario.impacts[number], built.impacts[number].time
@@ -167,17 +167,17 @@ def hands_apart(built: Built, scenario: Scenario, source: Source) -> Iterator[Di
             other = in_hand.get(name)
             if other is not None and begins < other.ends - ROUNDING:
                 there, here = source.key_span_of(other.path), source.key_span_of(path)
-                message = f"brick '{name}' is in the hand of {there.seen_from(here)} until {other.ends:g} s"
-                hint = f"begin at {other.ends:g} s, when it is let go, or later"
+                message = f"the hand of {there.seen_from(here)} holds brick '{name}' until {other.ends:g} s"
+                hint = f"begin at {other.ends:g} s or later, when it is released"
                 yield Diagnostic("SD209", here, message, hint)
             if impact.done.lasts:
                 in_hand[name] = _InHand(path, begins, begins + impact.done.lasts)
 
 
-def ways_through_planes(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Moves that lead into the ground or a wall, of bricks whose place is known."""
+def moves_through_planes(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+    """Report moves into the ground or a wall, of bricks with known positions."""
     bricks = {brick.name: brick for brick in built.bricks if not brick.written.drop}
-    shifts: dict[BodyId, Vec3 | None] = {}  # None where only a run can tell
+    shifts: dict[BodyId, Vec3 | None] = {}  # None if unknown before the run
     for number in sorted(range(len(scenario.impacts)), key=built.impacts.__getitem__):
         impact = scenario.impacts[number]
         for name in impact.done.struck:
@@ -189,7 +189,7 @@ def ways_through_planes(built: Built, scenario: Scenario, source: Source) -> Ite
                 shifts[name] = add(shift, impact.done.course.end_W)
 
 
-def _through(  # noqa: PLR0913, PLR0917 -- a way, where it begins, and where it is written
+def _through(  # noqa: PLR0913, PLR0917 -- a path, its start and its position in the file
     move: Move, brick: BuiltBrick, shift: Vec3, built: Built, source: Source, number: int
 ) -> Iterator[Diagnostic]:
     written = brick.written
@@ -199,6 +199,6 @@ def _through(  # noqa: PLR0913, PLR0917 -- a way, where it begins, and where it 
             gap = apart_from_plane(written.shape, pose, plane).gap
             if gap < -OVERLAP:
                 span = source.span_of(("impacts", number, "move", move.kind))
-                message = f"the hand would take brick '{brick.name}' {mm(-gap)} into {plane.id}"
-                yield Diagnostic("SD209", span, message, f"lead it past {plane.id}")
+                message = f"the hand would move brick '{brick.name}' {mm(-gap)} into {plane.id}"
+                yield Diagnostic("SD209", span, message, f"choose a path clear of {plane.id}")
                 return

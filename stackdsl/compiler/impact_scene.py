@@ -1,4 +1,4 @@
-"""What stands where when something hits it, as the author put it, in the frame of the scene."""
+"""The scene of an impact: the bricks at their written poses, in the scene frame."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ from stackdsl.wording import mm
 
 @dataclass(frozen=True, slots=True)
 class StandingBrick:
-    """One brick of the structure, and while it is there."""
+    """A brick of the structure, and the time for which it is present."""
 
     name: BodyId
     level: int
     shape: InPlace
-    centre: Vec3  # of its mass [m]
+    centre: Vec3  # centre of mass [m]
     mass: float  # [kg]
     since: ActionOrder
-    until: ActionOrder | None  # when it is pulled out
-    let_go: bool  # in the air, so where it is later is not known before
+    until: ActionOrder | None  # its removal
+    let_go: bool  # released in the air, so its later position is unknown before the run
 
     def is_there(self, moment: ActionOrder) -> bool:
-        """Whether it is placed by then, and not yet pulled out."""
+        """Whether it is placed before the moment, and not pulled out yet."""
         return self.since < moment and (self.until is None or moment < self.until)
 
 
@@ -42,24 +42,24 @@ class FlyingBrick:
 
 @dataclass(frozen=True, slots=True)
 class ImpactScene:
-    """What an impact happens in."""
+    """The bricks and planes of a scenario at the time of an impact."""
 
     moment: ActionOrder
-    bricks: Sequence[StandingBrick]  # all that are ever built, in the frame of the scene
-    flying: Mapping[BodyId, FlyingBrick]  # all that ever come from outside
-    planes: Sequence[Plane]  # in the frame of the scene
+    bricks: Sequence[StandingBrick]  # all of the structure, whenever present, in the scene frame
+    flying: Mapping[BodyId, FlyingBrick]  # all thrown and dropped ones
+    planes: Sequence[Plane]  # in the scene frame
     gravity: float  # [m/s2], along -z of W
-    tilt: Quaternion  # from the frame of the scene to W
-    missile: Brick | None = None  # what comes with this impact, if it has one
+    tilt: Quaternion  # from the scene frame to W
+    missile: Brick | None = None  # thrown or dropped by this impact
 
     @property
     def resting(self) -> list[StandingBrick]:
-        """The bricks whose place is known."""
+        """The present bricks with known positions."""
         return [brick for brick in self.bricks if brick.is_there(self.moment) and not brick.let_go]
 
 
 def on_the_way(moving: InPlace, direction: Vec3, scene: ImpactScene) -> Iterator[StandingBrick]:
-    """The bricks that a body may meet which goes in a unit direction: of a tower, most lie beside the way."""
+    """Yield the bricks that a body may meet on its path along a unit direction; excludes most bricks of a tower."""
     (px, py, pz), (dx, dy, dz), own = moving.middle_W, direction, hypot(*moving.reach)
     for brick in scene.resting:
         (mx, my, mz), reach = brick.shape.middle_W, brick.shape.reach
@@ -69,7 +69,7 @@ def on_the_way(moving: InPlace, direction: Vec3, scene: ImpactScene) -> Iterator
 
 
 class MissError(MistakeError):
-    """A hit that cannot be as it is written, by one of its keys."""
+    """An impact cannot happen as written; carries the key at fault."""
 
     def __init__(self, key: str, code: str, message: str, hint: str) -> None:
         super().__init__(code, message, hint)
@@ -77,46 +77,53 @@ class MissError(MistakeError):
 
 
 def scene_of(built: Built, gravity: float, tilt: Quaternion) -> ImpactScene:
-    """What all impacts happen in, at the start; gravity in m/s2, and the tilt as in `ImpactScene`."""
-    comes = {brick.id: FlyingBrick(built.impacts[number], brick) for number, brick in built.missiles.items()}
-    return ImpactScene(START, tuple(_standing(built)), comes, built.planes, gravity, tilt)
+    """Return the scene of all impacts at the start; `gravity` and `tilt` as in `ImpactScene`."""
+    flying = {brick.id: FlyingBrick(built.impacts[number], brick) for number, brick in built.missiles.items()}
+    return ImpactScene(START, tuple(_standing(built)), flying, built.planes, gravity, tilt)
 
 
 def _standing(built: Built) -> Iterator[StandingBrick]:
     for brick in built.bricks:
-        made = brick.written
-        shape = in_place(made.shape, made.pose)
+        written = brick.written
+        shape = in_place(written.shape, written.pose)
         yield StandingBrick(
-            brick.name, brick.level, shape, made.pose.position_W, made.mass, brick.placed, brick.gone, made.drop
+            brick.name,
+            brick.level,
+            shape,
+            written.pose.position_W,
+            written.mass,
+            brick.placed,
+            brick.gone,
+            written.drop,
         )
 
 
 def aimed_at(aim: Aim, scene: ImpactScene, key: str) -> list[StandingBrick]:
-    """The bricks that are meant: one, or those of a level that stand by then. A name must be that of some brick."""
-    meant = [brick for brick in scene.resting if brick.name == aim.brick or brick.level == aim.level]
-    if meant:
-        return meant
+    """Return the target bricks: one by name, or the present ones of a level. Raises MissError."""
+    targets = [brick for brick in scene.resting if brick.name == aim.brick or brick.level == aim.level]
+    if targets:
+        return targets
     if aim.level is None:
         raise missing(aim.brick or "", scene, key)
     highest = max((brick.level for brick in scene.resting), default=0)
-    hint = f"take a level up to {highest}, or begin later" if highest else "begin later"
+    hint = f"name a level up to {highest}, or begin later" if highest else "begin later"
     raise MissError(key, "SD205", f"no brick of level {aim.level} stands at {scene.moment.time:g} s", hint)
 
 
 def missing(name: BodyId, scene: ImpactScene, key: str) -> MissError:
-    """Why nobody knows where a brick is."""
+    """Return the error for a brick whose position is unknown."""
     time, brick = scene.moment.time, next((brick for brick in scene.bricks if brick.name == name), None)
     if brick is None or (brick.let_go and brick.is_there(scene.moment)):
-        message = f"brick '{name}' comes flying or falling, so where it is at {time:g} s is not known before"
-        return MissError(key, "SD204", message, "take one that was set down")
+        message = f"brick '{name}' flies or falls, so its position at {time:g} s is unknown before the run"
+        return MissError(key, "SD204", message, "name a brick that is set down")
     if brick.since < scene.moment:
-        return MissError(key, "SD204", f"brick '{name}' is pulled out by {time:g} s", "take another, or begin earlier")
+        return MissError(key, "SD204", f"brick '{name}' is pulled out by {time:g} s", "name another, or begin earlier")
     hint = f"begin later, such as `after: brick {name} + 1 s`"
     return MissError(key, "SD204", f"brick '{name}' is placed at {brick.since.time:g} s, not before {time:g} s", hint)
 
 
 def middle_of(bricks: Sequence[StandingBrick]) -> Vec3:
-    """The mean of their middles [m]."""
+    """Return the mean of the midpoints of bricks [m]."""
     x, y, z = (fsum(along) / len(bricks) for along in zip(*(brick.shape.middle_W for brick in bricks), strict=True))
     return (x, y, z)
 
@@ -127,4 +134,4 @@ def keep_out_of_planes(brick: Brick, pose: Pose, scene: ImpactScene, key: str) -
         gap = apart_from_plane(brick.shape, pose, plane).gap
         if gap < -OVERLAP:
             message = f"brick '{brick.id}' starts {mm(-gap)} inside {plane.id}"
-            raise MissError(key, "SD201", message, "let it start elsewhere, or turn it, or aim elsewhere")
+            raise MissError(key, "SD201", message, "start it elsewhere, turn it, or aim elsewhere")

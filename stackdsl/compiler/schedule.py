@@ -1,4 +1,4 @@
-"""Schedules the steps of a build, and places the ground and walls."""
+"""Schedules all steps and impacts, and places the ground and walls."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,23 +14,23 @@ from stackdsl.language.model_base import Anchor
 from stackdsl.language.schema import Scenario, Shake
 from stackdsl.language.yaml.source import KeyPath, Source
 
-# When each step begins and each brick is placed: in order, `every`, `at`, and anchors: `after: level 9 + 1 s`.
+# Times: from the order of steps, `every`, `at`, and anchors such as `after: level 9 + 1 s`.
 
 
 @dataclass
 class Schedule:
-    """The moments of all that was gone through so far."""
+    """The times of the steps and impacts scheduled so far."""
 
-    bricks: list[ActionOrder] = field(default_factory=list)  # in the author's order
+    bricks: list[ActionOrder] = field(default_factory=list)  # in file order
     impacts: list[ActionOrder] = field(default_factory=list)
-    in_hands: list[InHand] = field(default_factory=list)  # when each brick comes, and is left to itself
-    over: list[float] = field(default_factory=list)  # when each impact is [s]
-    shaken: ActionOrder | None = None  # when the ground begins to move
+    in_hands: list[InHand] = field(default_factory=list)  # of each brick
+    over: list[float] = field(default_factory=list)  # end of each impact [s]
+    shaken: ActionOrder | None = None  # start of the ground motion
     mistakes: list[Diagnostic] = field(default_factory=list)
-    latest: dict[tuple[str, str], float] = field(default_factory=dict)  # of all that an anchor may name [s]
+    latest: dict[tuple[str, str], float] = field(default_factory=dict)  # time of each event that an anchor may name [s]
 
     def place(self, brick: BuiltBrick, in_hand: InHand, turn: int) -> None:
-        """Let a brick be placed at a time; an anchor names when it is left to itself."""
+        """Schedule a brick; anchors refer to the time of its release."""
         self.bricks.append(ActionOrder(in_hand.arrives, turn))
         self.in_hands.append(in_hand)
         events = [("level", str(brick.level)), ("brick", brick.name), *[("built", "")] * (not brick.written.inserted)]
@@ -39,8 +39,8 @@ class Schedule:
 
 
 def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
-    """When everything happens: a step begins at its time, after its event, or after the step before it."""
-    found = Schedule()
+    """Schedule everything: a step begins at its time, after its event, or after the previous step."""
+    schedule = Schedule()
     last = next_start = 0.0
     turns = _turns([brick.written for brick in bricks])
     for number, step in enumerate((*scenario.build, *scenario.impacts)):
@@ -48,48 +48,48 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
         path: KeyPath = ("impacts", turn - 1) if turn else ("build", number)
         start = next_start if step.at is None else step.at
         if step.after is not None:
-            event = _event_time(step.after, found)
+            event = _event_time(step.after, schedule)
             if isinstance(event, str):
-                found.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
+                schedule.mistakes.append(Diagnostic("SD205", source.span_of((*path, "after")), event, _ANCHOR_HINT))
             else:
                 start = event + step.after.offset
         every = (scenario.build[number].every or 0.0) if turn == BUILD else 0.0
         hand = scenario.build[number].place if turn == BUILD else None
-        first, in_hands = len(found.bricks), _in_hands(hand, start, turns[number], every)
+        first, in_hands = len(schedule.bricks), _hand_times(hand, start, turns[number], every)
         for brick, in_hand in zip(bricks[first : first + len(in_hands)], in_hands, strict=True):
-            found.place(brick, in_hand, turn)
+            schedule.place(brick, in_hand, turn)
         if turn:
-            found.impacts.append(ActionOrder(start, turn))
-            found.over.append(start + scenario.impacts[turn - 1].done.lasts)
-        ends = [each.let_go for each in in_hands] if turn == BUILD else found.over[-1:]
+            schedule.impacts.append(ActionOrder(start, turn))
+            schedule.over.append(start + scenario.impacts[turn - 1].done.lasts)
+        ends = [in_hand.let_go for in_hand in in_hands] if turn == BUILD else schedule.over[-1:]
         last = max(last, start, *ends)
         next_start = last + every
     shake = scenario.world.shake
     if shake is not None:
-        found.shaken = ActionOrder(_shaken_at(shake, found, source) + shake.delay, len(scenario.impacts) + 1)
-    return found
+        schedule.shaken = ActionOrder(_shaken_at(shake, schedule, source) + shake.delay, len(scenario.impacts) + 1)
+    return schedule
 
 
-def _in_hands(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
-    """When the bricks of a step come, which begins at a time [s]; `turns`: which comes when, counted from 0."""
+def _hand_times(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
+    """Return the times of the bricks of a step that starts at `start` [s]; `turns` are their places in sequence."""
     if hand is None:
         return [InHand(time, time, time) for time in (start + index * every for index in turns)]
     comes, lasts = hand.course.duration, hand.lasts
     begins = [start]
-    for _ in range(max(turns, default=0)):  # from when a brick is let go, to the very same digit
+    for _ in range(max(turns, default=0)):  # summed like the releases, for bitwise equal times
         begins.append((begins[-1] + lasts) + every)
     return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
-def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
-    """When the ground is to shake [s]: after the build, unless it is said."""
+def _shaken_at(shake: Shake, schedule: Schedule, source: Source) -> float:
+    """Return the start of the shaking [s]; by default after the build."""
     if shake.at is not None:
         return shake.at
     anchor = shake.after or Anchor("built")
-    event = _event_time(anchor, found)
+    event = _event_time(anchor, schedule)
     if isinstance(event, str):
         span = source.span_of(("world", "shake", "after"))
-        found.mistakes.append(
+        schedule.mistakes.append(
             Diagnostic("SD205", span, event.replace("this step waits", "the ground waits"), SHAKEN_HINT)
         )
         return 0.0
@@ -97,41 +97,41 @@ def _shaken_at(shake: Shake, found: Schedule, source: Source) -> float:
 
 
 def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
-    """By step, the turn of each of its bricks among what is set down one after another."""
-    found: dict[int, list[int]] = defaultdict(list)
+    """Return for each step the place of each brick in the sequence; bricks set down together share one."""
+    by_step: dict[int, list[int]] = defaultdict(list)
     for brick in written:
-        turns = found[brick.step]
+        turns = by_step[brick.step]
         turns.append((turns[-1] + (not brick.together)) if turns else 0)
-    return found
+    return by_step
 
 
-SHAKEN_HINT = "wait for something that the build or an impact does"
-_ANCHOR_HINT = "only what earlier steps do can be waited for"
+SHAKEN_HINT = "name an event of the build or of an impact"
+_ANCHOR_HINT = "name an event of an earlier step"
 
 
-def _event_time(anchor: Anchor, found: Schedule) -> float | str:
-    """When an event of the steps so far is over [s], or why it never happens."""
+def _event_time(anchor: Anchor, schedule: Schedule) -> float | str:
+    """Return the end of an event of the steps so far [s], or the message if there is no such event."""
     if anchor.event == "start":
         return 0.0
     if anchor.event == "impact":
         number = int(anchor.name)
-        if number <= len(found.impacts):
-            return found.over[number - 1]
-        return f"this step waits for impact {number}, and there are {len(found.impacts)} before it"
-    if (time := found.latest.get((anchor.event, anchor.name))) is not None:
+        if number <= len(schedule.impacts):
+            return schedule.over[number - 1]
+        return f"this step waits for impact {number}, but {len(schedule.impacts)} come before it"
+    if (time := schedule.latest.get((anchor.event, anchor.name))) is not None:
         return time
-    what = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
-    return f"this step waits for {what}, and no earlier step builds it"
+    event = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]
+    return f"this step waits for {event}, but no earlier step builds it"
 
 
-# Ground, walls and tilt: the fixed bodies, and the turn from the frame of the scene to W.
+# Ground, walls, and the tilt, which is the rotation from the scene frame to W.
 
 
 Z_AXIS: Vec3 = (0.0, 0.0, 1.0)
 
 
 def planes_of(scenario: Scenario) -> Iterator[Plane]:
-    """Ground and walls in the frame of the scene."""
+    """Yield the ground and the walls, in the scene frame."""
     ground = scenario.world.ground.friction
     yield Plane(GROUND, (0.0, 0.0, 0.0), Z_AXIS, scenario.friction if ground is None else ground)
     for number, wall in enumerate(scenario.world.walls, start=1):
@@ -141,7 +141,7 @@ def planes_of(scenario: Scenario) -> Iterator[Plane]:
 
 
 def tilt_of(scenario: Scenario) -> Quaternion:
-    """From the frame of the scene to W: the ground's normal leans towards downhill."""
+    """Return the rotation from the scene frame to W, which leans the ground's normal downhill."""
     angle, towards = scenario.world.tilt.angle, scenario.world.tilt.towards
     if angle == 0.0:
         return IDENTITY
@@ -150,36 +150,36 @@ def tilt_of(scenario: Scenario) -> Quaternion:
 
 
 def turned_plane(plane: Plane, tilt: Quaternion) -> Plane:
-    """A plane of the scene in W."""
+    """Return a plane of the scene in W."""
     if tilt == IDENTITY:
         return plane
     return replace(plane, point_W=rotate(tilt, plane.point_W), normal_W=rotate(tilt, plane.normal_W))
 
 
 def turned_pose(pose: Pose, tilt: Quaternion) -> Pose:
-    """A pose of the scene in W; to the bit the same if there is no tilt."""
+    """Return a pose of the scene in W; bitwise equal without a tilt."""
     if tilt == IDENTITY:
         return pose
     return Pose(rotate(tilt, pose.position_W), multiply(tilt, pose.orientation))
 
 
-# All that a scenario builds, throws and does, and when: what its checks look at, and what its timeline is made of.
+# The resolved scenario, from which checks and the timeline are made.
 
 
 @dataclass(frozen=True, slots=True)
 class Built:
-    """A scenario with every name and every time resolved, in the frame of the scene."""
+    """A scenario with all names and times resolved, in the scene frame."""
 
-    bricks: Sequence[BuiltBrick]  # in the author's order
-    missiles: Mapping[int, Brick]  # what is thrown or dropped, by the number of the impact
-    impacts: Sequence[ActionOrder]  # when each begins
-    shaken: ActionOrder | None  # when the ground begins to move, if it does
+    bricks: Sequence[BuiltBrick]  # in file order
+    missiles: Mapping[int, Brick]  # thrown and dropped bricks, by the index of the impact
+    impacts: Sequence[ActionOrder]  # start of each
+    shaken: ActionOrder | None  # start of the ground motion
     planes: Sequence[Plane]
-    mistimed: Sequence[Diagnostic]  # what has no time; then the times are wrong, and nothing fits
+    timing_mistakes: Sequence[Diagnostic]  # about unknown events; if any, the times are invalid
 
     @property
     def in_order(self) -> list[BuiltBrick]:
-        """The bricks by when they are placed, then in the author's order."""
+        """The bricks in order of their placement, then in file order."""
         return sorted(self.bricks, key=lambda brick: brick.placed)
 
     @property
@@ -189,7 +189,7 @@ class Built:
 
 
 def built_of(scenario: Scenario, source: Source) -> Built:
-    """What is built and done, as far as it can be said."""
+    """Resolve a scenario, as far as it is free of mistakes."""
     planes = tuple(planes_of(scenario))
     bricks = built_bricks(scenario, planes)
     schedule = scheduled(bricks, scenario, source)
@@ -199,20 +199,20 @@ def built_of(scenario: Scenario, source: Source) -> Built:
         impacts=schedule.impacts,
         shaken=schedule.shaken,
         planes=planes,
-        mistimed=schedule.mistakes,
+        timing_mistakes=schedule.mistakes,
     )
 
 
 def missiles_of(scenario: Scenario) -> dict[int, Brick]:
-    """The bricks that are thrown or dropped, by the number of the impact; `thrown-1` if the first has no name."""
-    found = {}
+    """Return the thrown and dropped bricks by the index of the impact; an unnamed first one is `thrown-1`."""
+    missiles = {}
     for number, impact in enumerate(scenario.impacts):
         missile = impact.done.missile
         if missile is not None:
             kind = missile.brick or scenario.brick
             name = missile.name or f"{missile.how}-{number + 1}"
-            found[number] = Brick(name, kind.form.shape, kind.mass_of(kind.form))
-    return found
+            missiles[number] = Brick(name, kind.form.shape, kind.mass_of(kind.form))
+    return missiles
 
 
 def _timed(brick: BuiltBrick, number: int, schedule: Schedule) -> BuiltBrick:

@@ -10,7 +10,7 @@ from math import inf
 
 from stability.name_order import in_order
 from stability.problem import Stability, Verdict
-from stackdsl.compiler.impacts import done
+from stackdsl.compiler.impacts import impact_actions
 from stackdsl.compiler.schedule import Built, built_of
 from stackdsl.diagnostics import Span
 from stackdsl.language.claims.claim_kind import ClaimKind
@@ -66,7 +66,7 @@ def falls_before_impacts(
 def _loads(built: Built, scenario: Scenario, source: Source) -> Iterator[FirstLoad]:
     """Yield every impact and the shaking. A hand that holds a brick loads the structure only when it lets go."""
     actions: list[tuple[int, Action]] = [
-        (moment.turn - 1, action) for moment, action in done(built, scenario, source).actions
+        (moment.turn - 1, action) for moment, action in impact_actions(built, scenario, source).actions
     ]
     slid_in = [
         (number, moment.time) for number, moment in enumerate(built.impacts) if scenario.impacts[number].done.slid_in

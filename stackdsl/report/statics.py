@@ -18,7 +18,7 @@ from stability.statics.structure import Structure
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case
-from stackdsl.compiler.fit import Fit, Sited, fits
+from stackdsl.compiler.fit import Fit, TimedShape, fits
 from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs, margins_of_assembly, proofs_of
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
@@ -441,7 +441,7 @@ def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:
     return f" (touched through {', '.join(sheets)}, thinner than {share})" if sheets else ""
 
 
-def _sited(timeline: Timeline) -> list[Sited]:
+def _sited(timeline: Timeline) -> list[TimedShape]:
     """All bricks, each from the moment when it is placed until the one when it is pulled out."""
     moments = list(timeline.moments())
     until = {
@@ -451,7 +451,7 @@ def _sited(timeline: Timeline) -> list[Sited]:
         for name in moment.bricks
     }
     return [
-        Sited(float(turn), placement.brick.shape, placement.pose, until.get(placement.brick.id, inf))
+        TimedShape(float(turn), placement.brick.shape, placement.pose, until.get(placement.brick.id, inf))
         for turn, moment in enumerate(moments)
         if isinstance(moment, tuple)
         for placement in moment

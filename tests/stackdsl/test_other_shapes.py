@@ -3,7 +3,7 @@
 import pytest
 
 from stability.model import AT_REST, GROUND, BodyState, Brick, ConvexShape, Plane, Pose, Vec3
-from stackdsl.compiler.fit import Sited, fits
+from stackdsl.compiler.fit import TimedShape, fits
 from stackdsl.language.claims.height import Height
 from stackdsl.results import observations
 from stackdsl.simulation.brick_tracks import TrackedBrick
@@ -65,5 +65,5 @@ def test_a_wedge_that_turns_about_its_width_has_the_energy_of_its_own_moment() -
 
 def test_a_golden_and_a_build_take_a_wedge() -> None:
     assert "wedge" in str(taken(standing(WEDGE, ON_GROUND)))
-    (fit,) = fits([Sited(0.0, LOWER_HALF, ON_GROUND)], [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)])
+    (fit,) = fits([TimedShape(0.0, LOWER_HALF, ON_GROUND)], [Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)])
     assert fit.on_planes == (0,)

@@ -82,12 +82,20 @@ def test_a_tower_of_bricks_each_on_the_one_before() -> None:
     ("build", "words", "hint"),
     [
         ("- bricks: [{on: bean}, {name: beam, on: ground}]", "there is no brick 'bean' before this", "'beam'?"),
-        ("- bricks: [{on: beam}, {name: beam, on: ground}]", "comes only later, at 3:26", "place that one first"),
-        ("- bricks: [{name: beam, on: beam}]", "comes only later", "before"),
+        ("- bricks: [{on: beam}, {name: beam, on: ground}]", "is placed only later, at 3:26", "place that one first"),
+        ("- bricks: [{name: beam, on: beam}]", "is placed only later", "before"),
         ("- bricks: [{name: beam, on: ground}, {on: baem}]", "there is no brick 'baem'", "did you mean 'beam'?"),
         ("- bricks: [{name: a, on: ground, offset: [0, 0, 9 mm]}]", "nothing is under brick 'a'", "drop: true"),
-        ("- bricks: [{name: a, drop: true, on: ground, offset: [0, 0, 9 mm]}, {on: a}]", "as it is let go", "at"),
-        ("- {bricks: [{name: a, on: ground}], at: 2 s}\n- {bricks: [{on: a}], at: 1 s}", "comes only at 2 s", "time"),
+        (
+            "- bricks: [{name: a, drop: true, on: ground, offset: [0, 0, 9 mm]}, {on: a}]",
+            "which is dropped, so its position is unknown",
+            "at",
+        ),
+        (
+            "- {bricks: [{name: a, on: ground}], at: 2 s}\n- {bricks: [{on: a}], at: 1 s}",
+            "which is placed only at 2 s",
+            "time",
+        ),
     ],
 )
 def test_what_a_brick_is_placed_by_is_there_before_it(build: str, words: str, hint: str) -> None:
@@ -99,9 +107,9 @@ def test_what_a_brick_is_placed_by_is_there_before_it(build: str, words: str, hi
 @pytest.mark.parametrize(
     ("impact", "words"),
     [
-        ("remove: {brick: a}", "that one is pulled out at 1 s"),
-        ("push: {brick: a, impulse: [1 mN*s, 0 N*s, 0 N*s]}", "that one is hit at 1 s"),
-        ("drop: {onto: a, height: 1 mm}", "that one is hit at 1 s"),
+        ("remove: {brick: a}", "which is pulled out at 1 s"),
+        ("push: {brick: a, impulse: [1 mN*s, 0 N*s, 0 N*s]}", "which is hit at 1 s"),
+        ("drop: {onto: a, height: 1 mm}", "which is hit at 1 s"),
     ],
 )
 def test_what_was_pulled_out_or_hit_is_no_place_to_go_by(impact: str, words: str) -> None:
@@ -140,7 +148,7 @@ def test_names_by_place_are_those_of_all_bricks_at_once(heap: list[tuple[int, in
         step += begins_a_step
         path, pose = ("build", step, "bricks", 0), Pose((0.05 * x, 0.0, 0.0039 + 0.0078 * z), (0.0, 0.0, 0.0, 1.0))
         written.append(WrittenBrick(path, step, Box((0.1176, 0.0234, 0.0078)), 0.012, pose, kapla, None, None))
-        one_by_one.take_in(written, "L1.1")
+        one_by_one.add_new(written, "L1.1")
         levels = levels_of(written, footings_of(written, planes))
         named = {name: number for number, name in enumerate(names_of(written, levels))}
         assert (one_by_one.levels, one_by_one.named) == (levels, named)
@@ -149,4 +157,4 @@ def test_names_by_place_are_those_of_all_bricks_at_once(heap: list[tuple[int, in
 def test_names_by_place_are_not_worked_out_anew_for_ever() -> None:
     bricks = "\n".join(["    - {on: L1.1, offset: [0, 0, -15.6 mm]}"] * 300)
     (mistake,) = mistakes_of(f"- bricks:\n    - {{at: [0, 0, 10 m]}}\n{bricks}")
-    assert (mistake.code, "names have to be worked out" in mistake.message) == ("SD206", True)
+    assert (mistake.code, "automatic names must be recomputed" in mistake.message) == ("SD206", True)

@@ -175,9 +175,9 @@ def test_an_authors_level_may_be_up_to_one_above_what_the_brick_stands_on(level:
 @pytest.mark.parametrize(
     ("bricks", "words"),
     [
-        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7}", "'low' stands on the ground, so it is no brick of level 7"),
+        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7}", "'low' stands on the ground, so it cannot be of level 7"),
         ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7, drop: true}", "'low' stands on the ground"),
-        (f"{LOW}, {HIGH.replace('LEVEL', '3')}", "'high' stands on level 1, so it is no brick of level 3"),
+        (f"{LOW}, {HIGH.replace('LEVEL', '3')}", "'high' stands on level 1, so it cannot be of level 3"),
         (f"{HIGH.replace('LEVEL', '3')}, {LOW}", "'high' stands on level 1"),
         # Only the first is wrong: a brick on it is at most one above what the author said of it.
         (f"{LOW.replace('}', ', level: 2}')}, {HIGH.replace('LEVEL', '3')}", "'low' stands on the ground"),

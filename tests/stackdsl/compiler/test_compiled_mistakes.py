@@ -94,12 +94,12 @@ def test_a_support_that_is_misspelt_may_be_meant_for_the_ground() -> None:
 @pytest.mark.parametrize(
     ("claim", "built"),  # of four levels with eight bricks
     [
-        ("stands: {levels: 5}", "5 levels are claimed, and 4 are built"),
-        ("untouched: {levels: 5}", "5 levels are claimed, and 4 are built"),
-        ("leaves: {levels: 5 .. 7}", "5 levels are claimed, and 4 are built"),
-        ("leaves: {levels: '> 4'}", "5 levels are claimed, and 4 are built"),
-        ("leaves: {bricks: '>= 9'}", "9 bricks are claimed, and 8 are built"),
-        ("falls: {count: 9}", "9 bricks are claimed, and 8 are built"),
+        ("stands: {levels: 5}", "5 levels are claimed, but 4 are built"),
+        ("untouched: {levels: 5}", "5 levels are claimed, but 4 are built"),
+        ("leaves: {levels: 5 .. 7}", "5 levels are claimed, but 4 are built"),
+        ("leaves: {levels: '> 4'}", "5 levels are claimed, but 4 are built"),
+        ("leaves: {bricks: '>= 9'}", "9 bricks are claimed, but 8 are built"),
+        ("falls: {count: 9}", "9 bricks are claimed, but 8 are built"),
         ("stands: {levels: 4}", None),
         ("untouched: {levels: 4}", None),
         ("leaves: {levels: 3 .. 7}", None),

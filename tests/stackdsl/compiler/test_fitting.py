@@ -10,16 +10,16 @@ from stability.geometry.box import Box
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart
 from stability.model import GROUND, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.fit import Sited, fits
+from stackdsl.compiler.fit import TimedShape, fits
 
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
 WALL = Plane("wall 1", (0.3, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.5)
 SIZE = (0.1176, 0.0234, 0.0078)
 
 
-def at(*position: float, time: float = 0.0, size: Vec3 = SIZE) -> Sited:
+def at(*position: float, time: float = 0.0, size: Vec3 = SIZE) -> TimedShape:
     x, y, z = position
-    return Sited(time, Box(size), Pose((x, y, z)))
+    return TimedShape(time, Box(size), Pose((x, y, z)))
 
 
 def test_a_column_rests_brick_on_brick() -> None:
@@ -57,34 +57,34 @@ def test_a_brick_does_not_rest_on_what_comes_later_but_may_on_what_comes_with_it
     upper, lower = at(0.0, 0.0, 0.0117), at(0.0, 0.0, 0.0039)
     together = fits([upper, lower], [FLOOR])
     assert not together[0].in_the_air
-    later = fits([upper, Sited(1.0, lower.shape, lower.pose)], [FLOOR])
+    later = fits([upper, TimedShape(1.0, lower.shape, lower.pose)], [FLOOR])
     assert later[0].in_the_air
 
 
 def test_a_brick_makes_room_when_it_is_taken_away_for_what_is_put_then() -> None:
-    first = Sited(0.0, Box(SIZE), Pose((0.0, 0.0, 0.0039)), until=2.0)
+    first = TimedShape(0.0, Box(SIZE), Pose((0.0, 0.0, 0.0039)), until=2.0)
     for time, overlaps in ((1.0, 0), (2.0, None), (3.0, None)):
         assert fits([first, replace(first, time=time, until=inf)], [FLOOR])[1].overlaps_box == overlaps
 
 
 def test_bricks_of_very_different_sizes_find_each_other() -> None:
-    slab = Sited(0.0, Box((2.0, 2.0, 0.1)), Pose((0.0, 0.0, 0.05)))
+    slab = TimedShape(0.0, Box((2.0, 2.0, 0.1)), Pose((0.0, 0.0, 0.05)))
     found = fits([slab, at(0.9, 0.9, 0.1039, time=1.0), at(0.9, 0.9, 0.1117, time=2.0)], [FLOOR])
     assert found[1].on_boxes == (0,)
     assert found[2].on_boxes == (1,)
 
 
 def test_a_table_much_larger_than_the_bricks_on_it_is_found_by_each_and_finds_each() -> None:
-    table = Sited(0.0, Box((2.0, 2.0, 0.1)), Pose((0.0, 0.0, 0.05)))
+    table = TimedShape(0.0, Box((2.0, 2.0, 0.1)), Pose((0.0, 0.0, 0.05)))
     on_it = [at(0.2 * x, 0.1 * y, 0.1039, time=1.0) for x in range(-4, 5) for y in range(-4, 5)]
     assert all(fit.on_boxes == (0,) for fit in fits([table, *on_it], [FLOOR])[1:])
-    late = Sited(2.0, table.shape, table.pose)
+    late = TimedShape(2.0, table.shape, table.pose)
     assert fits([at(0.0, 0.0, 0.0039), late], [FLOOR])[1].overlaps_box == 0
 
 
 def test_a_plank_on_end_and_the_flat_ones_beside_it_find_each_other() -> None:
     on_end: Quaternion = (0.0, sin(pi / 4.0), 0.0, cos(pi / 4.0))
-    post = Sited(0.0, Box(SIZE), Pose((0.0, 0.0, SIZE[0] / 2.0), on_end))
+    post = TimedShape(0.0, Box(SIZE), Pose((0.0, 0.0, SIZE[0] / 2.0), on_end))
     around = [at(0.2 * x, 0.1, 0.0039 + 0.0078 * level) for x in (-1, 1) for level in range(30)]
     lintel = at(0.0, 0.0, SIZE[0] + SIZE[2] / 2.0, time=1.0)
     assert fits([post, *around, lintel], [FLOOR])[-1].on_boxes == (0,)
@@ -110,11 +110,11 @@ def test_none_that_a_brick_rests_on_or_sticks_in_is_passed_over(seed: int) -> No
         assert fit.on_boxes == (() if inside else tuple(below))
 
 
-def thrown(random: Random) -> Sited:
+def thrown(random: Random) -> TimedShape:
     """A plank somewhere above the floor, flat or not, long or short."""
     x, y, level = random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.randrange(10)
     yaw, roll = random.uniform(-pi, pi), random.choice([0.0, 0.0, 0.1])
     turn = (sin(roll) * cos(yaw), sin(roll) * sin(yaw), cos(roll) * sin(yaw), cos(roll) * cos(yaw))
     size = random.choice([SIZE, SIZE, (0.03, 0.02, SIZE[2]), (0.5, 0.02, SIZE[2])])
     pose = Pose((x, y, 0.1 + 0.0078 * level), turn)
-    return Sited(float(random.randrange(4)), Box(size), pose, until=random.choice([inf, inf, 2.0, 3.0]))
+    return TimedShape(float(random.randrange(4)), Box(size), pose, until=random.choice([inf, inf, 2.0, 3.0]))

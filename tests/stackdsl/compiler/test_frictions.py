@@ -87,20 +87,20 @@ def test_frictions_may_vary_and_be_uncertain() -> None:
 @pytest.mark.parametrize(
     ("pairs", "code", "words", "hint"),
     [
-        ("{pair: [shet, carton], friction: 0.1}", "SD204", "no brick 'shet', nor a kind", "sheet"),
-        ("{pair: [sheet, wall1], friction: 0.1}", "SD204", "no brick 'wall1'", ""),
+        ("{pair: [shet, carton], friction: 0.1}", "SD204", "no brick or kind of brick 'shet'", "sheet"),
+        ("{pair: [sheet, wall1], friction: 0.1}", "SD204", "no brick or kind of brick 'wall1'", ""),
         ("{pair: [low, low], friction: 0.1}", "SD104", "'low' is one brick", "two bodies"),
-        ("{pair: [ground, ground], friction: 0.1}", "SD104", "what never moves", "name a brick"),
+        ("{pair: [ground, ground], friction: 0.1}", "SD104", "both bodies are fixed", "name a brick"),
         (
             "{pair: [sheet, low], friction: 0.1}, {pair: [low, sheet], friction: 0.2}",
             "SD104",
-            "of this pair 0.1 is said already",
+            "this pair already has 0.1",
             "keep one",
         ),
         (
             "{pair: [base, carton], friction: 0.1}, {pair: [low, sheet], friction: 0.2}",
             "SD104",
-            "base and low are a pair of this line",
+            "give base and low different frictions",
             "[base, low]",
         ),
         ("{pair: [sheet, low], friction: -0.1}", "SD104", "less than 0", ""),

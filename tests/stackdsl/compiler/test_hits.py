@@ -66,7 +66,9 @@ def test_a_throw_so_slow_that_it_would_rise_faster_than_it_may_be_thrown_is_told
     speed: str, distance: str, fastest: str, remedy: str
 ) -> None:
     throw = f"{{throw: {{at: L2.1, from: {{bearing: 0 deg, distance: {distance}}}, speed: ^{speed}}}}}"
-    assert_told_in_its_place(throw, "SD104", f"would rise and fall at up to {fastest} m/s, and 20 m/s is the most")
+    assert_told_in_its_place(
+        throw, "SD104", f"would rise and fall at up to {fastest} m/s, but at most 20 m/s is allowed"
+    )
     (mistake,) = mistakes_of("- column: {levels: 2}", f"impacts: [{throw.replace('^', '')}]")
     assert mistake.hint == remedy
 
@@ -227,7 +229,7 @@ CUBE = "{size: [40 mm, 40 mm, 40 mm], mass: 50 g}"
         (f"{{at: 1 s, throw: {{at: ^L2.1, {FROM}}}}}", "SD204", "'L2.1' is placed at 4 s, not before 1 s"),
         ("{at: 1 s, push: {brick: ^L2.1, impulse: [1 N*s, 0 N*s, 0 N*s]}}", "SD204", "placed at 4 s, not before 1 s"),
         (f"{{remove: {{brick: L2.1}}}}, {{throw: {{at: ^L2.1, {FROM}}}}}", "SD204", "'L2.1' is pulled out by 8 s"),
-        (f"{{throw: {{at: L1.1, {FROM}}}}}, {{drop: {{onto: ^thrown-1, height: 1 m}}}}", "SD204", "comes flying"),
+        (f"{{throw: {{at: L1.1, {FROM}}}}}, {{drop: {{onto: ^thrown-1, height: 1 m}}}}", "SD204", "flies or falls"),
         ("{throw: {at: ^L0:1, " + FROM + "}}", "SD104", "'L0:1' is not a target"),
         ("{throw: {at: ^level 0, " + FROM + "}}", "SD104", "not a target"),
         ("{throw: {at: L1.1, from: {bearing: 0 deg}, speed: ^0 m/s}}", "SD104", "not more than zero"),
@@ -279,15 +281,15 @@ def test_a_brick_does_not_begin_where_another_one_flies(first: str, later: str, 
     assert len(mistakes) == bool(depth)
     for mistake in mistakes:
         assert (mistake.code, depth in mistake.message) == ("SD201", True), mistake.message
-        assert mistake.message.endswith("which is still on its way from 5:21")
+        assert mistake.message.endswith("which is still in flight from 5:21")
         assert (mistake.span.line, mistake.span.column) == (5, len(head) + later.index(", ") + 3)
-        assert mistake.hint.startswith("let it come later, such as `after: impact 1 + 0.5 s`")
+        assert mistake.hint.startswith("start it later, such as `after: impact 1 + 0.5 s`")
 
 
 def test_a_throw_that_passes_between_two_planks_is_told() -> None:
     #  = =   along x, between the two planks of level 3, above level 2 and below level 4
     (mistake,) = mistakes_of(TOWER, f"impacts: [{{throw: {{at: level 3, {FROM}}}}}]")
-    assert (mistake.code, mistake.message) == ("SD207", "nothing is in the way of brick 'thrown-1'")
+    assert (mistake.code, mistake.message) == ("SD207", "brick 'thrown-1' would hit nothing")
     assert "turn: 90 deg" in mistake.hint
 
 
@@ -301,7 +303,7 @@ def test_nobody_knows_where_a_brick_that_was_let_go_lies() -> None:
     build = "- bricks: [{name: a, at: [0 mm, 0 mm, 50 mm], drop: true}]"
     for impact in (f"throw: {{at: a, {FROM}}}", "drop: {onto: a, height: 1 m}"):
         (mistake,) = mistakes_of(build, f"impacts: [{{at: 1 s, {impact}}}]")
-        assert (mistake.code, "comes flying or falling" in mistake.message) == ("SD204", True)
+        assert (mistake.code, "flies or falls" in mistake.message) == ("SD204", True)
     assert mistakes_of(build, "impacts: [{push: {brick: a, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]") == []
 
 
@@ -318,7 +320,7 @@ def test_a_push_makes_a_brick_no_faster_than_one_that_is_thrown() -> None:
         push = f"{{push: {{brick: L1.1, impulse: [{along} N*s, {-along} N*s, 0 N*s]}}}}"
         mistakes = mistakes_of("- column: {levels: 1}", f"impacts: [{push}]")
         assert (mistakes == []) is known
-    assert mistakes[0].hint == "write more than 0, at most 239 mN*s"
+    assert mistakes[0].hint == "write more than 0 and at most 239 mN*s"
 
 
 @pytest.mark.parametrize(
@@ -341,7 +343,7 @@ def test_nothing_is_expected_of_a_brick_that_hits(claim: str, impact: str, word:
     (mistake,) = mistakes_of("- column: {levels: 2}", rest)
     assert (mistake.code, mistake.span.line) == ("SD204", 5)
     assert mistake.span.column == len("expect: [{") + claim.index("^") + 1
-    assert mistake.message.startswith(f"'shot' is {word}, and no part of the structure")
+    assert mistake.message.startswith(f"'shot' is {word}, so it is not part of the structure")
     assert mistakes_of("- column: {levels: 2}", rest.replace("shot", "hit", 1).replace("shot", "L2.1")) == []
 
 

@@ -17,5 +17,5 @@ def test_a_kind_says_what_it_comes_to_or_slides_a_brick_in(key: str) -> None:
 
 def test_a_kind_that_says_nothing_is_named() -> None:
     scene = ImpactScene(START, (), {}, (), 9.81, IDENTITY)
-    with pytest.raises(NotImplementedError, match="nothing says what Nothing comes to"):
+    with pytest.raises(NotImplementedError, match="no function is registered for Nothing"):
         actions_of(type("Nothing", (ImpactKind,), {})(), scene)
