@@ -49,16 +49,16 @@ class GoldenOwners(Protocol):
         """All mistakes."""
 
 
-def unused_goldens(found: GoldenOwners, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
+def unused_goldens(owners: GoldenOwners, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the golden files below a directory that belong to no case of a whole set of scenarios.
 
     Return none if the set is empty or has a mistake: its cases are unknown then. `others` are scenario files of the set
     that may have no cases.
     """
-    if found.diagnostics or not found.cases:
+    if owners.diagnostics or not owners.cases:
         return ()
-    used = [golden_name(case.identity) for case in found.cases]
-    return obsolete(golden, used, whole_set=True, checked={*others, *(case.file for case in found.cases)})
+    used = [golden_name(case.identity) for case in owners.cases]
+    return obsolete(golden, used, whole_set=True, checked={*others, *(case.file for case in owners.cases)})
 
 
 # The pipeline.
@@ -237,9 +237,9 @@ def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
         config.memory.remember(_key(case, result.golden.digest, config), to_record(result))
 
 
-def _files(found: FoundCases, config: CheckConfig) -> set[str]:
+def _files(cases: FoundCases, config: CheckConfig) -> set[str]:
     """Return the scenario files of a set."""
-    return {*config.digests, *(case.file for case in found.cases)}
+    return {*config.digests, *(case.file for case in cases.cases)}
 
 
 def _uses_cache(case: Listed, config: CheckConfig) -> bool:
@@ -254,7 +254,7 @@ def _key(case: Listed, golden_digest: str, config: CheckConfig) -> str:
 
 
 def check(
-    found: FoundCases,
+    gathered: FoundCases,
     selected: Sequence[Listed],
     whole_set: bool,
     config: CheckConfig,
@@ -265,7 +265,7 @@ def check(
     With `whole_set`, golden files that belong to no case in `found` are obsolete.
     """
     started = perf_counter()
-    unused = unused_goldens(found, config.golden, config.digests) if whole_set and config.golden is not None else ()
+    unused = unused_goldens(gathered, config.golden, config.digests) if whole_set and config.golden is not None else ()
     checking = _Check(selected, config, on_result, replace(config.goldens, unused=unused))
     checking.recall()
     try:
@@ -275,8 +275,8 @@ def check(
     if config.waiting is not None:  # cached results count, too
         goldens = [result.golden for result in checking.results.values() if result.golden is not None]
         config.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
-        if not found.diagnostics:
-            config.waiting.forget_gone({case.name for case in found.cases}, _files(found, config))
+        if not gathered.diagnostics:
+            config.waiting.forget_gone({case.name for case in gathered.cases}, _files(gathered, config))
     if checking.interrupted:
         unused = ()
     moved = {result.golden.renamed_from for result in checking.results.values() if result.golden is not None}
@@ -289,7 +289,7 @@ def check(
     shown = [result for result in results if checking.interrupted or result.status is not RunStatus.NOT_RUN]
     return Report(
         results=tuple(shown),
-        diagnostics=found.diagnostics,
+        diagnostics=gathered.diagnostics,
         obsolete=tuple(file for file in unused if file not in removed),
         removed=removed,
         interrupted=checking.interrupted,

@@ -289,10 +289,10 @@ def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]
     """Yield the criteria that no case meets."""
     if not any(Selection(keyword=selection.keyword).takes(case) for case in cases):
         yield from _unmatched_words(selection.keyword, cases)
-    known = sorted({tag for case in cases for tag in case.tags})
+    tags = sorted({tag for case in cases for tag in case.tags})
     for tag in selection.tags:
-        if not tag.startswith("!") and tag not in known:
-            yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, known))}"
+        if not tag.startswith("!") and tag not in tags:
+            yield f"no scenario has the tag '{tag}'{_in_brackets(did_you_mean(tag, tags))}"
     if selection.systems and not Selection(selection.systems).of(cases):
         yield f"no scenario has {' or '.join(selection.systems)} among its `systems`"
     for file, line in selection.places:
@@ -304,10 +304,10 @@ def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]
 
 def _unmatched_words(keyword: str, cases: Sequence[Selectable]) -> Iterator[str]:
     names = {case.name.casefold() for case in cases}
-    known = sorted({case.scenario_name for case in cases})
+    scenarios = sorted({case.scenario_name for case in cases})
     words = [word for word in words_of(expression_of(keyword)) if not any(word in name for name in names)]
     for word in words:
-        yield f"no case has '{word}' in its name{_in_brackets(did_you_mean(word, known))}"
+        yield f"no case has '{word}' in its name{_in_brackets(did_you_mean(word, scenarios))}"
     if not words:
         yield f"no name matches '{keyword}'"
 

@@ -392,7 +392,7 @@ class BuiltBrick:
     name: BodyId
     removed_in: int | None  # index of the impact that pulls it out
     placed: ActionOrder = START
-    gone: ActionOrder | None = None  # when it is pulled out
+    removed: ActionOrder | None = None  # its removal
     in_hand: InHand = AT_ONCE
 
 

@@ -274,7 +274,7 @@ def _sited(bricks: Sequence[BuiltBrick], built: Built) -> list[TimedShape]:
             turns[brick.placed],
             brick.written.shape,
             brick.written.pose,
-            inf if brick.gone is None else turns[brick.gone],
+            inf if brick.removed is None else turns[brick.removed],
         )
         for brick in bricks
     ]
@@ -356,8 +356,8 @@ def _why_unknown(other: BuiltBrick, moment: ActionOrder, hit: Mapping[BodyId, Ac
         return "which is dropped, so its position is unknown before the run"
     if other.placed > moment:
         return f"which is placed only at {other.placed.time:g} s"
-    if other.gone is not None and other.gone <= moment:
-        return f"which is pulled out at {other.gone.time:g} s"
+    if other.removed is not None and other.removed <= moment:
+        return f"which is pulled out at {other.removed.time:g} s"
     if other.name in hit and hit[other.name] <= moment:
         return f"which is hit at {hit[other.name].time:g} s, so its position is unknown before the run"
     return None

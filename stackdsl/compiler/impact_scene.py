@@ -93,7 +93,7 @@ def _standing(built: Built) -> Iterator[StandingBrick]:
             written.pose.position_W,
             written.mass,
             brick.placed,
-            brick.gone,
+            brick.removed,
             written.drop,
         )
 

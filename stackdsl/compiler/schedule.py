@@ -216,5 +216,5 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
 
 
 def _timed(brick: BuiltBrick, number: int, schedule: Schedule) -> BuiltBrick:
-    gone = None if brick.removed_in is None else schedule.impacts[brick.removed_in]
-    return replace(brick, placed=schedule.bricks[number], gone=gone, in_hand=schedule.in_hands[number])
+    removed = None if brick.removed_in is None else schedule.impacts[brick.removed_in]
+    return replace(brick, placed=schedule.bricks[number], removed=removed, in_hand=schedule.in_hands[number])

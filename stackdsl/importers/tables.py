@@ -232,15 +232,15 @@ def _unit(reading: LoadReading, name: str, written: str, options: Import, span: 
         return None
     if name in BARE:
         return Fraction(1)
-    known = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
+    units = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
     default = options.units and (
         options.units.mass if name == "mass" else None if name == "yaw" else options.units.length
     )
     unit = written or default or ""
-    if unit in known:
-        return known[unit]
+    if unit in units:
+        return units[unit]
     if unit:
-        reading.undetermined(span, f"'{unit}' is not a known unit of {name}", f"choose from: {', '.join(known)}")
+        reading.undetermined(span, f"'{unit}' is not a known unit of {name}", f"choose from: {', '.join(units)}")
     else:
         reading.undetermined(span, f"the column `{name}` has no unit", _example(name))
     return None
