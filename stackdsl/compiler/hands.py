@@ -129,7 +129,9 @@ def _obstacle(carried: CarriedBrick, built: Built, places: Neighbours[int]) -> s
     (ax, ay, az), (bx, by, bz) = (map(min, *(low for low, _ in ends)), map(max, *(high for _, high in ends)))
     for number in places.around((ax, ay, az), (bx, by, bz), OVERLAP):
         other = built.bricks[number]
-        is_present = other.placed < carried.brick.placed and (other.removed is None or other.removed.time > carried.begins)
+        is_present = other.placed < carried.brick.placed and (
+            other.removed is None or other.removed.time > carried.begins
+        )
         if other.name == name or not is_present or other.written.drop:
             continue
         way = meeting(block, in_place(other.written.shape, other.written.pose), along, OVERLAP)

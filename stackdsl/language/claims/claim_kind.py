@@ -41,7 +41,7 @@ class ClaimKind(ABC):
 
     needs_statics: ClassVar[bool] = False  # needs a system with proofs
     needs_close_looks: ClassVar[bool] = False  # needs dense recording of the onset of a fall and of its landing
-    reported_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, reported for few bricks; they do not change the result
+    reported_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, for few bricks; no claim needs them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # measurements that take time, such as `sway`
     requires_physical_collapse: ClassVar[bool] = False  # void if the collapse is an artefact of the solver
     of_the_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
