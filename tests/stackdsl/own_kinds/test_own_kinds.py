@@ -77,7 +77,7 @@ def test_editors_know_them() -> None:
         ("steps: 3", "steps: 500", "SD206 the layout has 125250 bricks"),
         ("brick: L3.1, by", "brick: L9.1, by", "SD204 there is no brick 'L9.1'; did you mean"),
         ("impulse: [20 mN*s", "impulse: [20 mm", "SD106 'mm' is not a unit of an impulse"),
-        ("impulse: [20 mN*s", "impulse: [20 N*s", "SD104 the push gives brick 'L3.1' 1673 m/s, and it must be"),
+        ("impulse: [20 mN*s", "impulse: [20 N*s", "SD104 the push gives brick 'L3.1' 1673 m/s, but it must be"),
         ("shake: {level: 3", "shake: {level: 4", "SD205 no brick of level 4 stands by then; begin later"),
         (
             "  - stands: {bricks: [L1.1]}",
