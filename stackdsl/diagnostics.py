@@ -87,7 +87,7 @@ class Diagnostic:
 
 
 @dataclass(frozen=True, slots=True)
-class Warned:
+class ScenarioWarning:
     """A warning and its remedy. It does not fail the scenario."""
 
     span: Span
@@ -98,16 +98,16 @@ class Warned:
         return f"{self.span}: {self.message}{f'; {self.hint}' if self.hint else ''}"
 
 
-def first_of(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
+def capped(mistakes: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return at most `MOST_REPORTED` mistakes and, if there are more, SD111. The rest of the iterable is not read."""
-    first = list(islice(once(mistakes), MOST_REPORTED + 1))
+    first = list(islice(without_duplicates(mistakes), MOST_REPORTED + 1))
     if len(first) <= MOST_REPORTED:
         return first
     message = f"there are more than {MOST_REPORTED} mistakes; this is the first that is not reported"
     return [*first[:-1], Diagnostic("SD111", first[-1].span, message, "fix the reported ones to see the others")]
 
 
-def once(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+def without_duplicates(mistakes: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """Yield each mistake once; for repeated items, only the first of one code at one place in the file."""
     reported: set[object] = set()
     for mistake in mistakes:

@@ -15,7 +15,7 @@ GROUP = "stackdsl.systems"
 
 
 @cache
-def offered() -> Mapping[str, tuple["EntryPoint", ...]]:
+def offered_systems() -> Mapping[str, tuple["EntryPoint", ...]]:
     """Return the entry points of installed packages by system name. More than one for a name is a conflict."""
     from importlib.metadata import entry_points  # noqa: PLC0415 -- slow to import, and most commands do not need it
 

@@ -43,12 +43,12 @@ class Project:
     scenarios: Path = SCENARIOS
     root: Path | None = None  # None without a mark
 
-    def goldens(self, asked: Path | None = None) -> Path:
-        """Return the directory of golden files: `asked`, or by default that of the project.
+    def goldens(self, requested: Path | None = None) -> Path:
+        """Return the directory of golden files: `requested`, or by default that of the project.
 
         Raises ProjectError if it is inside the project by its name, but a link leads outside.
         """
-        golden = asked or self.golden
+        golden = requested or self.golden
         try:
             true_folder(golden, confined(golden, self.root or Path()))
         except LeadsOutsideError as error:

@@ -10,7 +10,7 @@ from typing import TypeAlias
 from stability.engines.protocol import WrongFriction
 from stability.geometry.placed_shape import top_W
 from stability.model import BodyId
-from stackdsl.diagnostics import Diagnostic, Span, Warned
+from stackdsl.diagnostics import Diagnostic, ScenarioWarning, Span
 from stackdsl.exits import ExitCode
 from stackdsl.trace import (
     NO_PART,
@@ -23,7 +23,7 @@ from stackdsl.trace import (
     EarlyEnd,
     Ensemble,
     Measure,
-    Passed,
+    PassedThrough,
     Trace,
     WrongEdges,
 )
@@ -216,7 +216,7 @@ class GoldenResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Spared:
+class EarlyEndSummary:
     """Rest of a run that ended early, when all claims were decided."""
 
     time: float  # actual end of the run [s]
@@ -224,7 +224,7 @@ class Spared:
     actions: int  # remaining actions
 
     @classmethod
-    def by(cls, early: EarlyEnd | None) -> "Spared | None":
+    def by(cls, early: EarlyEnd | None) -> "EarlyEndSummary | None":
         """Return the rest of a run that ended early; None if it did not."""
         return cls(early.time, early.planned, len(early.undone)) if early is not None else None
 
@@ -254,12 +254,12 @@ class VariantResult:
     wrong_edges: WrongEdges | None = None  # None if no contact with a wrong normal was observed
     wrong_friction: WrongFriction | None = None  # largest error in the friction of the engine
     touching_within: float = 0.0  # [m] widest gap that the verdict of statics counts as contact; 0 if it counts none
-    passed_through: Passed | None = None  # the first thrown brick that passed through another
+    passed_through: PassedThrough | None = None  # the first thrown brick that passed through another
     energy_gained: float = 0.0  # share of energy that the engine added, if that is a fault
     collapse: Collapse | None = None
     ensemble: Ensemble | None = None  # outcomes of the samples; None for one run
     moving: tuple[BodyId, ...] = ()  # bricks that were moving at the end
-    early_end: Spared | None = None  # None if the run went on to its regular end
+    early_end: EarlyEndSummary | None = None  # None if the run went on to its regular end
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[ClaimOutcome, ...] = ()  # expectations
@@ -269,7 +269,7 @@ class VariantResult:
     engine: str = ""  # the package that took the steps; empty without steps
     modified: str = ""  # constants of the scene that differ from the file; empty if none does
     message: str = ""  # why it crashed, timed out or was skipped
-    warnings: tuple[Warned, ...] = ()  # about its files; they do not fail it
+    warnings: tuple[ScenarioWarning, ...] = ()  # about its files; they do not fail it
     mistake: Diagnostic | None = None  # cause of a blocked run, with its place in the file
     refinement: tuple[Change, ...] | None = None  # changes in a refined run; None if there was none
     parameters: tuple[tuple[str, str], ...] = ()  # value from each row of the matrix, as written

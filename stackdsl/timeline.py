@@ -41,7 +41,7 @@ class FixedWorld:
         return max(as_friction(self.friction).most, *(plane.friction for plane in self.planes))
 
     @property
-    def rubs_alike(self) -> bool:
+    def has_uniform_friction(self) -> bool:
         """Return whether all contacts have the same coefficient of friction."""
         return all(plane.friction == self.friction for plane in self.planes)
 
@@ -150,15 +150,15 @@ class HoldAction:
 
 
 @dataclass(frozen=True, slots=True)
-class LetGo:
+class ReleaseAction:
     """Hands release bricks, all at once, and withdraw."""
 
     time: float  # [s]
     bricks: tuple[BodyId, ...]
 
 
-Handled: TypeAlias = MoveAction | HoldAction | LetGo
-Done: TypeAlias = Removal | PushAction | ShakeAction | Handled
+HandAction: TypeAlias = MoveAction | HoldAction | ReleaseAction
+Done: TypeAlias = Removal | PushAction | ShakeAction | HandAction
 Action: TypeAlias = Placement | Done
 Moment: TypeAlias = tuple[Placement, ...] | Done  # simultaneous actions
 
@@ -172,7 +172,7 @@ def time_of_arrival(action: Action) -> float:
 
 def leaves_to_engine(action: Action) -> bool:
     """Return whether an action needs an engine: bricks that are dropped, thrown, pushed, shaken or moved by hand."""
-    return isinstance(action, PushAction | ShakeAction | Handled) or (
+    return isinstance(action, PushAction | ShakeAction | HandAction) or (
         isinstance(action, Placement) and not action.at_rest
     )
 
@@ -181,7 +181,7 @@ def _ends_bringing(action: Action, let_go: Mapping[BodyId, float]) -> bool:
     """Return whether an action belongs to bringing bricks by hand, which are released at the times `let_go` [s]."""
     if isinstance(action, MoveAction):
         return action.lowers and action.brick in let_go
-    return isinstance(action, LetGo) and all(let_go.get(brick) == action.time for brick in action.bricks)
+    return isinstance(action, ReleaseAction) and all(let_go.get(brick) == action.time for brick in action.bricks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +224,7 @@ class Timeline:
         let_go = {
             brick: action.time
             for action in reversed(self.actions)
-            if isinstance(action, LetGo)
+            if isinstance(action, ReleaseAction)
             for brick in action.bricks
             if brick in brought
         }

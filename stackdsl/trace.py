@@ -231,7 +231,7 @@ class WrongEdges:
 
 
 @dataclass(frozen=True, slots=True)
-class Passed:
+class PassedThrough:
     """A thrown brick that passed through another, since the time step of the engine was too long for its speed."""
 
     brick: BodyId
@@ -284,7 +284,7 @@ class Trace:
     penetration: Penetration | None = None  # None if no brick was placed, or if no claim needs it
     wrong_edges: WrongEdges | None = None  # None if no contact with a wrong normal was observed
     wrong_friction: WrongFriction | None = None  # largest error in the friction of the engine; None if it was right
-    passed_through: Passed | None = None  # the first; None if no thrown brick passed through another
+    passed_through: PassedThrough | None = None  # the first; None if no thrown brick passed through another
     shift_before: float = 0.0  # largest shift of a brick at the last placement, or the last before a collapse [m]
     moving: tuple[BodyId, ...] = ()  # bricks that were moving when the run ended, with thrown ones
     early_end: EarlyEnd | None = None  # None if the run went on to its regular end
@@ -313,7 +313,7 @@ class Trace:
         return self.early_end.undone if self.early_end is not None else ()
 
     @property
-    def gone(self) -> Set[BodyId]:
+    def pending_removals(self) -> Set[BodyId]:
         """Return the bricks that were still to be pulled out when the run ended.
 
         They count as removed, so that an early end does not change the result.
@@ -371,7 +371,7 @@ class Measure:
 OnDrawn: TypeAlias = Callable[[str, int, int], None]  # progress callback: name of the case, samples drawn, planned
 
 
-def untold(name: str, drawn: int, planned: int) -> None:
+def ignore_progress(name: str, drawn: int, planned: int) -> None:
     """Ignore progress."""
 
 

@@ -37,7 +37,7 @@ class WorkError(ValueError):
     """The environment variable `STACKDSL_WORK` is not a positive number."""
 
 
-def allowed() -> float:
+def work_factor() -> float:
     """Return the factor on the default limits of work. Raises WorkError."""
     text = os.environ.get(VARIABLE, "1")
     try:
@@ -51,7 +51,7 @@ def allowed() -> float:
 
 def limit() -> WorkLimit:
     """Return the limit on the work of proofs."""
-    return WorkLimit(MOST_WORK * allowed(), LARGEST * allowed())
+    return WorkLimit(MOST_WORK * work_factor(), LARGEST * work_factor())
 
 
 def most_bricks(margin: str) -> int | None:
@@ -66,4 +66,4 @@ def most_points(margin: str) -> int | None:
 
 def _most(by_margin: Mapping[str, int], margin: str) -> int | None:
     most = by_margin.get(margin)
-    return None if most is None else int(most * allowed() ** 0.5)
+    return None if most is None else int(most * work_factor() ** 0.5)

@@ -31,7 +31,7 @@ LAYERS = {
     "stackdsl": (
         {"disk", "shown_text"},
         {"diagnostics", "entry_points", "exits", "project_file", "timeline", "wording", "work"},
-        {"asked_files", "supervising"},
+        {"user_files", "supervising"},
         # A claim judges a trace, so what happened is plain data below the language.
         {"trace"},
         {"language", "results", "simulation"},

@@ -63,7 +63,7 @@ def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
 
 def _from_truth(scenario: Scenario) -> Answer | None:
     """A collapse that is known outweighs what is known to stand beside it."""
-    fates = [truth.stated.fate for truth in scenario.truth if truth.stated.fate is not None]
+    fates = [truth.stated.implied_outcome for truth in scenario.truth if truth.stated.implied_outcome is not None]
     fate = max(fates, key=lambda fate: fate.seen, default=None)
     return None if fate is None else Answer(fate.stands, Source.TRUTH, *_ends(fate.level), *_ends(fate.time))
 

@@ -19,10 +19,10 @@ from stackdsl.results import KINDS, Seen
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.timeline import (
     HoldAction,
-    LetGo,
     MoveAction,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -108,7 +108,7 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
         match moment:
             case Removal():
                 there = {name: placed for name, placed in there.items() if name not in moment.bricks}
-            case PushAction() | ShakeAction() | MoveAction() | HoldAction() | LetGo():
+            case PushAction() | ShakeAction() | MoveAction() | HoldAction() | ReleaseAction():
                 raise ValueError(MOVES)
             case _:
                 there |= {placement.brick.id: _placed(placement) for placement in moment}

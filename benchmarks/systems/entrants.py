@@ -7,7 +7,7 @@ from typing import Protocol
 from benchmarks.systems.assessment import Assessment, Assessor, assessed, refusal, why_numerical
 from benchmarks.systems.compas import ASSESSORS
 from stability.engines.protocol import Package
-from stackdsl.entry_points import offered
+from stackdsl.entry_points import offered_systems
 from stackdsl.judging.judge import with_numerical_collapse
 from stackdsl.simulation.known_systems import KNOWN, system_named
 from stackdsl.simulation.runner import play
@@ -123,5 +123,5 @@ def entrant_named(name: str) -> Entrant:
 
 def distributions_of(names: Iterable[str]) -> list[str]:
     """The distributions that bring those of some entrants that come with other packages."""
-    entries = [offered()[name][0] for name in sorted({*names} - ENTRANTS.keys())]
+    entries = [offered_systems()[name][0] for name in sorted({*names} - ENTRANTS.keys())]
     return list(dict.fromkeys(entry.dist.name for entry in entries if entry.dist is not None))

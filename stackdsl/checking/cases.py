@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Final, TypeAlias
 
 from stability.process_settings import uncollected
-from stackdsl.asked_files import read_asked
 from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
-from stackdsl.diagnostics import Diagnostic, Span, once
+from stackdsl.diagnostics import Diagnostic, Span, without_duplicates
 from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, leads_outside, read_file
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.importers.expansion import expand_file
@@ -29,6 +28,7 @@ from stackdsl.language.yaml.source import MAX_BYTES, Loaded, Source, load, parse
 from stackdsl.project_file import OWN_FILE, confined, home_of
 from stackdsl.shown_text import visible
 from stackdsl.timeline import Timeline
+from stackdsl.user_files import read_user_file
 
 SUFFIXES = (".yaml", ".yml")  # in any case
 STDIN: Final = Path("-")
@@ -279,7 +279,7 @@ def _source_cases(source: Source) -> tuple[Sequence[Case], Sequence[Diagnostic]]
                 cases += [
                     Case(variant.source, scenario, variant, timeline, system, source) for system in scenario.systems
                 ]
-    return cases, tuple(once(mistakes))
+    return cases, tuple(without_duplicates(mistakes))
 
 
 def _first_of_shared_names(sources: Iterable[Source]) -> Mapping[str, Source]:
@@ -457,7 +457,7 @@ def _digest_of(path: Path, within: str = "") -> str:
     if path == STDIN or not os.path.isfile(path):  # a pipe can be read only once
         return ""
     try:
-        data = read_file(path, MAX_IMPORTED + 1, within) if within else read_asked(path, MAX_IMPORTED + 1)
+        data = read_file(path, MAX_IMPORTED + 1, within) if within else read_user_file(path, MAX_IMPORTED + 1)
     except OSError:
         return ""
     return sha256(data).hexdigest()

@@ -20,7 +20,7 @@ from stackdsl.results import ClaimOutcome, GoldenStatus, Report, RunStatus, Vari
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
-from stackdsl.trace import OnDrawn, untold
+from stackdsl.trace import OnDrawn, ignore_progress
 
 # Golden files that belong to no case.
 
@@ -81,7 +81,7 @@ class CheckConfig:
     update_command: str = ""  # this command line, with an update of the golden files
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called many times per second while cases run
-    on_drawn: OnDrawn = untold  # called for each chunk of samples
+    on_drawn: OnDrawn = ignore_progress  # called for each chunk of samples
     write_new_goldens: bool = False  # write missing golden files of cases that pass
     first_failure: bool = False  # stop at the first failure
     must_claim: bool = False  # a case without claims fails

@@ -37,7 +37,7 @@ from stackdsl.supervising.executors import run_on
 from stackdsl.supervising.processes import EnoughSeenError, OnDone, OnWait, PoolResult, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.timeline import Placement, Timeline
-from stackdsl.trace import Cost, Ensemble, OnDrawn, Trace, untold
+from stackdsl.trace import Cost, Ensemble, OnDrawn, Trace, ignore_progress
 
 # Judges a chunk of the samples of one case, in a worker.
 
@@ -196,7 +196,7 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
     on_ended: OnEnded,
     on_wait: OnWait = lambda: None,
     run: Run = run_supervised,
-    on_drawn: OnDrawn = untold,
+    on_drawn: OnDrawn = ignore_progress,
 ) -> bool:
     """Draw the samples of all cases until each is decided; return whether it was interrupted.
 
@@ -223,7 +223,7 @@ def draw(  # noqa: PLR0913, PLR0917 -- how a check is carried out
 
 
 def draw_samples(
-    case: Case, workers: int, time_limit: float, run: Run = run_supervised, on_drawn: OnDrawn = untold
+    case: Case, workers: int, time_limit: float, run: Run = run_supervised, on_drawn: OnDrawn = ignore_progress
 ) -> Drawing | None:
     """Draw the samples of one case without the cache; return None if it was interrupted."""
     ended: list[Drawing] = []
@@ -302,7 +302,7 @@ def sampled_result(
     workers: int,
     goldens: Goldens = NO_GOLDENS,
     executor: Executor | None = None,
-    on_drawn: OnDrawn = untold,
+    on_drawn: OnDrawn = ignore_progress,
 ) -> VariantResult:
     """Draw samples of a case until it is decided, here or on an executor with this many workers, and judge it.
 

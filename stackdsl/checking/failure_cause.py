@@ -16,10 +16,10 @@ from stackdsl.timeline import (
     Action,
     Arrival,
     HoldAction,
-    LetGo,
     MoveAction,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -122,7 +122,7 @@ def _action_text(together: Sequence[Action]) -> str:
             return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
         case HoldAction() as hold:
             return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
-        case LetGo() as let_go:
+        case ReleaseAction() as let_go:
             return f"{names_text(let_go.bricks)} let go at {let_go.time:g} s"
         case Placement() as first:
             level = f", level {first.level}" if first.level and len(together) == 1 else ""

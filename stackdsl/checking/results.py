@@ -13,7 +13,7 @@ from stackdsl.goldens.golden import check_golden, keeper_of, renamed_from
 from stackdsl.goldens.snapshot import Snapshot, current_stamp, take
 from stackdsl.judging.judge import Refinement, compare_with_truth, judge
 from stackdsl.project_file import SCENARIOS
-from stackdsl.results import GoldenResult, GoldenStatus, RunStatus, Spared, VariantResult
+from stackdsl.results import EarlyEndSummary, GoldenResult, GoldenStatus, RunStatus, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import SYSTEMS, as_played
@@ -161,7 +161,7 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         energy_gained=trace.energy_gained,
         collapse=trace.collapse,
         moving=trace.moving,
-        early_end=Spared.by(trace.early_end),
+        early_end=EarlyEndSummary.by(trace.early_end),
         warnings=case.source.warnings,
         drift=trace.drift,
         engine=system_named(case.system).engine.package.name if trace.cost.steps else "",

@@ -13,7 +13,6 @@ from typing import Final, TypedDict, TypeVar, Unpack
 
 import click
 
-from stackdsl.asked_files import read_asked
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, Surveyed, survey
 from stackdsl.checking.check import TIME_LIMIT, CheckConfig, cached_result, check, failed, is_whole_set
@@ -43,6 +42,7 @@ from stackdsl.language.yaml.source import MAX_BYTES
 from stackdsl.project_file import Project, ProjectError, confined, project_of
 from stackdsl.results import Report, exit_code
 from stackdsl.shown_text import visible
+from stackdsl.user_files import read_user_file
 
 # The options of `stackdsl check`, and what each may be.
 
@@ -374,7 +374,7 @@ def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, 
 def _refuse_beyond(path: Path, line: int | None) -> None:
     """Raise a usage error for a line beyond the end of a file."""
     try:
-        lines = read_asked(path, MAX_BYTES).splitlines() if line is not None and os.path.isfile(path) else []
+        lines = read_user_file(path, MAX_BYTES).splitlines() if line is not None and os.path.isfile(path) else []
     except OSError:
         return  # which is told when the file is read for its scenarios
     if lines and line is not None and line > len(lines):

@@ -9,7 +9,6 @@ import click
 from pydantic import ValidationError
 
 from stability.contact_law import Rule
-from stackdsl.asked_files import read_asked
 from stackdsl.checking.cases import cases_of
 from stackdsl.cli.options import FilePath, Number
 from stackdsl.cli.terminal import tell, write
@@ -29,6 +28,7 @@ from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import KeyPath, Source, parse
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.shown_text import visible
+from stackdsl.user_files import read_user_file
 
 # What `stackdsl check` will say of an imported scenario as it is written, with the places in the file of the load.
 
@@ -111,7 +111,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         return read_file(Path(path_beside(named, str(file))), MAX_IMPORTED, root_of(str(file)))
 
     try:
-        data = read_asked(file, MAX_IMPORTED + 1)
+        data = read_user_file(file, MAX_IMPORTED + 1)
     except OSError as error:
         raise click.UsageError(f"cannot read {file}: {error.strerror}") from error
     shown = visible(file.as_posix())

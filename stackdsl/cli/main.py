@@ -92,10 +92,10 @@ class CommandsOnCall(click.Group):
 @click.version_option(package_name="stackdsl")
 def app() -> None:
     """Play scenarios of stacked bricks, judge them, and compare them with their golden files."""
-    from stackdsl.work import WorkError, allowed  # noqa: PLC0415 -- `--help` does without
+    from stackdsl.work import WorkError, work_factor  # noqa: PLC0415 -- `--help` does without
 
     try:
-        allowed()
+        work_factor()
     except WorkError as error:
         raise click.UsageError(str(error)) from error
 

@@ -12,7 +12,6 @@ import click
 
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
-from stackdsl.asked_files import write_asked
 from stackdsl.checking.cases import Case, Gathered
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
@@ -20,6 +19,7 @@ from stackdsl.cli.terminal import tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.report.plots import HINT
 from stackdsl.report.studies import FORMAT, table_csv
+from stackdsl.user_files import write_user_file
 
 PLOTS: Final = (".svg", ".png")
 
@@ -50,7 +50,7 @@ def refuse_several(plot: Path | None, cases: int) -> None:
 def draw(drawn: Callable[[str], bytes], path: Path) -> None:
     """Write a picture, of the format that its name ends in. Raises click.ClickException."""
     try:
-        write_asked(path, drawn(path.suffix))
+        write_user_file(path, drawn(path.suffix))
     except ModuleNotFoundError as error:
         raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
     except OSError as error:

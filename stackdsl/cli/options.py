@@ -13,7 +13,6 @@ from typing import Final, TypeAlias
 
 import click
 
-from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case, Gathered, gather
 from stackdsl.checking.check import FoundCases
 from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, nothing_selected_text
@@ -24,6 +23,7 @@ from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.results import Report
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import KNOWN, needs_of
+from stackdsl.user_files import make_user_folder, write_user_file
 
 # Options that several commands have.
 
@@ -270,7 +270,7 @@ def write_report(report: Report, outputs: Sequence[Output], style: Style) -> Non
                 write_data(text, output.form)
             continue
         try:
-            make_asked(output.file.parent)
-            write_asked(output.file, text.encode())
+            make_user_folder(output.file.parent)
+            write_user_file(output.file, text.encode())
         except OSError as error:
             raise click.ClickException(f"{output.file} cannot be written: {error.strerror}") from error

@@ -13,7 +13,6 @@ from typing import Final
 
 import click
 
-from stackdsl.asked_files import make_asked, open_asked
 from stackdsl.checking.cases import cases_of
 from stackdsl.cli.options import VENDORED, FilePath, requirement
 from stackdsl.cli.terminal import write
@@ -24,6 +23,7 @@ from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.shown_text import visible
 from stackdsl.simulation.known_systems import KNOWN, needs_of
+from stackdsl.user_files import make_user_folder, open_user_file
 
 # `stackdsl new`: writes a scenario to start from.
 
@@ -65,7 +65,7 @@ def schema_seen_from(folder: Path) -> str:
 
 def make_folder(folder: Path) -> None:
     try:
-        make_asked(folder)
+        make_user_folder(folder)
     except FileExistsError as error:
         raise click.UsageError(f"{folder} is no directory; write to another one") from error
     except OSError as error:
@@ -74,7 +74,7 @@ def make_folder(folder: Path) -> None:
 
 def write_new(path: Path, text: str) -> None:
     try:
-        with os.fdopen(open_asked(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+        with os.fdopen(open_user_file(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
             file.write(text.encode())
     except FileExistsError as error:
         raise click.UsageError(f"{path} exists already; choose another name") from error

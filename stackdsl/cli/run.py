@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from stackdsl.asked_files import write_asked
 from stackdsl.checking.cases import STDIN, Case, Gathered, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
@@ -30,6 +29,7 @@ from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.trace import Event, Trace
+from stackdsl.user_files import write_user_file
 from stackdsl.viewing.live import (
     INTERVAL,
     Margined,
@@ -124,7 +124,7 @@ class RunOutputs:
 def write_file(path: Path, data: bytes) -> None:
     """Write a file that was asked for, and say so. Raises a message for people where it cannot be written."""
     try:
-        write_asked(path, data)
+        write_user_file(path, data)
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
     tell(f"wrote {path}, {max(1, round(len(data) / 1000)):,} kB")

@@ -11,7 +11,7 @@ from stability.statics.assembly import LIGHTEST
 from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, BuiltBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fits
 from stackdsl.compiler.schedule import Built
-from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
+from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
@@ -143,7 +143,7 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
         or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),
         reported_margins=tuple(sorted({margin for claim in claims for margin in claim.reported_margins})),
-        closely=any(claim.needs_close_looks for claim in claims),
+        closely=any(claim.needs_dense_recording for claim in claims),
         measures=tuple(sorted({measure for claim in claims for measure in claim.needed_measures})),
     )
 
@@ -215,7 +215,7 @@ class _ClaimedFates:
     def excludes(self, other: "_ClaimedFates") -> bool:
         """Whether the two claims contradict each other."""
         if type(self.stated) is type(other.stated):
-            return self.stated.is_apart_from(other.stated)
+            return self.stated.contradicts(other.stated)
         return self._fells(other) or other._fells(self)
 
     def _fells(self, other: "_ClaimedFates") -> bool:
@@ -331,7 +331,7 @@ def missing_neighbours(built: Built, _scenario: Scenario, source: Source) -> Ite
 
 def misplaced_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks placed by absent ones; if there are none, report bricks that do not fit."""
-    moved = first_of(_moved_neighbours(built, scenario, source))
+    moved = capped(_moved_neighbours(built, scenario, source))
     yield from moved or misfits(built, scenario, source)
 
 

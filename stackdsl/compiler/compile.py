@@ -37,7 +37,7 @@ from stackdsl.compiler.hands import (
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
 from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_points
 from stackdsl.compiler.schedule import Built, built_of, missiles_of, planes_of, tilt_of, turned_plane, turned_pose
-from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, first_of
+from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, BrickKind
 from stackdsl.language.schema import PairOfBodies, Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
@@ -47,9 +47,9 @@ from stackdsl.timeline import (
     FixedWorld,
     HoldAction,
     Jitter,
-    LetGo,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -77,7 +77,7 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
         return None
     built = built_of(scenario, source)
     if not isinstance(action, Placement):
-        named = set(action.bricks if isinstance(action, Removal | HoldAction | LetGo) else (action.brick,))
+        named = set(action.bricks if isinstance(action, Removal | HoldAction | ReleaseAction) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
             struck = {*impact.done.struck, *(each.name for each in impact.done.pulled_out)}
             ends = begins.time + impact.done.lasts
@@ -257,12 +257,12 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
         built = built_of(scenario, source)
     except CrowdedBrickError as error:
         return None, (crowded(error.brick, source),)
-    if unresolved := first_of(missing_neighbours(built, scenario, source)):
+    if unresolved := capped(missing_neighbours(built, scenario, source)):
         return None, tuple(unresolved)
     checks = CHECKS if built.timing_mistakes else (*CHECKS, *CHECKS_IN_TIME)
     impacts = ImpactActions() if built.timing_mistakes else impact_actions(built, scenario, source)
     reported = (mistake for check in checks for mistake in check(built, scenario, source))
-    mistakes = first_of(chain(reported, impacts.mistakes))
+    mistakes = capped(chain(reported, impacts.mistakes))
     return (None if mistakes else _timeline(built, impacts.actions, scenario)), tuple(mistakes)
 
 

@@ -18,7 +18,7 @@ from stackdsl.language.hands import ByHand
 from stackdsl.language.impacts import Move
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement
+from stackdsl.timeline import Action, Arrival, HoldAction, MoveAction, Placement, ReleaseAction
 from stackdsl.wording import mm
 
 # Bricks that hands bring.
@@ -70,7 +70,7 @@ def carrying_actions(
             yield _at(arrives, MoveAction(carried.begins, carried.brick.name, course, lowers=True))
         if together[0].hand.held:
             yield _at(arrives, HoldAction(arrives.time, names))
-        yield _at(arrives, LetGo(together[0].let_go, names))
+        yield _at(arrives, ReleaseAction(together[0].let_go, names))
 
 
 def carried_placement(placement: Placement, carried: CarriedBrick, tilt: Quaternion) -> Placement:

@@ -28,7 +28,7 @@ from stackdsl.language.quantities import SPEED
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import named_in
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement, PushAction, Removal
+from stackdsl.timeline import Action, Arrival, HoldAction, MoveAction, Placement, PushAction, ReleaseAction, Removal
 from stackdsl.wording import MILLIMETRES, mm, rounded_down, rounded_up
 
 # The actions of an impact. Each kind registers a function.
@@ -137,7 +137,7 @@ def _depth(earlier: Flight, later: Flight, gravity: float) -> float:
 
 
 @actions_of.register
-def moved(move: Move, scene: ImpactScene) -> tuple[MoveAction | HoldAction | LetGo, ...]:
+def moved(move: Move, scene: ImpactScene) -> tuple[MoveAction | HoldAction | ReleaseAction, ...]:
     """Return the move, the holding and the release. Raises MissError."""
     _reach_for(move.brick, scene)
     limit_speed(move.speed, scene)
@@ -147,15 +147,19 @@ def moved(move: Move, scene: ImpactScene) -> tuple[MoveAction | HoldAction | Let
     holding = (HoldAction(arrives, (move.brick,)),) if move.held else ()
     course_W = type(course)(turned, course.speed)
     free_W = rotate(scene.tilt, (0.0, 0.0, 1.0)) if move.slid else None
-    return (MoveAction(begins, move.brick, course_W, free_W), *holding, LetGo(begins + move.lasts, (move.brick,)))
+    return (
+        MoveAction(begins, move.brick, course_W, free_W),
+        *holding,
+        ReleaseAction(begins + move.lasts, (move.brick,)),
+    )
 
 
 @actions_of.register
-def held(hold: Hold, scene: ImpactScene) -> tuple[HoldAction | LetGo, ...]:
+def held(hold: Hold, scene: ImpactScene) -> tuple[HoldAction | ReleaseAction, ...]:
     """Return the holding and the release. Raises MissError."""
     _reach_for(hold.brick, scene)
     begins = scene.moment.time
-    return (HoldAction(begins, (hold.brick,)), LetGo(begins + hold.for_, (hold.brick,)))
+    return (HoldAction(begins, (hold.brick,)), ReleaseAction(begins + hold.for_, (hold.brick,)))
 
 
 def _reach_for(name: BodyId, scene: ImpactScene) -> None:

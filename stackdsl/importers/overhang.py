@@ -11,7 +11,7 @@ from math import cos, radians, sin
 from typing import Final
 
 from stability.model import Vec3
-from stackdsl.diagnostics import Warned
+from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.importers.load import Deck, Exact3, ImportedBox, ImportedLoad, digits
 from stackdsl.importers.settling import RIGHT_ANGLE
 from stackdsl.language.imports import Import
@@ -54,7 +54,7 @@ def overhangs(load: ImportedLoad, options: Import) -> list[Overhang]:
     return [overhang for overhang in largest if overhang.amount > allowed + load.precision + ROUNDED]
 
 
-def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[Warned]:
+def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarning]:
     """Yield one warning if any box overhangs, at the position of the box that overhangs most."""
     deck, overhanging = deck_of(load, options), overhangs(load, options)
     if deck is None or not overhanging:
@@ -65,7 +65,7 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[Warned]:
     others = len(overhanging) - 1
     more = f", and {others} other{'s' * (others > 1)} by at most as much" if others else ""
     size = " x ".join(map(_mm, deck.size))
-    yield Warned(
+    yield ScenarioWarning(
         worst.box.span,
         f"{name} overhangs the deck of {size} mm by {amount} towards {worst.side}{more}; the verdict assumes that the "
         "deck continues there",

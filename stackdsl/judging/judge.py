@@ -96,7 +96,7 @@ def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
 def depends_on_energy_fault(stated: ClaimKind, trace: Trace) -> bool:
     """Return whether the result of a claim may depend on energy that the engine added."""
     before = trace.before_fault
-    if before is None or stated.of_the_engine:
+    if before is None or stated.measures_engine:
         return False
     nothing_follows = before.collapse is not None or not before.undone
     return not (nothing_follows and stated.is_decided(before))

@@ -18,7 +18,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
 from stability.statics.initial_motion import lets_go
-from stackdsl.timeline import Handled, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.timeline import HandAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import Trace, VerdictMargins
 
 # Timeline -> proofs: a verdict after each placement, without an engine.
@@ -63,7 +63,7 @@ def proofs_of(timeline: Timeline, names_smallest: bool = True) -> Proofs:
             if assembly.remove(moment.bricks, names_smallest=names_smallest).stability is not Stability.STABLE:
                 break
             continue
-        if isinstance(moment, PushAction | ShakeAction | Handled):
+        if isinstance(moment, PushAction | ShakeAction | HandAction):
             break
         set_down = [placement for placement in moment if placement.at_rest]
         if set_down:

@@ -245,7 +245,7 @@ def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:
     """Return the friction that the worst step needs: raise it for the next step that falls, until none does."""
     factor = 1.0
     world = timeline.world
-    written, usual, alike = world.roughest, as_friction(world.friction).usual, world.rubs_alike
+    written, usual, alike = world.roughest, as_friction(world.friction).usual, world.has_uniform_friction
     for _ in range(MOST_FRICTIONS):
         margin = least_friction(proofs.assembly.problem())
         if margin.factor == inf:

@@ -84,8 +84,8 @@ def judge_share(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tup
 
 
 def _holding(stated: ClaimKind, ensemble: Ensemble) -> int:
-    fell = sum(count for level, count in ensemble.fell.items() if stated.holds_of(level))
-    return fell + (ensemble.stood if stated.holds_of(None) else 0)
+    fell = sum(count for level, count in ensemble.fell.items() if stated.holds_for_sample(level))
+    return fell + (ensemble.stood if stated.holds_for_sample(None) else 0)
 
 
 def _percent(share: float) -> str:

@@ -116,7 +116,7 @@ def _share_below(deviations: float) -> float:
 def distributions(
     written: Plain, used_names: Mapping[str, object], mistakes: Mistakes
 ) -> dict[str, Distribution | None]:
-    """Read the variables of `uncertain`, as None where one has a mistake. `taken` are names already in use."""
+    """Read the variables of `uncertain`, as None where one has a mistake. used_names are names already in use."""
     if not isinstance(written, dict) or not written:
         add(mistakes, ("uncertain",), MistakeError("SD103", "expected a mapping of variables", EXAMPLE))
         return {}

@@ -408,7 +408,7 @@ def _text(magnitude: Fraction, unit: str) -> Plain:
     return f"{decimal} {unit}" if Fraction(decimal) == number else quantity_text(magnitude, unit)
 
 
-def told_apart(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
+def value_mistakes(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
     """Yield index and mistake of each invalid or repeated value of a list; `10 mm` and `1 cm` are the same value."""
     seen: set[object] = set()
     for index, written in enumerate(values):

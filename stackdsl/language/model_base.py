@@ -78,7 +78,7 @@ class AtLeastOneKey(AuthorModel):
     defaults: ClassVar[tuple[str, ...]] = ()  # optional keys that do not count
 
     @property
-    def asked(self) -> tuple[str, ...]:
+    def written_keys(self) -> tuple[str, ...]:
         """Return the keys that are written, without those of `defaults`."""
         return tuple(key for key in self._counted_keys() if getattr(self, key) is not None)
 
@@ -88,7 +88,7 @@ class AtLeastOneKey(AuthorModel):
 
     @model_validator(mode="after")
     def _need_a_key(self) -> Self:
-        if not self.asked:
+        if not self.written_keys:
             cause = "no condition is given" if self.model_fields_set else "the mapping is empty"
             raise MistakeError("SD102", cause, f"give one of {', '.join(self._counted_keys())}")
         return self

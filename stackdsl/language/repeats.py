@@ -13,7 +13,7 @@ from stackdsl.language.expressions import (
     EarlierMistakeError,
     inner_names,
     interpolate,
-    told_apart,
+    value_mistakes,
     value_of,
     values_of,
 )
@@ -110,7 +110,7 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
         add(mistakes, path, mistake)
         return [None]
     seen: set[str] = set()
-    for index, wrong in told_apart(values):
+    for index, wrong in value_mistakes(values):
         add(mistakes, (*path, index), wrong)
     for index, written in enumerate(values):
         if compact(str(written)) in seen:  # the number 1 and the text '1' name one case
@@ -140,7 +140,7 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
     for number, case in enumerate(listed):
         _check_case(number, case, listed[0], mistakes)
     if len(mistakes) == before:
-        for number, mistake in told_apart([case[first] for case in listed]):
+        for number, mistake in value_mistakes([case[first] for case in listed]):
             message = f"two cases have {first} {shown(listed[number][first])}, which is also the name of a case"
             hint = "begin each case with a variable of unique values, such as name: slow"
             add(mistakes, ("cases", number, first), MistakeError(mistake.code, message, hint))
@@ -220,15 +220,15 @@ def _excluded(
 # --- names ------------------------------------------------------------------------------------------------------------
 
 
-def check_name(name: str, taken: Iterable[str] = (), where: str = "") -> None:
-    """Raise MistakeError if a name is invalid, or used already `where` the names in `taken` are defined."""
+def check_name(name: str, used_names: Iterable[str] = (), where: str = "") -> None:
+    """Raise MistakeError if a name is invalid, or used already `where` the names in used_names are defined."""
     if not VARIABLE.fullmatch(name):
         raise NameMistakeError(
             "SD109", f"'{name}' cannot name a variable", "write letters, digits and _, a letter first"
         )
     if name in UNITS or name in FUNCTIONS or name == "pi":
         raise NameMistakeError("SD109", f"'{name}' {_meaning(name)}, and cannot name a variable", "take another name")
-    if name in taken:
+    if name in used_names:
         raise _taken(name, where)
 
 

@@ -10,8 +10,8 @@ from typing import Final, NamedTuple, get_args
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stackdsl.diagnostics import Diagnostic, did_you_mean, first_of, reading_order
-from stackdsl.entry_points import offered
+from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, reading_order
+from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.layouts.registry import place
@@ -24,7 +24,7 @@ from stackdsl.language.yaml.source import KeyPath, Plain, Source
 # Conflicts between values of a scenario that are valid by themselves.
 
 
-def disagreements(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def conflicts(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Yield all conflicts, in no particular order."""
     for check in (
         _unused_systems,
@@ -160,8 +160,8 @@ def validate(source: Source, variant: Variant) -> tuple[Scenario | None, tuple[D
         scenario = models().Scenario.model_validate(variant.values, context=known)
     except ValidationError as error:
         details = _without_echoes(_of_first_repetitions(error.errors(include_url=False), source))
-        return None, _in_order(first_of(_diagnostic(source, detail) for detail in details))
-    mistakes = _in_order(first_of(disagreements(scenario, source)))
+        return None, _in_order(capped(_diagnostic(source, detail) for detail in details))
+    mistakes = _in_order(capped(conflicts(scenario, source)))
     return (None if mistakes else scenario), mistakes
 
 
@@ -291,7 +291,7 @@ def _with_value(key: str, path: KeyPath) -> str:
 
 def _other_systems() -> str:
     """Return the hint on systems of other packages, which a scenario cannot name, as not every user has them."""
-    installed = f"; installed: {', '.join(offered())}" if offered() else ""
+    installed = f"; installed: {', '.join(offered_systems())}" if offered_systems() else ""
     return f"; use --system for systems of other packages{installed}"
 
 

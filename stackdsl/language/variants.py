@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.diagnostics import Diagnostic, first_of, reading_order
+from stackdsl.diagnostics import Diagnostic, capped, reading_order
 from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
 from stackdsl.language.expressions import EarlierMistakeError, inner_names, interpolate, value_of, variables_in
 from stackdsl.language.quantities import MistakeError
@@ -67,7 +67,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
         span = source.key_span_of(error.path)
         return (), (Diagnostic("SD206", span, error.message, "split it into several scenarios"),)
     mistaken = any(mistakes for _, mistakes in mistakes_by_source)
-    diagnostics = first_of(diagnostics_of(mistakes_by_source) if mistaken else _unused(source))
+    diagnostics = capped(diagnostics_of(mistakes_by_source) if mistaken else _unused(source))
     return tuple(variants), tuple(sorted(diagnostics, key=reading_order))
 
 

@@ -19,17 +19,17 @@ from stackdsl.results import (
     UNCHECKED,
     Change,
     ClaimOutcome,
+    EarlyEndSummary,
     GoldenResult,
     Report,
     RunStatus,
     Seen,
-    Spared,
     VariantResult,
     Why,
     exit_code,
 )
 from stackdsl.shown_text import visible
-from stackdsl.trace import Collapse, Cost, Ensemble, Passed, WrongEdges
+from stackdsl.trace import Collapse, Cost, Ensemble, PassedThrough, WrongEdges
 
 # All that failed, as single findings, worst first: for outputs that show only so many.
 
@@ -459,7 +459,7 @@ def _wrong_friction(wrong: WrongFriction) -> dict[str, object]:
     }
 
 
-def _passed(passed: Passed) -> dict[str, object]:
+def _passed(passed: PassedThrough) -> dict[str, object]:
     return {
         "brick": passed.brick,
         "through": passed.through,
@@ -493,7 +493,7 @@ def _samples(ensemble: Ensemble) -> dict[str, object]:
     }
 
 
-def _early_end(early: Spared) -> dict[str, object]:
+def _early_end(early: EarlyEndSummary) -> dict[str, object]:
     return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": early.actions}
 
 

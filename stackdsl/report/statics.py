@@ -32,10 +32,10 @@ from stackdsl.simulation.worlds import settings_for
 from stackdsl.timeline import (
     Arrival,
     HoldAction,
-    LetGo,
     MoveAction,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -406,7 +406,7 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
                 yield f"  {action.time:8.3f} s  {action.brick:<{width}}  {moving_text(action.course)} by hand"
             case HoldAction():
                 yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  held"
-            case LetGo():
+            case ReleaseAction():
                 yield f"  {action.time:8.3f} s  {', '.join(action.bricks):<{width}}  let go"
             case Placement():
                 placement, fit = next(found)

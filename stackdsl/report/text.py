@@ -24,11 +24,11 @@ from stackdsl.results import (
     REFERENCE_SYSTEM,
     Change,
     ClaimOutcome,
+    EarlyEndSummary,
     GoldenStatus,
     Report,
     RunStatus,
     Seen,
-    Spared,
     VariantResult,
     Why,
 )
@@ -144,7 +144,7 @@ def cause_text(why: Why) -> str:
 # What to say of a run that ended before its time.
 
 
-def ending_text(early: Spared) -> str:
+def ending_text(early: EarlyEndSummary) -> str:
     """When it ended, and what that spared."""
     left_out = early.actions
     undone = f"; {left_out} action{'s' * (left_out > 1)} still to come left out" if left_out else ""

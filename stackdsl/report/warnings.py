@@ -5,7 +5,7 @@ from math import degrees
 
 from stability.engines.protocol import WrongFriction
 from stackdsl.results import VariantResult
-from stackdsl.trace import Collapse, Ensemble, Passed, WrongEdges
+from stackdsl.trace import Collapse, Ensemble, PassedThrough, WrongEdges
 from stackdsl.wording import mm
 
 # What to say of contacts that an engine gave a wrong normal.
@@ -99,7 +99,7 @@ def levels_told(fell: Mapping[int, int]) -> str:
 # What to say of a thrown brick that passed through another one.
 
 
-def passed_text(passed: Passed) -> str:
+def passed_text(passed: PassedThrough) -> str:
     """Which through which, why, and what that leaves in doubt."""
     seen = (
         f"{passed.brick} passed through {passed.through} by {passed.time:.3f} s, {mm(passed.travel)} from look to look"

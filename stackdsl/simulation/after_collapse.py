@@ -4,13 +4,22 @@ from collections.abc import Container
 from dataclasses import replace
 
 from stability.model import BodyId
-from stackdsl.timeline import HoldAction, LetGo, Moment, MoveAction, PushAction, Removal, ShakeAction, time_of_arrival
+from stackdsl.timeline import (
+    HoldAction,
+    Moment,
+    MoveAction,
+    PushAction,
+    ReleaseAction,
+    Removal,
+    ShakeAction,
+    time_of_arrival,
+)
 
 
 def after_collapse(moment: Moment, present: Container[BodyId]) -> Moment | None:
     """Return the part of a moment that still takes place, with the bricks that are present; None if none does."""
     match moment:
-        case Removal() | HoldAction() | LetGo():
+        case Removal() | HoldAction() | ReleaseAction():
             bricks = tuple(brick for brick in moment.bricks if brick in present)
             return replace(moment, bricks=bricks) if bricks else None
         case PushAction() | MoveAction():

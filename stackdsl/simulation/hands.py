@@ -14,7 +14,7 @@ from stability.model import AT_REST, BodyId, Plane, Pose, Vec3, convex
 from stability.work_limit import PAIR, add_work
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, BrickTracker, EventLog, require_clearance
 from stackdsl.simulation.stabilizer_calls import StabilizerDriver
-from stackdsl.timeline import Handled, HoldAction, LetGo, MoveAction
+from stackdsl.timeline import HandAction, HoldAction, MoveAction, ReleaseAction
 from stackdsl.trace import Event, EventKind
 from stackdsl.wording import moving_text
 
@@ -103,14 +103,14 @@ class HandMover:
 
     # --- actions ------------------------------------------------------------------------------------------------------
 
-    def act(self, action: Handled) -> None:
+    def act(self, action: HandAction) -> None:
         """Begin or end an action of a hand."""
         match action:
             case MoveAction():
                 self._move(action)
             case HoldAction():
                 self._hold(action)
-            case LetGo():
+            case ReleaseAction():
                 self._let_go(action)
 
     def bring(self, brick: BodyId) -> None:
@@ -142,7 +142,7 @@ class HandMover:
         self._reach()
         self.stabilizer.held(bricks)
 
-    def _let_go(self, let_go: LetGo) -> None:
+    def _let_go(self, let_go: ReleaseAction) -> None:
         bricks = let_go.bricks
         brought = self._brought.issuperset(bricks)
         self.log.add(Event(let_go.time, EventKind.PLACED if brought else EventKind.LET_GO, bricks))

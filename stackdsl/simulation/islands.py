@@ -26,13 +26,13 @@ from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import (
     Arrival,
     FixedWorld,
-    Handled,
+    HandAction,
     HoldAction,
-    LetGo,
     Moment,
     MoveAction,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -67,7 +67,7 @@ def far_apart(timeline: Timeline) -> list[list[Placement]]:
     last island has all remaining placements.
     """
     placements = timeline.placements
-    if any(isinstance(action, Handled | ShakeAction) for action in timeline.actions) or any(
+    if any(isinstance(action, HandAction | ShakeAction) for action in timeline.actions) or any(
         placement.arrival is Arrival.BY_HAND for placement in placements
     ):
         return [list(placements)]
@@ -178,7 +178,7 @@ def set_max_speed(world: World, states: Mapping[BodyId, BodyState], gravity: flo
 def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> list[Placed]:
     """Return the bricks that are placed, pushed, shaken, removed or handled at a moment."""
     match moment:
-        case Removal() | HoldAction() | LetGo():
+        case Removal() | HoldAction() | ReleaseAction():
             names = moment.bricks
         case PushAction() | MoveAction():
             names = (moment.brick,)
@@ -399,7 +399,7 @@ class Effort:
         steady = self._step + moving
         ahead = seconds / part.world.settings.time_step * steady + self._dearer * work.LOOK * by_hand / SAMPLING
         much = self.done + ahead + self._dearer * work_done() / work.STEP_WORK
-        if much > self._most * work.allowed():
+        if much > self._most * work.work_factor():
             raise BlockedPlacementError(self._refused(part, moving, (seconds, by_hand), much))
 
     def _refused(self, part: "Island", moving: int, ahead: tuple[float, float], much: float) -> Blocked:
@@ -408,7 +408,9 @@ class Effort:
         if by_hand > seconds or (by_hand and not moving):
             many, seconds = "a hand is on its way", by_hand
         said = f"{many} at {part.time:.3g} s" + (f", for {seconds:.3g} s and more" if seconds else "")
-        told = f"{much:.2g} steps of a brick in all are estimated, and {self._most * work.allowed():.2g} are allowed"
+        told = (
+            f"{much:.2g} steps of a brick in all are estimated, and {self._most * work.work_factor():.2g} are allowed"
+        )
         brick = min(part.stabilizer.moving() or part.hands.in_hand or part.measures.watch.present)
         return Blocked(brick, part.time, brick, 0.0, too_much=f"{said}: {told}")
 

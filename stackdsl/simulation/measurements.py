@@ -18,7 +18,7 @@ from stability.problem import Contact, Motion, Placed, Tolerances, Verdict
 from stability.stabilizers.rest import RestLimits, relative_size
 from stackdsl.simulation.brick_tracks import NOT_MOVING, BrickTracker
 from stackdsl.timeline import Placement, Timeline
-from stackdsl.trace import NOTABLE_GAIN, Energy, Landing, Onset, Passed, Penetration, Sway, WrongEdges
+from stackdsl.trace import NOTABLE_GAIN, Energy, Landing, Onset, PassedThrough, Penetration, Sway, WrongEdges
 
 if TYPE_CHECKING:
     from stackdsl.simulation.recording import Recorder
@@ -558,7 +558,7 @@ class PassingWatch:
     """Finds the first thrown brick that passes through another."""
 
     watch: BrickTracker  # has the poses of the last look
-    passed: Passed | None = None
+    passed: PassedThrough | None = None
 
     def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Update with the states of all moving bricks at a time [s]; call this before `watch.see`."""
@@ -567,7 +567,7 @@ class PassingWatch:
         now = {name: state.pose for name, state in states.items()}
         self.passed = min(self._passed(time, now), default=(0.0, None), key=lambda each: each[0])[1]
 
-    def _passed(self, time: float, now: Mapping[BodyId, Pose]) -> Iterator[tuple[float, Passed]]:
+    def _passed(self, time: float, now: Mapping[BodyId, Pose]) -> Iterator[tuple[float, PassedThrough]]:
         """Yield each pair of bricks, with the share of the path after which one enters the other."""
         for thrown in self.watch.dropped:
             name = thrown.placement.brick.id
@@ -584,7 +584,7 @@ class PassingWatch:
                     continue
                 share = entry(shape, _seen_from(was, before), _seen_from(pose, after))
                 if share is not None:
-                    yield share, Passed(name, other, time, travel)
+                    yield share, PassedThrough(name, other, time, travel)
 
 
 def entry(shape: ConvexShape, start: Vec3, end: Vec3) -> float | None:

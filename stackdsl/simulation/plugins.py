@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 
 from stability.engines.protocol import EngineSettings
-from stackdsl.entry_points import GROUP, offered
+from stackdsl.entry_points import GROUP, offered_systems
 from stackdsl.simulation.systems import PEERS, SYSTEMS, System
 
 
@@ -20,12 +20,12 @@ def foreign_names() -> tuple[str, ...]:
 
     Raises ForeignSystemError if one of them has the name of a system of this package.
     """
-    for name in {**SYSTEMS, **PEERS}.keys() & offered().keys():
-        package = _packages(*offered()[name])
+    for name in {**SYSTEMS, **PEERS}.keys() & offered_systems().keys():
+        package = _packages(*offered_systems()[name])
         raise ForeignSystemError(
             f"{package} offers a system called '{name}', a name that stackdsl uses itself; uninstall {package}"
         )
-    return tuple(offered())
+    return tuple(offered_systems())
 
 
 def foreign_system(name: str) -> System:
@@ -35,7 +35,7 @@ def foreign_system(name: str) -> System:
     """
     if name not in foreign_names():
         raise KeyError(name)
-    entry, *others = offered()[name]
+    entry, *others = offered_systems()[name]
     if others:
         raise ForeignSystemError(f"{_packages(entry, *others)} all offer a system called '{name}'; keep one of them")
     system = _loaded(entry)

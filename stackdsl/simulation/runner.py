@@ -19,11 +19,11 @@ from stackdsl.timeline import (
     Action,
     Arrival,
     HoldAction,
-    LetGo,
     Moment,
     MoveAction,
     Placement,
     PushAction,
+    ReleaseAction,
     Removal,
     ShakeAction,
     Timeline,
@@ -200,7 +200,7 @@ class _Run:
                 self._push(moment, pieces)
             case ShakeAction():
                 self._shake(moment, pieces)
-            case MoveAction() | HoldAction() | LetGo():
+            case MoveAction() | HoldAction() | ReleaseAction():
                 self.parts.of(names_of(moment)[0]).hands.act(moment)
             case _:
                 self._place(moment, pieces)

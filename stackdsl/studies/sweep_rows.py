@@ -14,9 +14,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, Self
 
-from stackdsl.asked_files import make_asked, open_asked
 from stackdsl.disk import NOT_REGULAR, read_file, remove_file, replace_file
 from stackdsl.studies.sweep_plan import PlannedCase, RowKind, SweepPlan
+from stackdsl.user_files import make_user_folder, open_user_file
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -264,8 +264,8 @@ _MORE: Final = "use at least as many samples as it has, or write to another file
 def _opened(path: Path, *folders: Path) -> int:
     """Open a file without changing it, as it may be of another sweep; return its descriptor. Raises RowsError."""
     try:
-        make_asked(path.parent)
-        return open_asked(path, os.O_RDWR | os.O_CREAT, *folders)
+        make_user_folder(path.parent)
+        return open_user_file(path, os.O_RDWR | os.O_CREAT, *folders)
     except OSError as error:
         if error.strerror == NOT_REGULAR:
             raise RowsError(f"{path} is no regular file, so a sweep cannot be resumed from it") from error
@@ -303,7 +303,7 @@ class ParquetFolder:
         self.path, self.plan, self.part = path, plan, part
         self.counts = Counts()
         try:
-            make_asked(path)
+            make_user_folder(path)
             self._folder = os.open(path, os.O_RDONLY)
         except OSError as error:
             raise RowsError(f"{path} cannot be written: {error.strerror}") from error

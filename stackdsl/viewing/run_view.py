@@ -18,7 +18,7 @@ from stackdsl.results import VariantResult
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recording
 from stackdsl.simulation.systems import as_played
-from stackdsl.timeline import Handled, Placement, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
+from stackdsl.timeline import HandAction, Placement, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import ACTIONS, UNRELIABLE, EventKind, Trace
 from stackdsl.wording import energy_fault
 
@@ -107,7 +107,7 @@ class _Structure:
             time = moment[0].time if isinstance(moment, tuple) else moment.time
             if time > last:
                 break
-            if isinstance(moment, PushAction | ShakeAction | Handled) or (
+            if isinstance(moment, PushAction | ShakeAction | HandAction) or (
                 isinstance(moment, tuple) and any(map(leaves_to_engine, moment))
             ):
                 self.until = time

@@ -13,7 +13,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from stackdsl.asked_files import open_asked, read_asked, write_asked
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import Goldens, checked
@@ -24,6 +23,7 @@ from stackdsl.project_file import confined, project_of
 from stackdsl.report.studies import sweep_lines
 from stackdsl.results import GoldenResult
 from stackdsl.supervising.worker import TaskResult, TaskStatus
+from stackdsl.user_files import open_user_file, read_user_file, write_user_file
 from stackdsl.viewing.server import Folder
 from tests.command_line import GOOD, Result, Stackdsl, stackdsl_in, write
 from tests.paths import ROOT
@@ -643,12 +643,12 @@ def test_a_link_that_is_put_in_the_way_after_a_path_was_looked_at_is_not_followe
         link(project, swapped, "home" if swapped == "out" else "home/file")
         return true
 
-    monkeypatch.setattr("stackdsl.asked_files.confined", swapping)
+    monkeypatch.setattr("stackdsl.user_files.confined", swapping)
     file = project / "out" / "file"
     calls: dict[str, Callable[[], object]] = {
-        "write": lambda: write_asked(file, b"new"),
-        "append": lambda: open_asked(file, os.O_WRONLY | os.O_APPEND),
-        "read": lambda: read_asked(file),
+        "write": lambda: write_user_file(file, b"new"),
+        "append": lambda: open_user_file(file, os.O_WRONLY | os.O_APPEND),
+        "read": lambda: read_user_file(file),
     }
     with pytest.raises(OSError, match=r"Not a directory|Too many levels of symbolic links|it is not a regular file"):
         calls[call]()

@@ -12,7 +12,7 @@ import pytest
 from stackdsl import work
 from stackdsl.cli.options import ON_JOBS
 from stackdsl.exits import ExitCode
-from stackdsl.work import WorkError, allowed
+from stackdsl.work import WorkError, work_factor
 from tests.command_line import Stackdsl
 
 WALL = "scenario: it\nbuild:\n  - wall: {{bricks: {0}, levels: {0}}}\n{1}"
@@ -119,7 +119,7 @@ def test_what_no_step_of_an_engine_shows_is_counted_as_well(stackdsl: Stackdsl, 
 def test_how_much_is_allowed_is_a_number(monkeypatch: pytest.MonkeyPatch, said: str) -> None:
     monkeypatch.setenv(work.VARIABLE, said)
     with pytest.raises(WorkError, match="STACKDSL_WORK is"):
-        allowed()
+        work_factor()
 
 
 def test_who_allows_sixteen_times_as_much_may_ask_for_margins_of_four_times_the_bricks(

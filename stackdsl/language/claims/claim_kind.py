@@ -40,13 +40,13 @@ class ClaimKind(ABC):
     """One statement about the outcome of a run. Kinds override the defaults here."""
 
     needs_statics: ClassVar[bool] = False  # needs a system with proofs
-    needs_close_looks: ClassVar[bool] = False  # needs dense recording of the onset of a fall and of its landing
+    needs_dense_recording: ClassVar[bool] = False  # needs dense recording of the onset of a fall and of its landing
     reported_margins: ClassVar[tuple[str, ...]] = ()  # of the proof, for few bricks; no claim needs them
     needed_measures: ClassVar[tuple[str, ...]] = ()  # measurements that take time, such as `sway`
     requires_physical_collapse: ClassVar[bool] = False  # void if the collapse is an artefact of the solver
-    of_the_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
+    measures_engine: ClassVar[bool] = False  # measures the quality of the engine, so its faults do not void the claim
     allows_removed_bricks: ClassVar[bool] = False  # may name bricks that are pulled out
-    same: ClassVar[tuple[str, ...]] = ()  # keys that are equal in two claims of this kind about the same quantity
+    identifying_keys: ClassVar[tuple[str, ...]] = ()  # equal in two claims of this kind about the same quantity
 
     @abstractmethod
     def judge(self, trace: Trace) -> ClaimResult:
@@ -56,7 +56,7 @@ class ClaimKind(ABC):
         """Return whether the result can no longer change, in a run that has collapsed or is over.
 
         Building is over by then. Fallen bricks stay fallen, moving bricks may fall, and remaining actions may bring
-        down any other brick. Bricks that are still to be pulled out count as removed (`Trace.gone`).
+        down any other brick. Bricks that are still to be pulled out count as removed (`Trace.pending_removals`).
         """
         return False
 
@@ -80,7 +80,7 @@ class ClaimKind(ABC):
         """Return the share of samples in which the claim must hold; None for a claim about one run."""
         return None
 
-    def holds_of(self, fell_at: int | None) -> bool:
+    def holds_for_sample(self, fell_at: int | None) -> bool:
         """Return whether the claim holds for a sample that fell at a level, or stands. Only for kinds with a share."""
         raise NotImplementedError
 
@@ -102,20 +102,26 @@ class ClaimKind(ABC):
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:
         """Return whether the claim expects these bricks to fall at any time, so also before an impact on them."""
-        return self.fate is not None and not self.fate.stands
+        return self.implied_outcome is not None and not self.implied_outcome.stands
 
-    def is_apart_from(self, other: Self) -> bool:
+    def contradicts(self, other: Self) -> bool:
         """Return whether two claims of this kind contradict each other: no value of the same quantity meets both."""
-        if not isinstance(self, AuthorModel) or any(getattr(self, key) != getattr(other, key) for key in self.same):
+        if not isinstance(self, AuthorModel) or any(
+            getattr(self, key) != getattr(other, key) for key in self.identifying_keys
+        ):
             return False
         if self.wanted_share is not None and other.wanted_share is not None:  # of the same samples
             alike = all(getattr(self, key) == getattr(other, key) for key in type(self).model_fields if key != "share")
             return alike and not self.wanted_share.meets(other.wanted_share)
-        pairs = [(getattr(self, key), getattr(other, key)) for key in type(self).model_fields if key not in self.same]
+        pairs = [
+            (getattr(self, key), getattr(other, key))
+            for key in type(self).model_fields
+            if key not in self.identifying_keys
+        ]
         return any(isinstance(a, Tolerance) and isinstance(b, Tolerance) and not a.meets(b) for a, b in pairs)
 
     @property
-    def fate(self) -> ImpliedOutcome | None:
+    def implied_outcome(self) -> ImpliedOutcome | None:
         """Return the outcome of the whole structure that the claim implies, if any."""
         return None
 

@@ -38,8 +38,8 @@ class ClaimResult:
 
 def remaining(trace: Trace) -> Collection[tuple[BodyId, BrickTrack]]:
     """Return the bricks of the structure, without those that are thrown or pulled out, now or later."""
-    gone = trace.gone
-    return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART and name not in gone]
+    removed = trace.pending_removals
+    return [(name, track) for name, track in trace.tracks.items() if track.state not in NO_PART and name not in removed]
 
 
 def placed(trace: Trace) -> Collection[BrickTrack]:

@@ -35,7 +35,7 @@ class Collapses(Shorthand, ClaimKind):
     def wanted_share(self) -> Tolerance | None:
         return self.share
 
-    def holds_of(self, fell_at: int | None) -> bool:
+    def holds_for_sample(self, fell_at: int | None) -> bool:
         return fell_at is not None and (self.at is None or self.at.holds(fell_at))
 
     @model_validator(mode="after")
@@ -47,7 +47,7 @@ class Collapses(Shorthand, ClaimKind):
         return self
 
     @property
-    def fate(self) -> ImpliedOutcome | None:
+    def implied_outcome(self) -> ImpliedOutcome | None:
         if self.share is not None:
             return None
         return ImpliedOutcome(stands=False, level=self.at, time=self.time, seen=True)

@@ -18,7 +18,7 @@ class Displaced(AuthorModel, ClaimKind):
     bricks: t.CountTolerance = Field(description="the number of bricks")
     by: t.LengthLowerBound = Field(description="the least shift of a counted brick")
 
-    same: ClassVar[tuple[str, ...]] = ("by",)
+    identifying_keys: ClassVar[tuple[str, ...]] = ("by",)
 
     def is_decided(self, trace: Trace) -> bool:
         return self.bricks.same_for(self._count(trace), len(placed(trace)))  # the largest shift of a brick only grows

@@ -21,7 +21,7 @@ class Drift(Shorthand, ClaimKind):
     bricks: t.BodyNames | None = Field(None, description="the largest shift of these bricks; default: of all")
 
     scalar_key: ClassVar[str] = "is"
-    same: ClassVar[tuple[str, ...]] = ("bricks",)
+    identifying_keys: ClassVar[tuple[str, ...]] = ("bricks",)
 
     def is_decided(self, trace: Trace) -> bool:
         worst = self._worst(trace)

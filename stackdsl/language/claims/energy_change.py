@@ -20,7 +20,7 @@ class EnergyChange(AuthorModel, ClaimKind):
         description="gain of energy of the moving bricks, as a share of it, with potential energy 0 at the ground"
     )
 
-    of_the_engine: ClassVar[bool] = True
+    measures_engine: ClassVar[bool] = True
 
     @property
     def final_once_watched(self) -> bool:

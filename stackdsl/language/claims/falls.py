@@ -27,7 +27,7 @@ class Falls(ExactlyOneKey, ClaimKind):
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")
     requires_physical_collapse: ClassVar[bool] = True
-    same: ClassVar[tuple[str, ...]] = ("for_",)
+    identifying_keys: ClassVar[tuple[str, ...]] = ("for_",)
 
     @property
     def needed_hold(self) -> float | None:

@@ -21,7 +21,7 @@ class Height(Shorthand, ClaimKind):
     of: t.BodyName | None = Field(None, description="the brick whose top is measured; default: the highest")
 
     scalar_key: ClassVar[str] = "is"
-    same: ClassVar[tuple[str, ...]] = ("of",)
+    identifying_keys: ClassVar[tuple[str, ...]] = ("of",)
 
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the highest top of the standing bricks, or the top of one brick."""

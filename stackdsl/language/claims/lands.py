@@ -24,7 +24,7 @@ class Lands(AtLeastOneKey, ClaimKind):
     within: t.Slope = default("10 deg", "largest deviation from the bearing")
 
     defaults: ClassVar[tuple[str, ...]] = ("within",)
-    needs_close_looks: ClassVar[bool] = True
+    needs_dense_recording: ClassVar[bool] = True
     requires_physical_collapse: ClassVar[bool] = True
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:

@@ -29,11 +29,11 @@ class Margin(AtLeastOneKey, ClaimKind):
 
     @property
     def needed_margins(self) -> Collection[str]:
-        return self.asked
+        return self.written_keys
 
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the margins of the proof."""
-        return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.asked])
+        return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.written_keys])
 
 
 def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:

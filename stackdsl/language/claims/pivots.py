@@ -29,7 +29,7 @@ class Pivots(AtLeastOneKey, ClaimKind):
         None, description="largest error of a displacement, as a share of the largest proven displacement"
     )
 
-    needs_close_looks: ClassVar[bool] = True
+    needs_dense_recording: ClassVar[bool] = True
     requires_physical_collapse: ClassVar[bool] = True
 
     def expects_fall_of(self, bricks: Collection[BodyId]) -> bool:

@@ -20,7 +20,7 @@ class RestsOn(AuthorModel, ClaimKind):
     support: t.BodyOrPlaneName = Field(description="the lower brick, or ground")
     share: t.ShareTolerance | None = Field(None, description="share of its load that the support carries")
 
-    same: ClassVar[tuple[str, ...]] = ("brick", "support")
+    identifying_keys: ClassVar[tuple[str, ...]] = ("brick", "support")
 
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the share of the load of a brick that the support carries."""

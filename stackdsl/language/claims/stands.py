@@ -35,14 +35,14 @@ class Stands(Shorthand, ClaimKind):
         return self.for_
 
     @property
-    def fate(self) -> ImpliedOutcome | None:
+    def implied_outcome(self) -> ImpliedOutcome | None:
         return ImpliedOutcome(stands=True) if self.bricks is None and self.share is None else None
 
     @property
     def wanted_share(self) -> Tolerance | None:
         return self.share
 
-    def holds_of(self, fell_at: int | None) -> bool:
+    def holds_for_sample(self, fell_at: int | None) -> bool:
         return fell_at is None
 
     @model_validator(mode="after")

@@ -33,14 +33,14 @@ class Verdict(ClaimKind):
         return core_schema.no_info_after_validator_function(cls, word)
 
     @property
-    def fate(self) -> ImpliedOutcome | None:
+    def implied_outcome(self) -> ImpliedOutcome | None:
         return None if self.word == "undecided" else ImpliedOutcome(stands=self.word != "unstable")
 
     @property
     def needed_margins(self) -> Collection[str]:
         return ("guaranteed",) if self.word in CERTAINTY else ()
 
-    def is_apart_from(self, other: Self) -> bool:
+    def contradicts(self, other: Self) -> bool:
         return self._stability != other._stability or {self.word, other.word} == set(CERTAINTY)
 
     @property
@@ -48,7 +48,7 @@ class Verdict(ClaimKind):
         return "stable" if self.word in (*CERTAINTY, WITHOUT_GAPS) else self.word
 
     def is_decided(self, trace: Trace) -> bool:
-        return not trace.gone  # pulling out a brick needs a new verdict
+        return not trace.pending_removals  # pulling out a brick needs a new verdict
 
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the verdict of statics."""

@@ -10,8 +10,7 @@ from typing import Final, TypeAlias
 import yaml
 
 from stability.process_settings import uncollected
-from stackdsl.asked_files import read_asked
-from stackdsl.diagnostics import Diagnostic, Page, Span, Warned, page_of
+from stackdsl.diagnostics import Diagnostic, Page, ScenarioWarning, Span, page_of
 from stackdsl.disk import read_file
 from stackdsl.language.yaml.parsing import (
     BEGIN,
@@ -33,6 +32,7 @@ from stackdsl.language.yaml.parsing import (
     unreadable_characters,
 )
 from stackdsl.shown_text import visible
+from stackdsl.user_files import read_user_file
 
 # YAML text as plain values, with the place of every key and value. The reader rejects ambiguous YAML.
 #
@@ -78,7 +78,7 @@ class Source:
     key_spans: Mapping[KeyPath, Span]  # places of keys; list items have none
     inherited: frozenset[KeyPath] = frozenset()  # variables from another scenario, which may stay unused
     parts: tuple[str, ...] = ()  # the other files that it uses
-    warnings: tuple[Warned, ...] = ()  # about these files; they do not stop a run
+    warnings: tuple[ScenarioWarning, ...] = ()  # about these files; they do not stop a run
     files: Mapping[str, str] = field(default_factory=dict)  # texts of mesh files by path
 
     def span_of(self, path: KeyPath) -> Span:
@@ -112,7 +112,7 @@ def load(path: FilePath, within: str = "") -> Loaded:
         hidden = "its name has characters that cannot be shown"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {hidden}", "rename it"))
     try:
-        data = read_file(path, MAX_BYTES + 1, within) if within else read_asked(path, MAX_BYTES + 1)
+        data = read_file(path, MAX_BYTES + 1, within) if within else read_user_file(path, MAX_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)

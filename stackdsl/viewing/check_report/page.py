@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 
-from stackdsl.asked_files import make_asked, write_asked
 from stackdsl.checking.cases import Case
 from stackdsl.checking.check import CheckConfig
 from stackdsl.checking.play_case import play_case, played_or_blocked
@@ -23,6 +22,7 @@ from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import Task, TaskResult
+from stackdsl.user_files import make_user_folder, write_user_file
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.drawing import VIEWS, Frame
 from stackdsl.viewing.golden_view import golden_view
@@ -195,7 +195,7 @@ def write_folder(
 
     All systems of a case share a page, where two of them can be shown side by side.
     """
-    make_asked(folder / REPLAYS)
+    make_user_folder(folder / REPLAYS)
     playable = [case for case in cases if case.skip is None and not unplayable(case.system)]
     golden = {result.name: result.golden for result in report.results}
     tasks = [Task(played_or_blocked, (show_case, case, golden.get(case.name)), terms.time_limit) for case in playable]
@@ -207,7 +207,7 @@ def write_folder(
 
     run_supervised(tasks, terms.workers, done, terms.on_wait)
     index = folder / "index.html"
-    write_asked(index, index_page(report, pages.shown, pages.unseen).encode(), folder)
+    write_user_file(index, index_page(report, pages.shown, pages.unseen).encode(), folder)
     return index
 
 
@@ -240,7 +240,7 @@ class _Pages:
         group = self._groups[page]
         if self._json.keys() >= {*group}:
             runs = [text for each in group for text in self._json.pop(each)]
-            write_asked(self.folder / file, page_of(runs, page).encode(), self.folder)
+            write_user_file(self.folder / file, page_of(runs, page).encode(), self.folder)
 
 
 def _page_name(case: Case) -> str:

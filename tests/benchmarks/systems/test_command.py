@@ -12,7 +12,7 @@ import pytest
 from benchmarks.figures.data import versions
 from benchmarks.systems import __main__ as command
 from benchmarks.systems.entrants import distributions_of
-from stackdsl.entry_points import offered
+from stackdsl.entry_points import offered_systems
 from tests.command_line import AMPLE, Result, started, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
@@ -158,9 +158,9 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     write(tmp_path, "[stackdsl.systems]\nexample = example_engine:EXAMPLE\n", f"{facts}/entry_points.txt")
     site = str(tmp_path / "site")
     monkeypatch.syspath_prepend(site)
-    offered.cache_clear()
+    offered_systems.cache_clear()
     yield os.pathsep.join((site, str(EXAMPLE)))
-    offered.cache_clear()
+    offered_systems.cache_clear()
 
 
 def test_a_system_of_another_package_takes_part(benched: Benched, example: str) -> None:

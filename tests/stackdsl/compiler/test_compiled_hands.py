@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from stackdsl.compiler import hands
-from stackdsl.timeline import Action, Arrival, HoldAction, LetGo, MoveAction, Placement, Timeline
+from stackdsl.timeline import Action, Arrival, HoldAction, MoveAction, Placement, ReleaseAction, Timeline
 from tests.scenes import mistakes_of, timeline_of
 
 LOWERED = 15.0 / 8.0 * 0.02 / 0.05  # [s] 20 mm at up to 50 mm/s
@@ -23,7 +23,9 @@ def begun(timeline: Timeline) -> dict[str, float]:
 
 def let_go(timeline: Timeline) -> dict[str, float]:
     """When each brick is let go [s]."""
-    return {name: action.time for action in timeline.actions if isinstance(action, LetGo) for name in action.bricks}
+    return {
+        name: action.time for action in timeline.actions if isinstance(action, ReleaseAction) for name in action.bricks
+    }
 
 
 # --- what is brought --------------------------------------------------------------------------------------------------
@@ -74,7 +76,7 @@ def test_anchors_and_what_comes_next_wait_until_hands_let_go(when: str, time: fl
 
 def test_bricks_that_come_together_are_let_go_together() -> None:
     timeline = timeline_of("- card_house: {levels: 2, angle: 70 deg}\n  place: {from: [0 mm, 0 mm, 60 mm]}")
-    together = [action.bricks for action in of_kind(timeline, LetGo) if isinstance(action, LetGo)]
+    together = [action.bricks for action in of_kind(timeline, ReleaseAction) if isinstance(action, ReleaseAction)]
     assert max(map(len, together)) >= 2
 
 
@@ -109,7 +111,14 @@ def test_a_move_is_over_when_the_brick_is_let_go_and_what_follows_waits() -> Non
     timeline = timeline_of(COLUMN, impacts)
     way = 15.0 / 8.0 * 0.05 / 0.05
     times = [(type(action).__name__, action.time) for action in timeline.actions[3:]]
-    assert [name for name, _ in times] == ["MoveAction", "HoldAction", "LetGo", "HoldAction", "LetGo", "PushAction"]
+    assert [name for name, _ in times] == [
+        "MoveAction",
+        "HoldAction",
+        "ReleaseAction",
+        "HoldAction",
+        "ReleaseAction",
+        "PushAction",
+    ]
     ends = [1.0, 1.0 + way, 1.3 + way, 1.5 + way, 1.9 + way, 1.9 + way]
     assert [time for _, time in times] == pytest.approx(ends)
 
@@ -118,7 +127,7 @@ def test_moves_of_one_brick_that_follow_on_each_other_do_not_overlap() -> None:
     moves = "\n".join(f"    - move: {{brick: L3.1, by: [{1 + 0.1 * i} mm, 0 mm, 0 mm], held: 0.1 s}}" for i in range(9))
     timeline = timeline_of(COLUMN, f"impacts:\n{moves}")
     kinds = [type(action).__name__ for action in timeline.actions[3:]]
-    assert kinds == ["MoveAction", "HoldAction", "LetGo"] * 9
+    assert kinds == ["MoveAction", "HoldAction", "ReleaseAction"] * 9
 
 
 def test_what_is_slid_is_free_across_the_ground_that_it_is_slid_on() -> None:

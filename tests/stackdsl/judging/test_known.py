@@ -99,7 +99,7 @@ def test_an_early_end_says_until_when_it_would_have_gone_on_and_what_was_left_ou
         ("L5.1",),
         ("L5.3",),
     ]
-    assert trace.gone == {"L3.1", "L4.3", "L5.1", "L5.3"}
+    assert trace.pending_removals == {"L3.1", "L4.3", "L5.1", "L5.3"}
     then = watched(case)
     assert (trace.early_end, trace.tracks, trace.events) == (then.early_end, then.tracks, then.events)
 

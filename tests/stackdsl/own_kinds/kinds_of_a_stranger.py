@@ -54,7 +54,7 @@ class Tilts(AuthorModel, ClaimKind):
     brick: t.BodyName = Field(description="the brick")
     by: t.SlopeTolerance = Field(description="how far it tilts")
 
-    same: ClassVar[tuple[str, ...]] = ("brick",)
+    identifying_keys: ClassVar[tuple[str, ...]] = ("brick",)
 
     def judge(self, trace: Trace) -> ClaimResult:
         """The largest tilt of the brick, whatever became of it."""

@@ -13,8 +13,16 @@ from stackdsl.exits import ExitCode
 from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
 from stackdsl.report.text import outcome_text, report_text
 from stackdsl.report.warnings import wrong_edges_text
-from stackdsl.results import GoldenDifference, GoldenStatus, Report, RunStatus, Spared, VariantResult, exit_code
-from stackdsl.trace import Collapse, Cost, Passed, WrongEdges
+from stackdsl.results import (
+    EarlyEndSummary,
+    GoldenDifference,
+    GoldenStatus,
+    Report,
+    RunStatus,
+    VariantResult,
+    exit_code,
+)
+from stackdsl.trace import Collapse, Cost, PassedThrough, WrongEdges
 from tests.paths import ROOT
 from tests.stackdsl.report.reports import (
     CRASHED,
@@ -255,7 +263,7 @@ def test_a_verdict_that_counts_on_gaps_says_so() -> None:
 
 
 def test_a_thrown_brick_that_passed_through_another_is_told_on_every_run() -> None:
-    passed = Passed("shot", "L3.2", 6.0167, 0.0596)
+    passed = PassedThrough("shot", "L3.2", 6.0167, 0.0596)
     seen = report(replace(PASSED, passed_through=passed, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
     told = (
         "shot passed through L3.2 by 6.017 s, 59.6 mm from look to look: the engine's steps are too long for that speed"
@@ -291,7 +299,7 @@ def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> Non
 
 
 def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> None:
-    early = Spared(9.25, 14.0, 1)
+    early = EarlyEndSummary(9.25, 14.0, 1)
     seen = report(replace(PASSED, early_end=early), PASSED)
     told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
     assert told not in report_text(seen)  # nothing hangs on it

@@ -171,11 +171,11 @@ NOBODY_ASKED = """
 import sys
 from click.testing import CliRunner
 from stackdsl.cli.main import app
-from stackdsl.entry_points import offered
+from stackdsl.entry_points import offered_systems
 
 done = CliRunner().invoke(app, ["check", "scene.yaml", "--system", "exact", "--list"])
 assert done.exit_code == 0, done.output
-assert offered.cache_info().currsize == 0
+assert offered_systems.cache_info().currsize == 0
 assert "stackdsl.simulation.plugins" not in sys.modules
 """
 
