@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 
-from stability.geometry.box_distance import LIMIT_ITSELF, Separation, gap_bridged, reach_between
+from stability.geometry.box_distance import LIMIT_ITSELF, Block, Separation, gap_bridged, reach_between
 from stability.geometry.placed_shape import InPlace, above_plane, bodies_apart, in_place
 from stability.geometry.spatial_grid import Neighbours
 from stability.model import ConvexShape, Plane, Pose
@@ -17,6 +17,10 @@ LEAST_UPWARD = 0.05  # z of the contact normal of a support; smaller values belo
 
 # Compared pairs in total, and per brick on average; a brick of a tidy structure has about ten neighbours.
 MAX_PAIRS, MAX_PAIRS_EACH = 100_000, 20
+# Cost of a comparison, in that of two boxes, which takes 20 us; and the most in total.
+HULLS, EDGES = 4.0, 0.02  # of two hulls, and besides for each edge of one with each edge of the other
+BOX_EDGES = 12
+MAX_COST = 700_000.0
 MOST_INSIDE = 200  # overlapping boxes that stay in the index; more than are ever reported
 
 
@@ -121,6 +125,7 @@ class PlacementIndex:
     _present: Neighbours[int] = field(default_factory=Neighbours)
     _overlaps: dict[int, Fit] = field(default_factory=dict)
     _pairs: int = 0  # compared so far
+    _cost: float = 0.0  # of these comparisons
 
     def put(self, index: int) -> None:
         """Add a box, after all boxes of its time with a lower index. Raises CrowdedError."""
@@ -193,7 +198,16 @@ class PlacementIndex:
         for other in others:
             if other != index:
                 self._pairs += 1
-                if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks):
+                self._cost += _cost(own, blocks[other])
+                if self._pairs > MAX_PAIRS + MAX_PAIRS_EACH * len(blocks) or self._cost > MAX_COST:
                     raise CrowdedError(index)
                 between = reach_between(own.thickness, blocks[other].thickness)
                 yield _Near(other, bodies_apart(own, blocks[other]), between)
+
+
+def _cost(one: InPlace, other: InPlace) -> float:
+    """Return the cost of the separation of two bodies, in that of two boxes."""
+    if isinstance(one, Block) and isinstance(other, Block):
+        return 1.0
+    edges = [BOX_EDGES if isinstance(each, Block) else len(each.directions) for each in (one, other)]
+    return HULLS + EDGES * edges[0] * edges[1]

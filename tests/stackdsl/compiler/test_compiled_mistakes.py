@@ -2,6 +2,7 @@
 
 import pytest
 
+from stackdsl.compiler import fit
 from tests.scenes import mistakes_of
 
 
@@ -71,8 +72,15 @@ def test_what_is_known_from_outside_may_contradict_what_is_expected() -> None:
 
 
 def test_a_scenario_that_would_take_hours_to_compile_is_refused_at_once() -> None:
-    mistakes = mistakes_of("\n".join(["- wall: {levels: 1, bricks: 19000}"] * 3))
+    mistakes = mistakes_of("\n".join(["- wall: {levels: 1, bricks: 15100}"] * 2))
     assert [mistake.code for mistake in mistakes] == ["SD206"]
+
+
+def test_stones_with_many_edges_count_for_more_than_boxes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fit, "MAX_COST", 1000.0)
+    assert mistakes_of("- column: {levels: 100}") == []
+    (mistake,) = mistakes_of("- arch: {span: 2 m, thickness: 300 mm, voussoirs: 100}")
+    assert (mistake.code, "to compute which of them touch" in mistake.message) == ("SD206", True)
 
 
 def test_a_structure_cannot_be_stable_and_unstable_at_once() -> None:
