@@ -35,20 +35,22 @@ def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
 
 def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
     """Return the result as failed, with the bricks that still move and how much longer to watch."""
-    why = []
+    reasons = []
     if count := len(trace.moving):
-        why.append(f"still moving at the end of the watch: {how_many(count, 'brick')}")
+        reasons.append(f"still moving at the end of the watch: {how_many(count, 'brick')}")
     if slow := [track for track in trace.unsettled if track.brick.id not in trace.moving]:
         causes = dict.fromkeys(track.gives_way or "it has not come to rest" for track in slow)
-        why.append(
+        reasons.append(
             f"not settled at the end of the watch: {names_text([t.brick.id for t in slow])}: {'; '.join(causes)}"
         )
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
     advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
-    return ClaimResult(f"{result.measured}; {'; '.join(why)}; {advice}", -inf, "", passed=False, numbers=result.numbers)
+    return ClaimResult(
+        f"{result.measured}; {'; '.join(reasons)}; {advice}", -inf, "", passed=False, numbers=result.numbers
+    )
 
 
-# Numerical effects of a run: a collapse that statics disproves, and what a finer resolution changes.
+# Numerical effects in a run: a collapse that statics disproves, and changes at a finer resolution.
 
 
 REMOVED = "at half the step and twice the iterations it stands"

@@ -182,33 +182,35 @@ ALL = ("acceleration", "tilt", "friction", "placement")
 MOST_FOR_PROGRAMS = 60  # bricks; above, margins and remedies take many seconds and are computed only on request
 
 
-def margins_of(trace: Trace, wanted: Collection[str]) -> VerdictMargins:
+def margins_of(trace: Trace, requested: Collection[str]) -> VerdictMargins:
     """Return the requested margins of the bricks that are frozen at the end of a run."""
     standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
     if trace.world is None or not standing:
         return VerdictMargins()
     assembly = trace.world.assembly()
     assembly.add_all(standing)
-    return margins_of_assembly(assembly, wanted)
+    return margins_of_assembly(assembly, requested)
 
 
-def margins_of_assembly(assembly: Assembly, wanted: Collection[str] = ALL) -> VerdictMargins:
+def margins_of_assembly(assembly: Assembly, requested: Collection[str] = ALL) -> VerdictMargins:
     """Return the requested margins of an assembly; none if it is not proven to stand."""
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return VerdictMargins()
     problem = assembly.problem()
-    margins = _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(wanted) else VerdictMargins()
-    if "friction" in wanted:
+    margins = (
+        _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(requested) else VerdictMargins()
+    )
+    if "friction" in requested:
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         margins = replace(margins, friction=least_friction(problem).coefficient, roughest=roughest)
-    if "placement" in wanted:
+    if "placement" in requested:
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
         margins = replace(margins, placement=placed.value, joint=placed.limit)
-    if "guaranteed" in wanted:
+    if "guaranteed" in requested:
         rest = outcome(problem, assembly.forces())
         margins = replace(margins, guaranteed=rest.guaranteed, certainty=rest.reason)
-    if "squeezed" in wanted:
+    if "squeezed" in requested:
         margins = replace(margins, squeezed=separating_motion(problem) is None)
     return margins
 

@@ -82,7 +82,7 @@ def narrow_bracket(holds: float, fails: float, closeness: BracketTolerance, hold
 def _closed_in(
     certain: float, undecided: float, closeness: BracketTolerance, is_certain: Callable[[float], bool]
 ) -> float:
-    """Return the number nearest to an undecided one that is still certain."""
+    """Return the certain number that is nearest to an undecided one."""
     for _ in range(MOST_HALVINGS):
         if closeness.is_of(certain, undecided):
             break

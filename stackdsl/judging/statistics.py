@@ -51,7 +51,7 @@ def error_of_a_look(planned: int, confidence: float) -> float:
 
 
 def interval(least: int, most: int, count: int, error: float) -> Interval:
-    """Return the Clopper-Pearson interval of a share that between `least` and `most` of `count` samples belong to."""
+    """Return the Clopper-Pearson interval of a share, given that `least` to `most` of `count` samples are hits."""
     low = float(betaincinv(least, count - least + 1, 0.5 * error)) if least > 0 else 0.0
     high = float(betaincinv(most + 1, count - most, 1.0 - 0.5 * error)) if most < count else 1.0
     return Interval(low, high)
@@ -113,7 +113,7 @@ def _more(wanted: Tolerance, ensemble: Ensemble, least: int, error: float) -> st
 def samples_needed(wanted: Tolerance, share: float, unknown: float, error: float) -> float:
     """Return about how many samples decide; inf if no number does.
 
-    `share` of the samples belong to the share that is judged, and `unknown` of them may.
+    `share` is the fraction of hits, and `unknown` the fraction of samples that may be hits.
     """
 
     def decides(count: int) -> bool:

@@ -196,7 +196,7 @@ class PlacementSampler:
         return deep
 
     def _near(self, part: DesignedBrick, unit: Unit | None) -> Iterator[DesignedBrick]:
-        """Yield the bricks set down before a unit that its brick may be above or beside in some sample."""
+        """Yield earlier bricks that may be below or beside a brick in some sample."""
         first = unit.parts[0].number if unit is not None else part.number
         x, y, _ = part.placed.pose.position_W
         for other in self.design.parts[:first]:

@@ -64,7 +64,7 @@ class Unit:
 
     parts: tuple[DesignedBrick, ...]
     supports: tuple[int, ...]  # numbers of the bricks that carry it
-    grounded: bool  # whether it also rests on the ground, or on nothing
+    grounded: bool  # whether it rests on the ground (too), or has no support
     centre: tuple[float, float]  # the mean of its bricks, in plan [m]
 
     @property

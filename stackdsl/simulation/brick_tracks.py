@@ -99,7 +99,7 @@ class TrackedBrick:
         if time - self.slow_since >= self.not_moving.hold_off:
             self.rest = state.pose
 
-    def taken(self) -> None:
+    def take(self) -> None:
         """Give the brick into a hand: from now on no motion of it counts as a fall."""
         self.in_hand = True
 
@@ -168,9 +168,9 @@ class BrickTracker:
         elif self.hit:
             watched.hit()
 
-    def taken(self, brick: BodyId) -> None:
+    def take(self, brick: BodyId) -> None:
         """Give a brick into a hand."""
-        self.bricks[brick].taken()
+        self.bricks[brick].take()
 
     def let_go(self, bricks: Iterable[BodyId], states: Mapping[BodyId, BodyState]) -> None:
         """Let bricks go, in their current states."""
@@ -210,7 +210,7 @@ class BrickTracker:
         for name in bricks:
             self.bricks[name].rest = self.bricks[name].rest or self.bricks[name].last
 
-    def where(self) -> Mapping[BodyId, Placed]:
+    def placed_bricks(self) -> Mapping[BodyId, Placed]:
         """Return all present bricks at their last poses."""
         return {name: Placed(self.bodies[name], self.bricks[name].last) for name in self.present}
 
@@ -223,7 +223,7 @@ class BrickTracker:
         left = min(self._left.values(), key=lambda watched: (-watched.shift, watched.number), default=None)
         return left.placement.brick.id if left is not None else None
 
-    def youngest(self) -> Placement:
+    def last_built(self) -> Placement:
         """Return the last placement of the build, whose level is under construction.
 
         Bricks that hit, are in a hand or are slid in count only if there are no others.

@@ -174,7 +174,7 @@ class HandMover:
     def _keep(self, brick: BodyId) -> None:
         """Hold a brick where it is."""
         self.in_hand[brick] = None
-        self.watch.taken(brick)
+        self.watch.take(brick)
         self.world.freeze(brick)
 
     def _stop(self, brick: BodyId) -> None:

@@ -74,8 +74,8 @@ def far_apart(timeline: Timeline) -> list[list[Placement]]:
     ground = timeline.world.planes[0]
     groups = sorted(_parted([_room(number, each, ground) for number, each in enumerate(placements)]))
     if len(groups) > MOST:
-        groups[MOST - 1 :] = [sorted(number for part in groups[MOST - 1 :] for number in part)]
-    return [[placements[number] for number in part] for part in groups]
+        groups[MOST - 1 :] = [sorted(number for group in groups[MOST - 1 :] for number in group)]
+    return [[placements[number] for number in group] for group in groups]
 
 
 def _room(number: int, placement: Placement, ground: Plane) -> _Room:
@@ -102,7 +102,7 @@ def _parted(rooms: Sequence[_Room]) -> list[list[int]]:
     for axis in (0, 1):
         groups = list(_cut(rooms, axis))
         if len(groups) > 1:
-            return [part for group in groups for part in _parted(group)]
+            return [numbers for group in groups for numbers in _parted(group)]
     return [sorted(room.number for room in rooms)]
 
 
@@ -346,32 +346,32 @@ def names_of(moment: Moment) -> Sequence[BodyId]:
             return moment.bricks
 
 
-# What the steps of a run take, by counts, and whether what is ahead of it is more than a run may take.
+# The work of a run, estimated from counts, and its limit.
 
 
 @dataclass(frozen=True, slots=True)
 class StepCounts:
-    """What has been done, in counts that only grow."""
+    """Counts of work, which only increase."""
 
     steps: int = 0  # of an engine
-    known: int = 0  # steps of motions that are known without one
+    known: int = 0  # steps of motions without an engine
     looks: int = 0  # at bricks that hands lower
     landings: int = 0
 
     @classmethod
-    def by(cls, parts: "list[Island]") -> "StepCounts":
-        """By these parts."""
-        each = ((part.steps, part.known, part.hands.looks, part.falling.proven) for part in parts)
-        return cls(*map(sum, zip(*each, strict=True)))
+    def by(cls, islands: "list[Island]") -> "StepCounts":
+        """Return the sums over islands."""
+        counts = ((each.steps, each.known, each.hands.looks, each.falling.proven) for each in islands)
+        return cls(*map(sum, zip(*counts, strict=True)))
 
     def since(self, before: "StepCounts") -> "StepCounts":
-        """What was done since then."""
+        """Return the difference from earlier counts."""
         return StepCounts(*(now - then for now, then in zip(astuple(self), astuple(before), strict=True)))
 
 
 @dataclass
 class Effort:
-    """Counted in units of one moving brick in one step."""
+    """The work of a run, in units of one moving brick in one step."""
 
     system: System
     done: float = 0.0
@@ -380,46 +380,46 @@ class Effort:
     def __post_init__(self) -> None:
         proven = self.system.method is Method.PROVEN
         self._most, self._step = (work.MOST_STEPS, work.STEP) if proven else (work.MOST_STEPS_BARE, work.STEP_BARE)
-        self._dearer = self._most / work.MOST_STEPS  # what is not a step of an engine takes as long on every system
+        self._dearer = self._most / work.MOST_STEPS  # scales work outside of the engine, equal on every system
 
-    def look(self, parts: "list[Island]", part: "Island", end: float) -> None:
-        """Count what was done since the last look, and refuse what is ahead up to a time [s].
+    def look(self, islands: "list[Island]", island: "Island", end: float) -> None:
+        """Count the work since the last look, and estimate the work up to a time [s].
 
-        Raises BlockedPlacementError, before so many bricks have moved for long.
+        Raises BlockedPlacementError if both exceed the limit, before the bricks have moved for long.
         """
-        now = StepCounts.by(parts)
+        now = StepCounts.by(islands)
         new, self._before = now.since(self._before), now
-        moving = sum(each.one_by_one for each in parts)
-        each_step = self._step + moving + self._dearer * (part.splits - 1) * (work.SPLIT + work.SPLIT_MOVING * moving)
-        beside = work.KNOWN * new.known + work.LOOK * new.looks + work.LANDING * new.landings
-        self.done += new.steps * each_step + self._dearer * beside
-        by_hand = part.hands.busy_for()
-        seconds = max(self._seconds(part, end) if moving and now.steps else 0.0, by_hand if part.hands.steps else 0.0)
-        # How fast it is, and so how finely it is stepped, soon changes: ahead it counts as if it were slow.
-        steady = self._step + moving
-        ahead = seconds / part.world.settings.time_step * steady + self._dearer * work.LOOK * by_hand / SAMPLING
-        much = self.done + ahead + self._dearer * work_done() / work.STEP_WORK
-        if much > self._most * work.work_factor():
-            raise BlockedPlacementError(self._refused(part, moving, (seconds, by_hand), much))
-
-    def _refused(self, part: "Island", moving: int, ahead: tuple[float, float], much: float) -> Blocked:
-        seconds, by_hand = ahead
-        many = f"{moving} brick{'s' if moving != 1 else ''} move{'s' if moving == 1 else ''}"
-        if by_hand > seconds or (by_hand and not moving):
-            many, seconds = "a hand is on its way", by_hand
-        said = f"{many} at {part.time:.3g} s" + (f", for {seconds:.3g} s and more" if seconds else "")
-        told = (
-            f"{much:.2g} steps of a brick in all are estimated, and {self._most * work.work_factor():.2g} are allowed"
+        moving = sum(each.one_by_one for each in islands)
+        each_step = self._step + moving + self._dearer * (island.splits - 1) * (work.SPLIT + work.SPLIT_MOVING * moving)
+        other_work = work.KNOWN * new.known + work.LOOK * new.looks + work.LANDING * new.landings
+        self.done += new.steps * each_step + self._dearer * other_work
+        hand_seconds = island.hands.busy_for()
+        seconds = max(
+            self._seconds(island, end) if moving and now.steps else 0.0, hand_seconds if island.hands.steps else 0.0
         )
-        brick = min(part.stabilizer.moving() or part.hands.in_hand or part.measures.watch.present)
-        return Blocked(brick, part.time, brick, 0.0, too_much=f"{said}: {told}")
+        # The speed, and with it the number of sub-steps, soon changes, so the estimate assumes slow motion.
+        steady = self._step + moving
+        ahead = seconds / island.world.settings.time_step * steady + self._dearer * work.LOOK * hand_seconds / SAMPLING
+        total = self.done + ahead + self._dearer * work_done() / work.STEP_WORK
+        if total > self._most * work.work_factor():
+            raise BlockedPlacementError(self._refused(island, moving, (seconds, hand_seconds), total))
 
-    def _seconds(self, part: "Island", end: float) -> float:
-        """For how long what moves will move: shaken, or with nobody who holds it at rest, as long as that goes on."""
-        left = max(0.0, end - part.time)
-        if part.ground.motion is not None:
-            return min(left, max(work.AHEAD, part.ground.motion.ends - part.time))
-        return left if part.extension is None else min(left, work.AHEAD)
+    def _refused(self, island: "Island", moving: int, ahead: tuple[float, float], total: float) -> Blocked:
+        seconds, hand_seconds = ahead
+        cause = f"{moving} brick{'s' if moving != 1 else ''} move{'s' if moving == 1 else ''}"
+        if hand_seconds > seconds or (hand_seconds and not moving):
+            cause, seconds = "a hand moves a brick", hand_seconds
+        motion = f"{cause} at {island.time:.3g} s" + (f", for at least {seconds:.3g} s" if seconds else "")
+        limit = f"an estimated {total:.2g} steps of a brick in all, of at most {self._most * work.work_factor():.2g}"
+        brick = min(island.stabilizer.moving() or island.hands.in_hand or island.measures.watch.present)
+        return Blocked(brick, island.time, brick, 0.0, too_much=f"{motion}: {limit}")
+
+    def _seconds(self, island: "Island", end: float) -> float:
+        """Return the expected time of further motion [s]; without an extension, up to the end of the run."""
+        left = max(0.0, end - island.time)
+        if island.ground.motion is not None:
+            return min(left, max(work.AHEAD, island.ground.motion.ends - island.time))
+        return left if island.extension is None else min(left, work.AHEAD)
 
 
 # All islands of a scene: scheduling, distribution of actions, and merging.
@@ -430,13 +430,13 @@ Pieces: TypeAlias = Sequence[tuple[Island, Moment]]  # the part of an action for
 
 @dataclass
 class Islands:
-    """The islands of one run; close them after use."""
+    """The islands of one run; call `close` after use."""
 
     timeline: Timeline
     system: System
     measures: RunMeasurements
     log: EventLog
-    found: list[Island] = field(default_factory=list, init=False)  # not merged into another one, by first brick
+    islands: list[Island] = field(default_factory=list, init=False)  # not merged into another one, by first brick
     _coming: dict[tuple[float, BodyId], Island] = field(default_factory=dict, init=False)  # by time and brick to place
     _of: dict[BodyId, Island] = field(default_factory=dict, init=False)  # by placed brick
     _acted: list[Island] = field(default_factory=list, init=False)  # islands of the last action
@@ -461,9 +461,9 @@ class Islands:
         whole = len(placements) == len(self.timeline.placements)
         own = self.timeline if whole else replace(self.timeline, actions=tuple(placements))
         world = opened_world(own, self.system)
-        part = Island(world, extension_for(own, self.system, world), own.world, self.measures, self.log)
-        self.found.append(part)
-        self._coming |= {(each.time, each.brick.id): part for each in placements}
+        island = Island(world, extension_for(own, self.system, world), own.world, self.measures, self.log)
+        self.islands.append(island)
+        self._coming |= {(each.time, each.brick.id): island for each in placements}
 
     def _tell_when(self) -> None:
         """Schedule the moments of each island."""
@@ -471,59 +471,60 @@ class Islands:
         for number, moment in enumerate(self.timeline.moments()):
             if isinstance(moment, tuple):
                 of |= {each.brick.id: self._coming[each.time, each.brick.id] for each in moment}
-            for part in {id(of[name]): of[name] for name in names_of(moment) if name in of}.values():
-                part.to_come.append((number, time_of(moment)))
+            for island in {id(of[name]): of[name] for name in names_of(moment) if name in of}.values():
+                island.to_come.append((number, time_of(moment)))
 
     def close(self) -> None:
         """Close the worlds of all islands."""
-        for part in self.found:
-            part.world.close()
+        for island in self.islands:
+            island.world.close()
 
     @property
     def several(self) -> bool:
         """Whether there is more than one island."""
-        return len(self.found) > 1
+        return len(self.islands) > 1
 
     @property
     def extension(self) -> "Stabilizer | CombinedStabilizer | None":
         """The extension of the whole scene; None without one."""
         if not self.several:
-            return self.found[0].extension
+            return self.islands[0].extension
         every, acted = (
-            [part.extension for part in some if part.extension is not None] for some in (self.found, self._acted)
+            [island.extension for island in some if island.extension is not None]
+            for some in (self.islands, self._acted)
         )
         return CombinedStabilizer(lambda name: self._of[name].extension, every, acted)
 
     def of(self, brick: BodyId) -> Island:
         """Return the island of a brick."""
-        return self._of[brick] if self.several else self.found[0]
+        return self._of[brick] if self.several else self.islands[0]
 
     # --- time ---------------------------------------------------------------------------------------------------------
 
     @property
     def now(self) -> float:
         """The time of the island that is farthest ahead [s]."""
-        return max(self._reached, *(part.time for part in self.found)) if self.several else self.found[0].time
+        return max(self._reached, *(island.time for island in self.islands)) if self.several else self.islands[0].time
 
     def behind(self, until: float) -> Island | None:
         """Return the island that is farthest behind, of those that have to advance before a time [s]."""
-        lagging = [part for part in self.found if part.lags(until)]
+        lagging = [island for island in self.islands if island.lags(until)]
         if self.several:
-            for part in self.found:
-                part.rest()
-        return min(lagging, key=lambda part: part.time, default=None)
+            for island in self.islands:
+                island.rest()
+        return min(lagging, key=lambda island: island.time, default=None)
 
-    def bound(self, part: Island, until: float, end: float) -> float:
+    def bound(self, island: Island, until: float, end: float) -> float:
         """Return the time up to which an island may advance [s]: its next action, or the end of the run."""
         if not self.several:
             return until
-        return max(until, part.to_come[0][1] if part.to_come else end)
+        return max(until, island.to_come[0][1] if island.to_come else end)
 
     def reached(self, until: float) -> None:
         """Note that no island has to advance before a time [s]."""
         if not self.several:
-            self.found[0].wait(until)
-        elif all(part.idle for part in self.found):
+            self.islands[0].wait(until)
+        elif all(island.idle for island in self.islands):
             self._reached = until
 
     # --- actions ------------------------------------------------------------------------------------------------------
@@ -532,64 +533,64 @@ class Islands:
         """Return the part of an action for each island that it concerns."""
         self._acted = []
         if not self.several:
-            self._acted = self.found[:1]
-            return [(self.found[0], moment)]
+            self._acted = self.islands[:1]
+            return [(self.islands[0], moment)]
         if isinstance(moment, tuple):
             for each in moment:
                 self._of[each.brick.id] = self._coming[each.time, each.brick.id]
         islands = {id(self._of[name]): self._of[name] for name in names_of(moment)}
         self._acted = list(islands.values())
-        return [(part, self._piece(moment, part)) for part in self._acted]
+        return [(island, self._piece(moment, island)) for island in self._acted]
 
-    def _piece(self, moment: Moment, part: Island) -> Moment:
+    def _piece(self, moment: Moment, island: Island) -> Moment:
         match moment:
             case Removal():
-                return replace(moment, bricks=tuple(name for name in moment.bricks if self._of[name] is part))
+                return replace(moment, bricks=tuple(name for name in moment.bricks if self._of[name] is island))
             case tuple():
-                return tuple(each for each in moment if self._of[each.brick.id] is part)
+                return tuple(each for each in moment if self._of[each.brick.id] is island)
             case _:
                 return moment
 
     def done(self, number: int) -> None:
         """Remove the moment of this number from the schedules; it is over, whether it took place or not."""
-        for part in self.found:
-            while part.to_come and part.to_come[0][0] <= number:
-                part.to_come.popleft()
+        for island in self.islands:
+            while island.to_come and island.to_come[0][0] <= number:
+                island.to_come.popleft()
 
     def __iter__(self) -> Iterator[Island]:
         """Iterate over the islands, without those that are merged meanwhile."""
-        return (part for part in tuple(self.found) if part in self.found)
+        return (island for island in tuple(self.islands) if island in self.islands)
 
     # --- merging ------------------------------------------------------------------------------------------------------
 
-    def look(self, part: Island, states: Mapping[BodyId, BodyState]) -> None:
+    def look(self, island: Island, states: Mapping[BodyId, BodyState]) -> None:
         """Update the reach of an island, and merge those that it may touch soon.
 
         Raises BlockedPlacementError if the motion needs too much work.
         """
-        self.effort.look(self.found, part, self.timeline.end)
-        if not self.several or part not in self.found:
+        self.effort.look(self.islands, island, self.timeline.end)
+        if not self.several or island not in self.islands:
             return
-        part.space.follows(self.measures.watch.bodies, states, self.timeline.world.gravity)
-        while (other := self._met(part)) is not None:
-            self._merge(part, other)
+        island.space.follows(self.measures.watch.bodies, states, self.timeline.world.gravity)
+        while (other := self._met(island)) is not None:
+            self._merge(island, other)
 
-    def _met(self, part: Island) -> Island | None:
-        return next((other for other in self.found if other is not part and other.space.meets(part.space)), None)
+    def _met(self, island: Island) -> Island | None:
+        return next((other for other in self.islands if other is not island and other.space.meets(island.space)), None)
 
-    def _merge(self, part: Island, other: Island) -> None:
+    def _merge(self, island: Island, other: Island) -> None:
         """Merge two islands, after their clocks agree to within half a step."""
-        self._keep_step(part, other)
-        self.found.remove(other)
-        part.absorb(other)
-        self._coming |= {key: part for key, at in self._coming.items() if at is other}
-        self._of |= {name: part for name, at in self._of.items() if at is other}
-        self._acted = list(dict.fromkeys(part if at is other else at for at in self._acted))
+        self._keep_step(island, other)
+        self.islands.remove(other)
+        island.absorb(other)
+        self._coming |= {key: island for key, at in self._coming.items() if at is other}
+        self._of |= {name: island for name, at in self._of.items() if at is other}
+        self._acted = list(dict.fromkeys(island if at is other else at for at in self._acted))
 
     @staticmethod
-    def _keep_step(part: Island, other: Island) -> None:
+    def _keep_step(island: Island, other: Island) -> None:
         """Advance the island that is behind to the time of the other."""
-        for behind, ahead in ((part, other), (other, part)):
+        for behind, ahead in ((island, other), (other, island)):
             if not ahead.idle:
                 while behind.lags(ahead.time) and not behind.idle:
                     behind.pass_on(1)
@@ -599,40 +600,40 @@ class Islands:
 
     def edges(self) -> WrongEdges | None:
         """Return the wrong contact normals of all islands."""
-        monitor = NormalErrorMonitor(self.found[0].world, self.timeline.world.gravity)
-        for part in self.found:
-            monitor.absorb(part.edges)
+        monitor = NormalErrorMonitor(self.islands[0].world, self.timeline.world.gravity)
+        for island in self.islands:
+            monitor.absorb(island.edges)
         return monitor.wrong()
 
     def friction(self) -> WrongFriction | None:
         """Return the wrong friction with the largest error of all islands."""
-        errors = filter(None, (wrong_friction_of(part.world) for part in self.found))
+        errors = filter(None, (wrong_friction_of(island.world) for island in self.islands))
         return max(errors, key=lambda wrong: wrong.error, default=None)
 
     @property
     def undecided(self) -> bool:
         """Whether bricks that were set down are not proven to stand."""
-        return any(part.stabilizer.unproven() for part in self.found)
+        return any(island.stabilizer.unproven() for island in self.islands)
 
-    def seen(self, part: Island) -> Mapping[BodyId, BodyState]:
+    def seen(self, island: Island) -> Mapping[BodyId, BodyState]:
         """Return the states of all moving bricks at their last looks, after a look at `part`."""
         if not self.several:
-            return part.seen
-        return {name: state for each in self.found if not each.resting for name, state in each.seen.items()}
+            return island.seen
+        return {name: state for each in self.islands if not each.resting for name, state in each.seen.items()}
 
     @property
     def steps(self) -> int:
         """Number of time steps of all engines."""
-        return sum(part.steps for part in self.found)
+        return sum(island.steps for island in self.islands)
 
     @property
     def judgements(self) -> int:
         """Number of passes of all extensions."""
-        return sum(part.stabilizer.judgements for part in self.found)
+        return sum(island.stabilizer.judgements for island in self.islands)
 
     def updates(self) -> Updates | None:
         """Return the wall time of the updates of all islands."""
         clock = UpdateClock()
-        for part in self.found:
-            clock.absorb(part.stabilizer.clock)
+        for island in self.islands:
+            clock.absorb(island.stabilizer.clock)
         return clock.updates()

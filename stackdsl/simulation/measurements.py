@@ -657,7 +657,7 @@ class RunMeasurements:
         self.watch.add(placement)
         self.motion.add(placement.brick)
         state = BodyState(placement.came or placement.pose, placement.velocity_W)
-        self._see(placement.time, {placement.brick.id: state})
+        self._weigh(placement.time, {placement.brick.id: state})
         if self.recorder is not None:
             self.recorder.add(placement.time, placement.brick, state)
         if self.overlap is not None:
@@ -678,22 +678,22 @@ class RunMeasurements:
         """Begin to count the work of the shaking ground."""
         self.energy.outside.motion = motion
 
-    def saw(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+    def see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         """Update energy and recording with the states of some bricks at a time [s]."""
-        self._see(time, states)
+        self._weigh(time, states)
         self._record(time, states)
 
     def acted(self, states: Mapping[BodyId, BodyState], verdict: Verdict | None) -> None:
         """Update after an action and its verdict, with the states of all bricks that may move."""
         self.energy.start()
         if verdict is not None and self.timeline.closely:
-            self.onset.proven(verdict, self.watch.where(), self.timeline.world.planes, states)
+            self.onset.proven(verdict, self.watch.placed_bricks(), self.timeline.world.planes, states)
 
     def judged(self, time: float, states: Mapping[BodyId, BodyState], frozen: Iterable[BodyId]) -> None:
         """Update with the states of bricks that were just woken or frozen; frozen ones get no further looks."""
         frozen = tuple(frozen)
         self.watch.see(time, states)
-        self._see(time, states)
+        self._weigh(time, states)
         self._record(time, states)
         if self.overlap is not None:
             self.overlap.put(self.watch.bodies, {name: state.pose for name, state in states.items()})
@@ -702,7 +702,7 @@ class RunMeasurements:
 
     def weigh(self, time: float, states: Mapping[BodyId, BodyState], in_hands: bool) -> None:
         """Update the energy with the moving bricks of one island; `in_hands` if hands may move some of them."""
-        self.saw(time, states)
+        self.see(time, states)
         self.energy.look(self.motion.see(time, states))
         if in_hands:
             self.energy.start(by_hand=True)  # the work of hands cannot be told from a gain of the engine
@@ -731,5 +731,5 @@ class RunMeasurements:
         if self.recorder is not None:
             self.recorder.see(time, states)
 
-    def _see(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
+    def _weigh(self, time: float, states: Mapping[BodyId, BodyState]) -> None:
         self.energy.see(time, self.watch.bodies, states)

@@ -135,19 +135,19 @@ def play(
     started = perf_counter()
     log = EventLog(on_event)
     measures = RunMeasurements(timeline, recorder=recorder)
-    parts = Islands(timeline, system, measures, log)
+    islands = Islands(timeline, system, measures, log)
     try:
-        run = _Run(timeline, parts, measures, log, Ending(timeline, may_stop))
+        run = _Run(timeline, islands, measures, log, Ending(timeline, may_stop))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
-        parts.close()
+        islands.close()
 
 
 @dataclass
 class _Run:
     timeline: Timeline
-    parts: Islands
+    islands: Islands
     measures: RunMeasurements
     log: EventLog
     ending: Ending
@@ -170,15 +170,15 @@ class _Run:
             action = None if self._ended_early() else self._takes_place(moment)
             if action is not None:
                 self._act(action)
-            self.parts.done(self.passed)
+            self.islands.done(self.passed)
             self.passed += 1
-            if not self.timeline.watched and self.parts.undecided:
+            if not self.timeline.watched and self.islands.undecided:
                 return
         self._advance(self._end())
         if self.collapse:
             self._advance(self._end())
-        for part in self.parts:
-            self._look(part)
+        for island in self.islands:
+            self._look(island)
         self._close_placement()
 
     def _takes_place(self, moment: Moment) -> Moment | None:
@@ -190,9 +190,9 @@ class _Run:
         if self.collapse is None:
             self._close_placement()
             self.shift_before = self.watch.largest_shift
-        pieces = self.parts.pieces(moment)
-        for part, piece in pieces:
-            part.prepare(piece, time_of(moment))
+        pieces = self.islands.pieces(moment)
+        for island, piece in pieces:
+            island.prepare(piece, time_of(moment))
         match moment:
             case Removal():
                 self._remove(moment, pieces)
@@ -201,26 +201,26 @@ class _Run:
             case ShakeAction():
                 self._shake(moment, pieces)
             case MoveAction() | HoldAction() | ReleaseAction():
-                self.parts.of(names_of(moment)[0]).hands.act(moment)
+                self.islands.of(names_of(moment)[0]).hands.act(moment)
             case _:
                 self._place(moment, pieces)
-        pieces = self.parts.pieces(moment)  # again, as islands may have merged meanwhile
-        for part, _ in pieces:
-            part.stabilizer.let_go()
+        pieces = self.islands.pieces(moment)  # again, as islands may have merged meanwhile
+        for island, _ in pieces:
+            island.stabilizer.let_go()
         self.ending.acted(moment)
-        self._see_all(pieces)
+        self._look_at_all(pieces)
 
-    def _see_all(self, acted: Pieces) -> None:
+    def _look_at_all(self, acted: Pieces) -> None:
         """Look at all moving bricks after an action."""
-        seen = {part: part.moving() for part in self.parts}
-        for part, states in seen.items():
-            self.measures.saw(part.time, states)
-        for part, _ in acted:
-            if part.hit:
-                part.set_max_speed(seen[part])  # until the next look
-        for part, _ in acted:
-            self.parts.look(part, seen[part])
-        extension = self.parts.extension
+        seen = {island: island.moving() for island in self.islands}
+        for island, states in seen.items():
+            self.measures.see(island.time, states)
+        for island, _ in acted:
+            if island.hit:
+                island.set_max_speed(seen[island])  # until the next look
+        for island, _ in acted:
+            self.islands.look(island, seen[island])
+        extension = self.islands.extension
         everything = {name: state for states in seen.values() for name, state in states.items()}
         self.measures.acted(everything, extension.verdict() if extension is not None else None)
 
@@ -230,7 +230,7 @@ class _Run:
 
     def _ended_early(self) -> bool:
         """Return whether the run ends now, as its stop condition is met."""
-        if self.ending.check_is_due(self.parts.now, self.collapse):
+        if self.ending.check_is_due(self.islands.now, self.collapse):
             self.ending.check(self._so_far(), self._end(), self._remaining())
         return self.ending.early is not None
 
@@ -240,101 +240,101 @@ class _Run:
         return [moment for moment in remaining if moment is not None]
 
     def _place(self, group: Sequence[Placement], pieces: Pieces) -> None:
-        of = {placement.brick.id: part for part, piece in pieces if isinstance(piece, tuple) for placement in piece}
+        of = {placement.brick.id: island for island, piece in pieces if isinstance(piece, tuple) for placement in piece}
         for placement in group:
             require_clearance(placement, self.watch)
-            part = of[placement.brick.id]
-            part.add(placement)
+            island = of[placement.brick.id]
+            island.add(placement)
             self.measures.add(placement)
             if placement.arrival is Arrival.BY_HAND:
-                part.hands.bring(placement.brick.id)
+                island.hands.bring(placement.brick.id)
         placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
         if placed:
             self.log.add(Event(group[0].time, EventKind.PLACED, placed))
-        for part, _ in pieces:
-            self.parts.look(part, {})
-        for part, piece in self.parts.pieces(tuple(group)):
+        for island, _ in pieces:
+            self.islands.look(island, {})
+        for island, piece in self.islands.pieces(tuple(group)):
             if isinstance(piece, tuple):
-                part.stabilizer.set_down(placement.brick.id for placement in piece if placement.at_rest)
+                island.stabilizer.set_down(placement.brick.id for placement in piece if placement.at_rest)
 
     def _remove(self, removal: Removal, pieces: Pieces) -> None:
         for brick in removal.bricks:
-            self.parts.of(brick).world.remove_brick(brick)
-        for part, _ in pieces:
-            part.hands.removed(removal.bricks)
+            self.islands.of(brick).world.remove_brick(brick)
+        for island, _ in pieces:
+            island.hands.removed(removal.bricks)
         self.measures.remove(removal.time, removal.bricks)
         self.forces = ForceMeter()  # the forces so far belong to the structure before the removal
         self.log.add(Event(removal.time, EventKind.REMOVED, removal.bricks))
-        for part, piece in pieces:
+        for island, piece in pieces:
             if isinstance(piece, Removal):
-                part.stabilizer.taken_out(piece.bricks)
+                island.stabilizer.taken_out(piece.bricks)
 
     def _push(self, push: PushAction, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.add(Event(push.time, EventKind.PUSHED, (push.brick,)))
-        for part, _ in pieces:
-            if part.stabilizer.struck(push.brick, push.impulse_W):
-                centre_W = part.world.states([push.brick])[push.brick].pose.position_W
-                part.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
+        for island, _ in pieces:
+            if island.stabilizer.struck(push.brick, push.impulse_W):
+                centre_W = island.world.states([push.brick])[push.brick].pose.position_W
+                island.world.push(push.brick, push.impulse_W, add(centre_W, push.offset_W))
 
     def _shake(self, shake: ShakeAction, pieces: Pieces) -> None:
         self.watch.struck()
         self.log.add(Event(shake.time, EventKind.SHAKEN, (GROUND,), shaking_text(shake.motion)))
         self.measures.shaken(shake.motion)
-        for part, _ in pieces:
-            part.ground.motion = shake.motion
-            part.stabilizer.shaken(shake.motion)
+        for island, _ in pieces:
+            island.ground.motion = shake.motion
+            island.stabilizer.shaken(shake.motion)
 
     def _close_placement(self) -> None:
-        if (extension := self.parts.extension) is not None:
+        if (extension := self.islands.extension) is not None:
             self.log.close_placement(extension, self.watch)
 
     def _advance(self, until: float) -> None:
         """Let time pass up to a time [s], to the first collapse, or to an early end."""
         had_collapsed = self.collapse is not None
-        while (part := self.parts.behind(until)) is not None:
-            if self._go_on(part, self.parts.bound(part, until, self._end())) and (
+        while (island := self.islands.behind(until)) is not None:
+            if self._advance_island(island, self.islands.bound(island, until, self._end())) and (
                 not had_collapsed or self._ended_early()
             ):
                 return
-        self.parts.reached(until)
+        self.islands.reached(until)
 
-    def _go_on(self, part: Island, until: float) -> bool:
+    def _advance_island(self, island: Island, until: float) -> bool:
         """Advance an island, at most to its next look; return whether the structure has collapsed."""
-        if part.resting:
-            part.wait(until)
-            if part.hands.busy:
-                self._look(part)
-            part.stabilizer.judge()
+        if island.resting:
+            island.wait(until)
+            if island.hands.busy:
+                self._look(island)
+            island.stabilizer.judge()
             return False
-        left, step = until - part.time, part.world.settings.time_step
+        left, step = until - island.time, island.world.settings.time_step
         every, closely = (max(1, round(s / step)) for s in (SAMPLING, CLOSE_SAMPLING))
         look = closely if self.measures.close else every
-        part.pass_on(min(look - part.ticks % look, max(1, round(left / step))))
-        if part.ticks % every == 0:
-            return self._look(part)
-        if part.ticks % closely == 0 and self.measures.close:
-            part.seen = part.moving()
-            self.measures.look_closely(part.time, self.parts.seen(part))
+        island.pass_on(min(look - island.ticks % look, max(1, round(left / step))))
+        if island.ticks % every == 0:
+            return self._look(island)
+        if island.ticks % closely == 0 and self.measures.close:
+            island.seen = island.moving()
+            self.measures.look_closely(island.time, self.islands.seen(island))
         return False
 
-    def _look(self, part: Island) -> bool:
+    def _look(self, island: Island) -> bool:
         """Look at all moving bricks of an island; return whether the structure has collapsed."""
-        now = part.time
-        part.hands.look()
-        moving = part.stabilizer.moving()
-        states = part.world.states(list(dict.fromkeys([*moving, *part.hands.in_hand])))
-        part.seen, part.one_by_one = states, len(moving) - part.stabilizer.riding()
-        self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.parts))
-        self.measures.weigh(now, states, in_hands=part.hands.busy)
+        now = island.time
+        island.hands.look()
+        moving = island.stabilizer.moving()
+        states = island.world.states(list(dict.fromkeys([*moving, *island.hands.in_hand])))
+        island.seen, island.one_by_one = states, len(moving) - island.stabilizer.riding()
+        self.one_by_one = max(self.one_by_one, sum(each.one_by_one for each in self.islands))
+        self.measures.weigh(now, states, in_hands=island.hands.busy)
         self._notice_fault()
-        self.measures.look(now, states, self.parts.seen(part))
-        part.edges.look(now, states)
-        part.look(states)
-        self.parts.look(part, states)
-        if part.extension is None and now >= self._end() - FORCE_WINDOW:
+        self.measures.look(now, states, self.islands.seen(island))
+        island.edges.look(now, states)
+        island.look(states)
+        self.islands.look(island, states)
+        if island.extension is None and now >= self._end() - FORCE_WINDOW:
             for brick in moving:
-                self.forces.add(brick, part.world.contacts(brick))
+                self.forces.add(brick, island.world.contacts(brick))
         if self.collapse is None and (first := self.watch.first_to_leave()) is not None:
             self._collapsed(now, first)
         return self.collapse is not None
@@ -346,9 +346,9 @@ class _Run:
             self.before_fault = replace(so_far, early_end=self.ending.early_end(so_far, self._end(), self._remaining()))
 
     def _collapsed(self, now: float, first: BodyId) -> None:
-        youngest, gave_way = self.watch.youngest(), self.parts.of(first).stabilizer.gave_way
-        self.collapse = Collapse(now, youngest.level, first, gave_way, youngest.step, self._broke(gave_way))
-        under = f"{level_text(youngest.level, youngest.step)} under construction"
+        last, gave_way = self.watch.last_built(), self.islands.of(first).stabilizer.gave_way
+        self.collapse = Collapse(now, last.level, first, gave_way, last.step, self._broke(gave_way))
+        under = f"{level_text(last.level, last.step)} under construction"
         self.log.add(Event(now, EventKind.COLLAPSED, (first,), under))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
@@ -360,31 +360,31 @@ class _Run:
         """Return the trace of the finished run."""
         so_far = self._so_far()
         standing = [name for name, track in so_far.tracks.items() if track.state in STAND]
-        extension = self.parts.extension
+        extension = self.islands.extension
         shares = extension.shares() if extension is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
-        cost = replace(so_far.cost, wall_time=wall_time, updates=self.parts.updates())
+        cost = replace(so_far.cost, wall_time=wall_time, updates=self.islands.updates())
         return replace(so_far, edges=edges, cost=cost)
 
     def _so_far(self) -> Trace:
         """Return the trace up to now, without support edges."""
-        extension, now, collapsed = self.parts.extension, self.parts.now, self.collapse is not None
-        unproven = not self.timeline.watched and self.parts.undecided
+        extension, now, collapsed = self.islands.extension, self.islands.now, self.collapse is not None
+        unproven = not self.timeline.watched and self.islands.undecided
         tracks = tracks_of(self.timeline, self.watch, extension, unproven, collapsed)
         return Trace(
-            events=self.log.in_order() if self.parts.split else tuple(self.log.events),
+            events=self.log.in_order() if self.islands.split else tuple(self.log.events),
             tracks=tracks,
             edges=(),
             collapse=self.collapse,
-            cost=Cost(0.0, now, self.parts.steps, self.parts.judgements, self.log.proofs(), self.one_by_one),
+            cost=Cost(0.0, now, self.islands.steps, self.islands.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.edges_when_placed,
             world=self.timeline.world,
             last_arrival=self.ending.last_arrival,
             statics=extension.verdict() if extension is not None else None,
             energy=self.measures.energy.energy(),
             onset=self.measures.onset.onset,
-            wrong_edges=self.parts.edges(),
-            wrong_friction=self.parts.friction(),
+            wrong_edges=self.islands.edges(),
+            wrong_friction=self.islands.friction(),
             passed_through=self.measures.passing.passed,
             shift_before=self.shift_before,
             sway=self.measures.swayed,

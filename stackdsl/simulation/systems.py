@@ -207,8 +207,8 @@ SYSTEMS = {
     system.name: system
     for system in (
         available(
-            System("exact", "exact statics, and PyBullet for what moves", MOVING, Method.PROVEN),
-            System("exact", "exact statics, and MuJoCo for what moves", MOVING_ON_MUJOCO, Method.PROVEN),
+            System("exact", "exact statics, and PyBullet for moving bricks", MOVING, Method.PROVEN),
+            System("exact", "exact statics, and MuJoCo for moving bricks", MOVING_ON_MUJOCO, Method.PROVEN),
         ),
         available(
             System("thesis", "PyBullet with the published stack-stability method", HELD, Method.PUBLISHED),
@@ -251,7 +251,7 @@ PEERS = {
     for system in (
         System("mujoco", "MuJoCo with the settings that stack best", MUJOCO, method=None),
         System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None),
-        System("mujoco-exact", "exact statics, and MuJoCo for what moves", MUJOCO, Method.PROVEN),
+        System("mujoco-exact", "exact statics, and MuJoCo for moving bricks", MUJOCO, Method.PROVEN),
         System("mujoco-thesis", "MuJoCo with the published stack-stability method", MUJOCO, Method.PUBLISHED),
         System("sapien", "PhysX 5 with the settings that stack best", SAPIEN, method=None),
         System("sapien-thesis", "PhysX 5 with the published stack-stability method", SAPIEN, Method.PUBLISHED),

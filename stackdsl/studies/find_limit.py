@@ -72,7 +72,7 @@ class SearchVariable:
 
     @property
     def scale(self) -> float:
-        """The size of its unit in SI."""
+        """The value of one unit in SI."""
         return float(in_si(self.unit)) if self.unit else 1.0
 
     @property

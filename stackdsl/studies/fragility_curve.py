@@ -282,11 +282,11 @@ def _shaken(terms: CurveSettings, value: float, capacities: Sequence[Capacity], 
 def _half(points: Sequence[CurvePoint]) -> float | None:
     """Return the intensity at which half of the samples fall, by linear interpolation on probability paper."""
     known = [point for point in points if point.count > point.unknown]
-    for one, other in pairwise(known):
-        either_way = (one.share - 0.5) * (other.share - 0.5) <= 0.0 and 0.0 < abs(one.share - other.share) < 1.0
-        if either_way and one.value > 0.0:
-            a, b = (_deviations(point) for point in (one, other))
-            low, high = log(one.value), log(other.value)
+    for left, right in pairwise(known):
+        either_way = (left.share - 0.5) * (right.share - 0.5) <= 0.0 and 0.0 < abs(left.share - right.share) < 1.0
+        if either_way and left.value > 0.0:
+            a, b = (_deviations(point) for point in (left, right))
+            low, high = log(left.value), log(right.value)
             return float(np.exp(low + (high - low) * a / (a - b)))
     return None
 

@@ -216,7 +216,7 @@ class _Search:
     def _first_that_stands(self, first: Tried, sign: float) -> tuple[Tried | None, Tried | None]:
         """Step away from a number that does not stand; return the first that stands and the last that falls."""
         before = first if first.answer is TrialVerdict.FALLS else None
-        for value in self._way(first.value, sign):
+        for value in self._values(first.value, sign):
             tried = self.trials(value)
             if tried.answer is TrialVerdict.STANDS:
                 return tried, before
@@ -228,7 +228,7 @@ class _Search:
 
     def _outwards(self, stands: Tried) -> SearchResult:
         """Return the limit, by steps outwards from a number that stands."""
-        for value in self._way(stands.value, self.target.sign):
+        for value in self._values(stands.value, self.target.sign):
             tried = self.trials(value)
             if tried.answer is TrialVerdict.FALLS:
                 return self._narrowed(stands, tried)
@@ -255,7 +255,7 @@ class _Search:
         nothing = NOTHING * (abs(self.start.number) or self.start.size)
         return BracketTolerance(self.target.accuracy, self.start.whole, nothing)
 
-    def _way(self, start: float, sign: float) -> Iterator[float]:
+    def _values(self, start: float, sign: float) -> Iterator[float]:
         """Yield the numbers to try, away from the first, up to the end of the range."""
         size = abs(self.start.number) or self.start.size
         end = self.target.range.high if sign > 0.0 else self.target.range.low

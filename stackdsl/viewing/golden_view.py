@@ -48,16 +48,16 @@ def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
         return None
 
 
-def _view(told: Json, golden: GoldenResult, text: str, now: RunView) -> RunView:
-    known = {placement.brick.id: placement.brick for placement in now.timeline.placements}
-    placements = tuple(_placements(told, known))
+def _view(content: Json, golden: GoldenResult, text: str, now: RunView) -> RunView:
+    bricks = {placement.brick.id: placement.brick for placement in now.timeline.placements}
+    placements = tuple(_placements(content, bricks))
     if len({placement.brick.id for placement in placements}) < len(placements):
         raise ValueError("a brick is set down twice")
-    timeline = Timeline(_world(told["world"]), placements, hold=0.0)
-    collapse = told.get("collapse") or {}
+    timeline = Timeline(_world(content["world"]), placements, hold=0.0)
+    collapse = content.get("collapse") or {}
     fell = _number(collapse.get("time_s"), now.trace.collapse.time if now.trace.collapse is not None else inf)
-    tracks = {placement.brick.id: _track(placement, told["bricks"], fell) for placement in placements}
-    events = tuple(_events(told, collapse, fell))
+    tracks = {placement.brick.id: _track(placement, content["bricks"], fell) for placement in placements}
+    events = tuple(_events(content, collapse, fell))
     end = max([now.trace.cost.simulated_time, *(event.time for event in events)])
     trace = Trace(events, tracks, (), None, replace(now.trace.cost, simulated_time=end), {})
     return RunView(
@@ -66,17 +66,17 @@ def _view(told: Json, golden: GoldenResult, text: str, now: RunView) -> RunView:
         f"From {golden.file}: placements and final poses of bricks, without their motion.",
         timeline,
         trace,
-        _recorded(placements, tracks, told, fell),
+        _recorded(placements, tracks, content, fell),
         replace(now.result, outcomes=()),
         ShownProofs((), None),
         {placement.brick.id: _place(golden.file, text, placement.brick.id) for placement in placements},
-        _verdict(told, collapse),
+        _verdict(content, collapse),
         _marks(golden.differences),
     )
 
 
-def _verdict(told: Json, collapse: Json) -> str:
-    return f"{told['verdict']} at level {collapse['level']}" if collapse else str(told["verdict"])
+def _verdict(content: Json, collapse: Json) -> str:
+    return f"{content['verdict']} at level {collapse['level']}" if collapse else str(content["verdict"])
 
 
 def _marks(differences: Iterable[GoldenDifference]) -> Mapping[str, tuple[str, ...]]:
@@ -87,15 +87,15 @@ def _marks(differences: Iterable[GoldenDifference]) -> Mapping[str, tuple[str, .
     return marks
 
 
-def _placements(told: Json, known: Mapping[BodyId, Brick]) -> Iterator[Placement]:
+def _placements(content: Json, bricks: Mapping[BodyId, Brick]) -> Iterator[Placement]:
     """Yield the placements of all bricks; one that is no box has the shape of the brick of that name in the run."""
-    for event in told["events"]:
+    for event in content["events"]:
         for name, placed in event.get("placed", {}).items():
-            brick = known.get(name)
+            brick = bricks.get(name)
             if "size_mm" in placed and (brick is None or isinstance(brick.shape, Box)):
                 brick = Brick(name, Box(_sides(placed["size_mm"])), _finite(placed["mass_g"]) / 1000.0)
             if brick is not None:
-                level = told["bricks"].get(name, {}).get("level", 0)
+                level = content["bricks"].get(name, {}).get("level", 0)
                 pose = Pose(_metres(placed["at_mm"]), _orientation(placed["turn_deg"]))
                 yield Placement(_finite(event["time_s"]), brick, int(level), pose)
 
@@ -103,20 +103,24 @@ def _placements(told: Json, known: Mapping[BodyId, Brick]) -> Iterator[Placement
 def _track(placement: Placement, bricks: Json, fell: float) -> BrickTrack:
     final = bricks.get(placement.brick.id, {})
     state = final.get("state")
-    known = BrickState(state) if state in set(BrickState) else BrickState.UNWATCHED
-    left = fell if known is BrickState.FALLEN and fell < inf else None
+    brick_state = BrickState(state) if state in set(BrickState) else BrickState.UNWATCHED
+    left = fell if brick_state is BrickState.FALLEN and fell < inf else None
     at = placement.pose if not _has_position(final) else replace(placement.pose, position_W=_metres(final["at_mm"]))
-    came = placement.pose
-    return BrickTrack(placement.brick, placement.level, known, came, came, at, shift=0.0, tilt=0.0, left_at=left)
+    start = placement.pose
+    return BrickTrack(
+        placement.brick, placement.level, brick_state, start, start, at, shift=0.0, tilt=0.0, left_at=left
+    )
 
 
-def _events(told: Json, collapse: Json, fell: float) -> Iterator[Event]:
-    for event in told["events"]:
+def _events(content: Json, collapse: Json, fell: float) -> Iterator[Event]:
+    for event in content["events"]:
         time = _finite(event["time_s"])
         for key, kind in (("placed", EventKind.PLACED), ("removed", EventKind.REMOVED), ("pushed", EventKind.PUSHED)):
             if names := tuple(map(str, event.get(key, ()))):
                 yield Event(time, kind, names)
-                held = tuple(name for name in names if told["bricks"].get(name, {}).get("state") == BrickState.FROZEN)
+                held = tuple(
+                    name for name in names if content["bricks"].get(name, {}).get("state") == BrickState.FROZEN
+                )
                 if kind is EventKind.PLACED and held:
                     yield Event(time, EventKind.FROZEN, held)
     if collapse and fell < inf:
@@ -124,7 +128,7 @@ def _events(told: Json, collapse: Json, fell: float) -> Iterator[Event]:
 
 
 def _recorded(
-    placements: Iterable[Placement], tracks: Mapping[BodyId, BrickTrack], told: Json, fell: float
+    placements: Iterable[Placement], tracks: Mapping[BodyId, BrickTrack], content: Json, fell: float
 ) -> Recording:
     recorder = Recorder()
     moved = {}
@@ -137,17 +141,19 @@ def _recorded(
     when = max(fell if fell < inf else last, last)
     recorder.see(when, {name: before for name, (before, _) in moved.items()})
     recorder.see(when + 1e-3, {name: after for name, (_, after) in moved.items()})
-    for event in told["events"]:
+    for event in content["events"]:
         recorder.remove(_finite(event["time_s"]), map(str, event.get("removed", ())))
     return recorder.recording()
 
 
-def _world(told: Json) -> FixedWorld:
+def _world(content: Json) -> FixedWorld:
     planes = tuple(
         Plane(name, _metres(plane["at_mm"]), _vector(plane["normal"]), _finite(plane["friction"]))
-        for name, plane in told["planes"].items()
+        for name, plane in content["planes"].items()
     )
-    return FixedWorld(_finite(told["gravity"]), friction_told(_finite(told["friction"]), told.get("rubbing")), planes)
+    return FixedWorld(
+        _finite(content["gravity"]), friction_told(_finite(content["friction"]), content.get("rubbing")), planes
+    )
 
 
 def _place(file: str, text: str, name: BodyId) -> Span:

@@ -1,4 +1,4 @@
-"""What falls before the first impact fails a scenario, unless a claim expects it; on traces written by hand."""
+"""A fall before the first impact is a failure, unless a claim expects it; on traces written by hand."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Halving between a number for which something holds and one for which it does not."""
+"""Bisection between a number for which a property holds and one for which it fails."""
 
 import pytest
 

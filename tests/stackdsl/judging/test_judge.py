@@ -1,4 +1,4 @@
-"""Claims held against traces written by hand."""
+"""Claims judged on traces written by hand."""
 
 from dataclasses import dataclass, replace
 from math import inf

@@ -1,4 +1,4 @@
-"""When is all known that is asked? Then a run that has collapsed ends, and comes to what it would have come to."""
+"""A collapsed run ends as soon as every claim is decided, with the results of the complete run."""
 
 from dataclasses import replace
 from functools import cache

@@ -1,4 +1,4 @@
-"""Limits of a number, held against the number itself."""
+"""Limits of a number, against the exact limit."""
 
 import pytest
 

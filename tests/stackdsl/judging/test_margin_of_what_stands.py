@@ -1,4 +1,4 @@
-"""`stands` tells how far what stands is from falling, by its proof."""
+"""`stands` reports the margin of its proof."""
 
 from math import radians, tan
 

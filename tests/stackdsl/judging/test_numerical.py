@@ -1,4 +1,4 @@
-"""A collapse that statics disprove, or that a finer step removes, is the solver's, and never passes for physics."""
+"""A collapse that statics disprove, or that does not occur at a finer step, is reported as numerical."""
 
 from dataclasses import replace
 from math import inf

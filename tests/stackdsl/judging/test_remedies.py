@@ -1,4 +1,4 @@
-"""What would mend a fall, held against closed forms; and each remedy, written into the scenario, lets it stand."""
+"""Remedies of a fall, against closed forms; the scenario stands with each of them."""
 
 from math import cos, inf, radians, sin, tan
 

@@ -1,4 +1,4 @@
-"""Shares of samples: exact intervals, looks that are fixed before, and what is not decided is called so."""
+"""Shares of samples: exact intervals, looks fixed in advance, and undecided results."""
 
 from math import comb, inf
 

@@ -1,4 +1,4 @@
-"""Where bricks still move at the end of the watch, nobody knows how many fall: no count of them passes."""
+"""No count of fallen bricks passes while bricks still move at the end of the run."""
 
 from dataclasses import replace
 from math import cos, inf, sin

@@ -1,4 +1,4 @@
-"""Where an engine had added energy, no claim passes that hangs on how bricks moved after that."""
+"""No claim passes that depends on motion after the engine has added energy."""
 
 from dataclasses import replace
 from functools import cache

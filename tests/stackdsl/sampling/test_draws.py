@@ -1,4 +1,4 @@
-"""What is drawn for a sample depends on what it is for, and on nothing else."""
+"""The random numbers of a sample depend only on their purpose."""
 
 import numpy as np
 import pytest

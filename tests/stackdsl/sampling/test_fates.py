@@ -1,4 +1,4 @@
-"""What becomes of samples: held against closed forms, and against all of statics asked anew."""
+"""Outcomes of samples, against closed forms and against full statics of each sample."""
 
 from collections import Counter
 

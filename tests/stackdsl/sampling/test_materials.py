@@ -1,4 +1,4 @@
-"""Samples with values of their own: held against the closed form of each, value by value."""
+"""Samples with uncertain variables, against the closed form for each value."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Hands set brick on brick: errors add up, heights follow what is below, and no brick is set into another."""
+"""Placement errors add up, heights follow the supports, and no brick overlaps another."""
 
 from math import degrees
 

@@ -1,4 +1,4 @@
-"""What comes of hits, played: momentum, sliding, tipping, and what stays as it was, by closed forms and by statics."""
+"""Hits against closed forms and statics: momentum, sliding, tipping, and bricks that stay at rest."""
 
 import os
 import subprocess

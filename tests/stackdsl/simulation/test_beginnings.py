@@ -1,4 +1,4 @@
-"""What begins is eased in where it has a share of the motion that counts."""
+"""Sub-steps for the onset of a motion, if it has a notable share of the kinetic energy."""
 
 from collections.abc import Collection
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What drops with nothing under it: it falls freely, lands in time, and rests if what is below bears it."""
+"""Bricks without support fall freely, land at the right time, and rest if their support is strong enough."""
 
 from dataclasses import replace
 from math import dist, sqrt

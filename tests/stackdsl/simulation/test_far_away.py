@@ -1,4 +1,4 @@
-"""What is far away and touches nothing changes no digit of what moves."""
+"""Bricks far away do not change any digit of the motion of others."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Systems of other packages are found by their entry points, and played like all others; broken ones are told."""
+"""Systems of other packages are found by their entry points and played; errors in an entry point are reported."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What is far apart is played as parts; what comes near is one part from then on, with all that it had."""
+"""Distant bricks are played as separate islands, which merge with their full state when they approach."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""A scene is played with other constants than it is written with, and says so."""
+"""A system can play a scene with modified constants, and reports that."""
 
 from dataclasses import replace
 from math import cos, radians, sin, sqrt, tan

@@ -1,4 +1,4 @@
-"""How deep bodies are in each other, against overlaps worked out by hand."""
+"""Depth of overlap of bodies, against overlaps computed by hand."""
 
 from math import cos, pi, sin
 

@@ -1,4 +1,4 @@
-"""Tunnelling: a thrown brick that an engine lets through another one is told of, and no other."""
+"""Tunnelling: a thrown brick that passes through another one is reported, and no other brick is."""
 
 import pytest
 

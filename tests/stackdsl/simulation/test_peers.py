@@ -1,4 +1,4 @@
-"""Systems on other engines: who may ask for them, and that the extension works on them as it is."""
+"""Systems on other engines: where they can be named, and that the extension works on them unchanged."""
 
 import sys
 from pathlib import Path

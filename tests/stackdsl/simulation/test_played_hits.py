@@ -65,7 +65,7 @@ def test_a_missile_is_no_part_of_the_structure_wherever_it_goes() -> None:
     watch = watched((0.0, 0.0, 0.0))
     watch.see(3.0, {"shot": BodyState(Pose((0.0, 0.0, -1.0)))})
     assert watch.first_to_leave() is None
-    assert watch.youngest().level == 1
+    assert watch.last_built().level == 1
     track = watch.bricks["shot"].track(frozen=True)
     assert (track.state, track.shift) == (BrickState.THROWN, 0.0)
 

@@ -1,4 +1,4 @@
-"""A system plays the published method with the readings that it carries."""
+"""A system plays the published method with its own readings of the text."""
 
 from dataclasses import replace
 

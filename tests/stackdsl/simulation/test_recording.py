@@ -1,4 +1,4 @@
-"""A recording says where every brick was at any time of a run, and costs a run nothing that could be seen in it."""
+"""A recording has the pose of every brick at any time of a run, and does not change the run."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What comes back sways: oscillations of known amplitude and frequency, and what is none."""
+"""Sway: oscillations of known amplitude and frequency, and motions that are no oscillation."""
 
 from collections.abc import Callable
 from math import acos, pi, sin, sqrt

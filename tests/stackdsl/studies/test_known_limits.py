@@ -1,4 +1,4 @@
-"""Limits that are found, held against closed forms: both sides are within a millionth of them."""
+"""Limits against closed forms: both sides are within a millionth of them."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""A file of rows is gone on with by its own sweep alone, and by one call at a time."""
+"""Only the same sweep can resume a file of rows, and only one call at a time."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""The search for a limit, held against numbers whose answers are made up."""
+"""The search for a limit, with verdicts given by a rule."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""On what margins depend, held against slopes of closed forms."""
+"""Sensitivities of margins, against slopes of closed forms."""
 
 from math import radians, sin
 

@@ -1,4 +1,4 @@
-"""What a limit may be asked of, and what not: from Python, where no case is played."""
+"""Numbers that have a limit, and errors for those that have none, in Python."""
 
 import pytest
 

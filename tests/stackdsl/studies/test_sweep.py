@@ -1,4 +1,4 @@
-"""A sweep has a row for each sample in order, the same whatever did the work, and goes on where it was ended."""
+"""A sweep has one row per sample in order, independent of its workers, and resumes where it ended."""
 
 import json
 import os

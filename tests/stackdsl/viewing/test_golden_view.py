@@ -1,4 +1,4 @@
-"""A golden file is shown as it tells, with what differs from the run marked; whatever else is in it shows nothing."""
+"""The view of a golden file marks the differences from the run; a file with other content shows nothing."""
 
 import json
 from collections.abc import Callable

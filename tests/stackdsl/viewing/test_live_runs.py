@@ -1,4 +1,4 @@
-"""What a live page is told of a file: at once what statics says, which what is played then agrees with."""
+"""The data of a live page: first the preview by statics, which the played run confirms."""
 
 import json
 from textwrap import dedent

@@ -1,4 +1,4 @@
-"""Painter's order covers what is behind and nothing that is in front: as rays from the eye find it, point by point."""
+"""Painter's order, checked point by point against rays from the viewer."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Whether a file was saved: what is half written is not believed, and what is written at last is."""
+"""Detection of saved files: half-written files are ignored, and the last content is read."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The proofs that are shown are those of what stands then, and their forces carry its weight."""
+"""The shown proofs are those of the structure at that time, and their forces carry its weight."""
 
 from math import inf, isnan
 

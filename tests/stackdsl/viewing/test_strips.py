@@ -1,4 +1,4 @@
-"""A strip of pictures: what moves is spread over it, and what hits is on it as long as it is near."""
+"""A strip of pictures spreads over the motion, and shows flying bricks that are near."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Before the first save everything is imported that a verdict may need: libraries take longer to import than to ask."""
+"""The warm-up imports every module that a verdict may need, before the first save."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Runs that are to be looked at."""
+"""Runs to view in tests."""
 
 from functools import cache
 from textwrap import dedent
