@@ -1,4 +1,4 @@
-"""yaml-language-server as a process: what an editor asks it, and what it answers."""
+"""Runs yaml-language-server as a process, with the requests of an editor."""
 
 import json
 import os
@@ -16,14 +16,14 @@ AT_HAND = shutil.which("yaml-language-server") or (str(INSTALLED) if INSTALLED.e
 
 
 class LanguageServer:
-    """One running server, with one document at a time."""
+    """A running server, with one document at a time."""
 
     def __init__(self, process: "subprocess.Popen[bytes]", folder: Path) -> None:
         self._process, self._folder, self._asked, self._opened = process, folder, 0, 0
         self.mistakes: Sequence[Mapping[str, Any]] | None = None  # of the document, once it has been looked through
 
     def ask(self, method: str, parameters: object) -> Any:  # noqa: ANN401 -- JSON
-        """The answer to a request."""
+        """Send a request and return the response."""
         self._asked += 1
         self._send({"id": self._asked, "method": method, "params": parameters})
         while True:
@@ -32,11 +32,11 @@ class LanguageServer:
                 return message.get("result")
 
     def tell(self, method: str, parameters: object) -> None:
-        """A word that wants no answer."""
+        """Send a notification, which has no response."""
         self._send({"method": method, "params": parameters})
 
     def open(self, text: str) -> None:
-        """Show it a new document, and wait for what it says of it."""
+        """Open a new document, and wait for its diagnostics."""
         self._opened, self.mistakes = self._opened + 1, None
         document = {"uri": self._uri, "languageId": "yaml", "version": 1, "text": text}
         self.tell("textDocument/didOpen", {"textDocument": document})
@@ -44,12 +44,12 @@ class LanguageServer:
             self._received()
 
     def completions(self, line: int, column: int) -> set[str]:
-        """What it offers at a place, counted from 0."""
+        """Return the completions at a place, counted from 0."""
         place = {"textDocument": {"uri": self._uri}, "position": {"line": line, "character": column}}
         return {item["label"] for item in self.ask("textDocument/completion", place)["items"]}
 
     def hover(self, line: int, column: int) -> str:
-        """What it says of a place."""
+        """Return the hover text at a place."""
         place = {"textDocument": {"uri": self._uri}, "position": {"line": line, "character": column}}
         return str(self.ask("textDocument/hover", place)["contents"]["value"])
 
@@ -64,7 +64,7 @@ class LanguageServer:
         self._process.stdin.flush()
 
     def _received(self) -> Mapping[str, Any]:
-        """The next message; what the server asks the editor is answered by nothing."""
+        """Return the next message; answer requests of the server by null."""
         assert self._process.stdout is not None
         length = 0
         while line := self._process.stdout.readline().strip():
@@ -82,7 +82,7 @@ class LanguageServer:
 
 @contextmanager
 def serving(folder: Path) -> Iterator[LanguageServer]:
-    """A server for a document of this folder."""
+    """Start a server for a document in a folder."""
     command = ["node", os.path.realpath(AT_HAND), "--stdio"]
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=folder

@@ -1,4 +1,4 @@
-"""Anchors, read as people write them."""
+"""Reading of anchors, times tied to events."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The values that an author writes, as pydantic reads them and as editors are told of them."""
+"""Types of YAML values: pydantic parsers and JSON schemas."""
 
 import re
 
@@ -10,12 +10,12 @@ from stackdsl.language.value_types import BrickName, LengthTolerance, read_touch
 
 
 @pytest.mark.parametrize("name", ["a", "L3.2", "key-stone_1", "Wall", "wall", "walls", "grounded"])
-def test_a_brick_may_be_called(name: str) -> None:
+def test_valid_brick_names_are_accepted(name: str) -> None:
     assert TypeAdapter(BrickName).validate_python(name) == name
 
 
 @pytest.mark.parametrize("name", ["", "1a", "a b", "ground", "wall1", "ä", "a" * 65, "a\n", "L3.2+1"])
-def test_a_brick_may_not_be_called(name: str) -> None:
+def test_invalid_brick_names_are_rejected(name: str) -> None:
     with pytest.raises(ValidationError, match=r"not a name|cannot name"):
         TypeAdapter(BrickName).validate_python(name)
 
@@ -31,13 +31,13 @@ def test_editors_accept_tolerances(written: str) -> None:
 @pytest.mark.parametrize(
     ("written", "width"), [("exactly", 0.0), ("within 0.1 mm", 1e-4), (" within  50 um ", 5e-5), ("within 1 m", 1.0)]
 )
-def test_which_gaps_count_as_contact_is_a_word_or_a_width(written: str, width: float) -> None:
+def test_contact_gaps_are_a_word_or_a_width(written: str, width: float) -> None:
     assert read_touching(written) == pytest.approx(width)
 
 
 @pytest.mark.parametrize(
     "written", ["within", "within 0.1", "within 0 mm", "within -1 mm", "0.1 mm", "Exactly", 0.1, None]
 )
-def test_what_says_not_which_gaps_count_is_a_mistake(written: object) -> None:
+def test_invalid_contact_gaps_are_rejected(written: object) -> None:
     with pytest.raises(MistakeError):
         read_touching(written)

@@ -1,4 +1,4 @@
-"""Who writes numbers with a comma is told so wherever that stands."""
+"""A decimal comma has a remedy, in every kind of value."""
 
 import pytest
 
@@ -22,7 +22,7 @@ POINT = "write a decimal point in place of the comma"
         ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "write a decimal comma as a point"),
     ],
 )
-def test_a_decimal_comma_is_told(parts: dict[str, str], hint: str) -> None:
+def test_decimal_comma_has_a_remedy(parts: dict[str, str], hint: str) -> None:
     text = BASE.format(**{"head": "", "column": "{levels: 3}", "tail": "", **parts})
     _, mistakes = cases_of(parse(text, "c.yaml"))
     assert any(mistake.hint.endswith(hint) for mistake in mistakes), mistakes

@@ -1,4 +1,4 @@
-"""What an editor shows of a scenario while it is typed: yaml-language-server itself, with the published schema."""
+"""Completion, hover and diagnostics in editors: yaml-language-server with the published schema."""
 
 from collections.abc import Iterator
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(not AT_HAND, reason="yaml-language-server is not
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LanguageServer]:
-    """A server for all of them, as an editor has one."""
+    """One server for all tests, as in an editor."""
     folder = tmp_path_factory.mktemp("edited")
     (folder / "scenario.schema.json").write_text(schema_text(), encoding="utf-8")
     with serving(folder) as running:
@@ -23,7 +23,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LanguageServer]
 
 
 @pytest.mark.parametrize("path", ["columns.yaml", "jenga.yaml", "capabilities/card-house.yaml", "hard/turned.yaml"])
-def test_our_scenarios_are_without_a_mistake_in_an_editor(path: str, server: LanguageServer) -> None:
+def test_editor_accepts_all_scenarios(path: str, server: LanguageServer) -> None:
     text = (ROOT / "scenarios" / path).read_text(encoding="utf-8").split("\n---\n")[0]
     body = "".join(line for line in text.splitlines(keepends=True) if "yaml-language-server" not in line)
     server.open(HEAD + body)
@@ -42,7 +42,7 @@ def test_our_scenarios_are_without_a_mistake_in_an_editor(path: str, server: Lan
         ("scenario: a\nbrick: ", {"kapla", "kapla-ideal"}),
     ],
 )
-def test_what_may_stand_at_a_place_is_offered(text: str, offered: set[str], server: LanguageServer) -> None:
+def test_editor_completes_keys_and_values(text: str, offered: set[str], server: LanguageServer) -> None:
     server.open(HEAD + text)
     lines = (HEAD + text).split("\n")
     assert offered <= server.completions(len(lines) - 1, len(lines[-1]))
@@ -57,11 +57,11 @@ def test_what_may_stand_at_a_place_is_offered(text: str, offered: set[str], serv
         ("scenario: a\nbuild:\n  - column: {levels: 2, step: 5}\n", "write a length with its unit"),
     ],
 )
-def test_a_mistake_is_marked(wrong: str, told: str, server: LanguageServer) -> None:
+def test_editor_marks_a_mistake(wrong: str, told: str, server: LanguageServer) -> None:
     server.open(HEAD + wrong)
     assert any(told in mistake["message"] for mistake in server.mistakes or ())
 
 
-def test_a_key_is_explained_where_the_pointer_rests(server: LanguageServer) -> None:
+def test_editor_shows_the_description_of_a_key(server: LanguageServer) -> None:
     server.open(HEAD + "scenario: a\nfriction: 0.4\nbuild:\n  - column: {levels: 2}\n")
     assert "Coulomb coefficient of brick on brick" in server.hover(2, 3)

@@ -65,7 +65,7 @@ def refused(expression: str) -> MistakeError:
         ("plain", "plain"),
     ],
 )
-def test_expressions_are_worked_out(text: str, value: object) -> None:
+def test_expressions_are_evaluated(text: str, value: object) -> None:
     result = interpolate(text, NAMES)
     assert result == value
     assert type(result) is type(value)
@@ -82,7 +82,7 @@ def test_expressions_are_worked_out(text: str, value: object) -> None:
         ("${tan(45 deg)}", 1),
     ],
 )
-def test_arithmetic_has_no_surprises_of_floats(text: str, value: object) -> None:
+def test_arithmetic_is_exact(text: str, value: object) -> None:
     assert interpolate(text, NAMES) == pytest.approx(value, abs=0, rel=1e-14 if "sqrt" in text else 0)
 
 
@@ -114,18 +114,18 @@ def test_arithmetic_has_no_surprises_of_floats(text: str, value: object) -> None
         ("n" + " + n" * 60, "the expression is longer than 160 characters"),
     ],
 )
-def test_a_failing_expression_says_why(expression: str, message: str) -> None:
+def test_failing_expression_reports_the_cause(expression: str, message: str) -> None:
     assert refused(expression).message == message
 
 
-def test_a_misspelt_name_is_told_the_close_one() -> None:
+def test_misspelt_variable_has_a_suggestion() -> None:
     assert refused("stepp").hint == "did you mean 'step'?"
     assert refused("flor(2)").hint == "did you mean 'floor'?"
     assert refused("2 mmm").hint == "did you mean 'mm'?"
 
 
 @pytest.mark.parametrize("name", ["from", "in", "if", "lambda", "None", "True", "and", "is", "for", "print", "n_"])
-def test_no_word_of_python_is_reserved(name: str) -> None:
+def test_reserved_words_of_python_are_valid_variables(name: str) -> None:
     assert interpolate(f"${{2 * {name} + max({name}, 1)}}", {name: unit_amount("") * 3}) == 9
 
 
@@ -143,7 +143,7 @@ def test_no_word_of_python_is_reserved(name: str) -> None:
         ("1 / 0", "division by zero", "is not 0"),
     ],
 )
-def test_what_cannot_be_read_is_told_with_what_to_write_instead(expression: str, message: str, hint: str) -> None:
+def test_unreadable_expression_has_a_remedy(expression: str, message: str, hint: str) -> None:
     mistake = refused(expression)
     assert message in mistake.message
     assert hint in mistake.hint
@@ -155,18 +155,18 @@ def test_what_cannot_be_read_is_told_with_what_to_write_instead(expression: str,
      "n = 3", "lambda", "True", "not n", "n < 3", "n // 2", "n % 2", "n and n", "min(*n)", "min(n, key=n)", "(n)(n)",
      "min", "__import__('os')", "_0", "0x10", "1_000", "1j", "é", "1 ; 2", "n @ n", "~n", "*n", "**n"],
 )  # fmt: skip
-def test_nothing_but_arithmetic_is_understood(expression: str) -> None:
+def test_only_arithmetic_is_evaluated(expression: str) -> None:
     refused(expression)
 
 
 @pytest.mark.parametrize("expression", ["(" * 79 + "1" + ")" * 79, "-" * 150 + "1", "+".join("1" * 80)])
-def test_an_expression_of_full_length_may_be_as_deep_as_it_likes(expression: str) -> None:
+def test_longest_expression_may_be_nested_to_any_depth(expression: str) -> None:
     evaluate(expression, NAMES)
 
 
 @given(st.text(max_size=160))
 @patient
-def test_any_text_is_worked_out_or_refused(expression: str) -> None:
+def test_any_text_is_evaluated_or_rejected(expression: str) -> None:
     with suppress(MistakeError):
         evaluate(expression, NAMES)
 
@@ -180,7 +180,7 @@ trees = st.recursive(
 
 @given(trees)
 @patient
-def test_whole_numbers_are_reckoned_as_python_does(expression: str) -> None:
+def test_integer_arithmetic_agrees_with_python(expression: str) -> None:
     assert interpolate(f"${{{expression}}}", {}) == eval(expression)
 
 
@@ -198,6 +198,6 @@ def test_a_quantity_survives_being_written_out(number: Decimal, divisor: int, ki
 
 
 @pytest.mark.parametrize("text", ["${", "a ${n", "${a ${n}}", "${n} ${"])
-def test_an_expression_has_an_end(text: str) -> None:
+def test_unclosed_expression_is_rejected(text: str) -> None:
     with pytest.raises(MistakeError, match="without an end"):
         interpolate(text, NAMES)

@@ -1,4 +1,4 @@
-"""Distributions in place of values: what the design has, where they are read, and what is mistaken in them."""
+"""Distributions in place of values: nominal values, allowed places, mistakes."""
 
 import pytest
 
@@ -9,14 +9,14 @@ from tests.scenes import compiled, mistakes_of, timeline_of
 SHARE = 'samples: 5\nexpect: [stands: {share: ">= 1 %"}]'
 
 
-def test_the_design_has_the_middle_of_a_distribution_in_place_of_a_value() -> None:
+def test_nominal_value_of_an_inline_distribution_is_its_median() -> None:
     build = "- bricks: [{at: [10 mm ± 4 mm, normal 5 mm ± 1 mm, 3.9 mm]}]"
     timeline = timeline_of(build, f"friction: uniform 0.3 .. 0.5\n{SHARE}")
     assert timeline.world.friction == pytest.approx(0.4, abs=1e-15)
     assert timeline.placements[0].pose.position_W == pytest.approx((0.010, 0.005, 0.0039), abs=1e-15)
 
 
-def test_each_repetition_has_a_variable_of_its_own_and_each_sample_other_values() -> None:
+def test_each_repetition_has_its_own_random_variable() -> None:
     text = f"""
     scenario: row
     build:
@@ -36,7 +36,7 @@ def test_each_repetition_has_a_variable_of_its_own_and_each_sample_other_values(
     assert max(map(abs, found)) <= 1e-3 + 1e-12
 
 
-def test_what_a_value_without_a_name_is_does_not_depend_on_other_values() -> None:
+def test_inline_random_values_are_independent_of_other_variables() -> None:
     def drawn(more: str) -> dict[str, object]:
         text = f"scenario: s\nfriction: 0.4 ± 0.1\n{more}\nbuild: [column: {{levels: 2}}]\n{SHARE}"
         (pick,) = picks(Draws(1, "s", 7, 1))
@@ -48,13 +48,13 @@ def test_what_a_value_without_a_name_is_does_not_depend_on_other_values() -> Non
     assert alone == {"friction": beside["friction"]}
 
 
-def test_a_name_is_no_distribution_and_is_told_to_be_no_name() -> None:
+def test_name_with_a_distribution_is_rejected_as_a_name() -> None:
     (found,) = mistakes_of("- bricks: [{name: uniform 1, at: [0 mm, 0 mm, 5 mm]}]", "")
     assert found.message == "'uniform 1' is not a name that a brick can have"
 
 
 @pytest.mark.parametrize("kind", ["table", "normal", "uniform"])
-def test_a_kind_of_brick_may_be_called_as_a_distribution(kind: str) -> None:
+def test_brick_type_may_have_the_name_of_a_distribution(kind: str) -> None:
     types = f"brick_types: {{{kind}: {{size: [100 mm, 20 mm, 10 mm], mass: 12 g}}}}"
     assert mistakes_of(f"- bricks: [{{name: one, brick: {kind}, at: [0 mm, 0 mm, 5 mm]}}]", types) == []
 
@@ -82,7 +82,7 @@ def test_a_kind_of_brick_may_be_called_as_a_distribution(kind: str) -> None:
         ),
     ],
 )
-def test_what_is_no_value_is_told_with_a_remedy(build: str, rest: str, words: str, remedy: str) -> None:
+def test_invalid_inline_distribution_has_a_remedy(build: str, rest: str, words: str, remedy: str) -> None:
     found = [mistake for mistake in mistakes_of(build, rest) if words in mistake.message]
     assert found, [mistake.message for mistake in mistakes_of(build, rest)]
     assert remedy in found[0].hint

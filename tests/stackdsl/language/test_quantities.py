@@ -1,4 +1,4 @@
-"""Quantities, read as people write them."""
+"""Reading of quantities with units."""
 
 import re
 import subprocess
@@ -76,7 +76,7 @@ def test_a_quantity_is_read_into_si_to_the_last_bit(written: object, dimension: 
 
 
 @pytest.mark.parametrize("written", [13.5, "13.5", "-1", 1e-9])
-def test_a_bare_number_is_told_which_unit_it_wants(written: object) -> None:
+def test_number_without_unit_has_a_remedy(written: object) -> None:
     found = mistake(written, LENGTH)
     assert found.code == "SD105"
     assert found.hint == "write a length with its unit, such as 13.5 mm"
@@ -91,7 +91,7 @@ def test_a_bare_number_is_told_which_unit_it_wants(written: object) -> None:
         ("5 %", "choose from: mm, cm, m, km, um"),
     ],
 )
-def test_another_unit_is_told_the_right_ones(written: str, hint: str) -> None:
+def test_wrong_unit_has_a_suggestion(written: str, hint: str) -> None:
     found = mistake(written, LENGTH)
     assert (found.code, found.hint) == ("SD106", hint)
 
@@ -101,7 +101,7 @@ def test_another_unit_is_told_the_right_ones(written: str, hint: str) -> None:
     ["", "mm", "abc", "inf mm", "nan mm", "1,5 mm", "1 000 mm", "0x10 mm", "1e5000 mm", "9" * 5000 + " mm",
      "5 mm long", "5 kg / m3", True, None, [], {}, inf, nan],
 )  # fmt: skip
-def test_what_is_no_quantity_is_refused(written: object) -> None:
+def test_malformed_quantity_is_rejected(written: object) -> None:
     assert mistake(written, LENGTH).code == "SD103"
 
 
@@ -128,7 +128,7 @@ def test_a_quantity_out_of_range_is_refused(written: str, dimension: Dimension) 
         ("1e7 kg/m3", DENSITY, "write more than zero, at most 1000000 kg/m3"),
     ],
 )
-def test_a_quantity_out_of_range_is_told_the_range(written: str, dimension: Dimension, hint: str) -> None:
+def test_quantity_out_of_range_reports_the_range(written: str, dimension: Dimension, hint: str) -> None:
     assert mistake(written, dimension).hint == hint
 
 
@@ -187,7 +187,7 @@ def test_editors_accept_every_quantity_that_is_accepted(dimension: Dimension, da
 
 
 @pytest.mark.parametrize("unit", sorted({*UNITS, *(unit for dimension in DIMENSIONS for unit in dimension.units), ""}))
-def test_every_unit_is_what_pint_says(unit: str) -> None:
+def test_units_agree_with_pint(unit: str) -> None:
     assert in_si(unit) == unit_amount(unit).magnitude
 
 
@@ -202,7 +202,7 @@ sys.exit('pint' in sys.modules)
 
 
 @pytest.mark.parametrize("written", ["１２ mm", "1２ mm", "١٢ mm", "1.５ mm", "1e１ mm"])
-def test_digits_of_other_scripts_are_no_number(written: str) -> None:
+def test_digits_of_other_scripts_are_rejected(written: str) -> None:
     # Python's float() reads them; no other reader of a scenario does, and an eye may take one for another.
     assert mistake(written, LENGTH).code == "SD103"
     assert re.fullmatch(quantity_pattern(LENGTH), written) is None

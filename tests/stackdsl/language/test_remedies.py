@@ -1,4 +1,4 @@
-"""Every mistake is told with what to do about it, in words that say what to write."""
+"""Every mistake has a remedy."""
 
 from pathlib import Path as FilePath
 
@@ -62,18 +62,18 @@ def only(text: str) -> Diagnostic:
         (COLUMN + "   every: 1 s\n", "neither an item of the list", "or indent as above"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_told_with_what_to_write(text: str, message: str, hint: str) -> None:
+def test_every_mistake_has_a_remedy(text: str, message: str, hint: str) -> None:
     mistake = only(text)
     assert message in mistake.message
     assert hint in mistake.hint
 
 
-def test_a_collapse_at_a_level_that_may_be_built_is_no_mistake() -> None:
+def test_collapse_at_a_level_that_may_be_built_is_accepted() -> None:
     assert compiled(COLUMN + "expect: [{collapses: {at: level 4 ± 1}}]\n")[1] == []
 
 
 @pytest.mark.parametrize(("name", "hint"), [("missing.yaml", "check its name"), ("folder.yaml", "can be read")])
-def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, name: str, hint: str) -> None:
+def test_unreadable_file_has_a_remedy(tmp_path: FilePath, name: str, hint: str) -> None:
     (tmp_path / "folder.yaml").mkdir()
     (mistake,) = gather([tmp_path / name]).diagnostics
     assert mistake.code == "SD001"
@@ -91,7 +91,7 @@ def test_a_file_that_cannot_be_read_is_told_with_a_remedy(tmp_path: FilePath, na
         ),
     ],
 )
-def test_a_run_without_an_end_is_told_with_a_remedy(status: TaskStatus, ended: RunStatus, remedy: str) -> None:
+def test_crash_and_timeout_have_a_remedy(status: TaskStatus, ended: RunStatus, remedy: str) -> None:
     case = compiled(COLUMN)[0][0]
     result = checked(case, TaskResult(status, message="why"), Goldens(FilePath("golden")))
     assert result.status is ended
@@ -99,7 +99,7 @@ def test_a_run_without_an_end_is_told_with_a_remedy(status: TaskStatus, ended: R
     assert set(REMEDIES) == set(TaskStatus)
 
 
-def test_a_run_after_which_something_still_flies_does_not_say_that_it_stands() -> None:
+def test_run_that_ends_with_a_flying_brick_is_unsettled() -> None:
     #   A fall of 100 m takes 4.5 s, and two are watched.
     high = "build:\n  - bricks: [{at: [0 m, 0 m, 100 m], drop: true}]\n"
     case = compiled(f"scenario: high\n{high}")[0][0]
@@ -107,9 +107,7 @@ def test_a_run_after_which_something_still_flies_does_not_say_that_it_stands() -
     assert run_text(trace, judged(case, trace)).startswith("unsettled; ")
 
 
-def test_a_golden_file_that_cannot_be_written_is_told_with_a_remedy(
-    tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unwritable_golden_file_has_a_remedy(tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)  # where none is written at all
     (tmp_path / "golden").write_text("a file, and no directory", encoding="utf-8")
     case = compiled(COLUMN)[0][0]

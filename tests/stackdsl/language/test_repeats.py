@@ -1,4 +1,4 @@
-"""`repeat`, ranges, `cases` and `exclude`: what they make, what they refuse, and where a mistake in them is told."""
+"""`repeat`, ranges, `cases` and `exclude`: expansion, mistakes, and places of mistakes."""
 
 import pytest
 
@@ -58,14 +58,14 @@ def test_a_range_has_the_values_that_its_steps_meet(written: Plain, values: list
         ("0 mm .. 1 km by 0.000001 mm", "has 1000000000001 values"),
     ],
 )
-def test_a_range_that_nobody_can_mean_is_refused_before_a_value_is_made(written: str, words: str) -> None:
+def test_invalid_range_is_rejected_before_its_values_are_made(written: str, words: str) -> None:
     (mistake,) = compiled(f"scenario: a\nmatrix: {{n: {written}}}\nbuild: [{{column: {{levels: '${{n}}'}}}}]")[1]
     assert (mistake.span.line, mistake.span.column) == (2, 13)
     assert words.replace("9 is", f"{MAX_VARIANTS} is") in mistake.message
     assert mistake.hint
 
 
-def test_54_bricks_of_a_jenga_tower_are_one_that_is_repeated() -> None:
+def test_jenga_tower_of_54_bricks_is_one_repeated_brick() -> None:
     bricks = timeline_of(JENGA).placements
     assert [placement.brick.id for placement in bricks] == [
         f"L{level}.{n}" for level in range(1, 19) for n in (1, 2, 3)
@@ -74,7 +74,7 @@ def test_54_bricks_of_a_jenga_tower_are_one_that_is_repeated() -> None:
     assert bricks[0].pose.position_W == (-0.0392, 0.0, 0.0039)  # sines of right angles are exact, of many turns too
 
 
-def test_impacts_follow_each_other_by_every_and_count_as_if_they_were_written_out() -> None:
+def test_repeated_impacts_follow_each_other_by_every() -> None:
     impacts = """
     impacts:
       - repeat: {level: 17 .. 1 by -2, n: [2, 1]}
@@ -120,7 +120,7 @@ def test_steps_and_claims_are_repeated_and_ranges_may_depend_on_outer_variables(
     assert len(cases[0].scenario.expect) == 3
 
 
-def test_a_mistake_of_a_repetition_is_told_where_it_is_written_once_and_of_which() -> None:
+def test_mistake_in_a_repetition_is_reported_once_with_the_repetition() -> None:
     bricks = "- bricks: [{repeat: {n: 0 .. 999}, at: [0 m, 0 m, 3.9 mm], nmae: 'b${n}'}]"
     (mistake,) = mistakes_of(bricks)
     assert (str(mistake.span), mistake.span.where, mistake.message) == (
@@ -132,12 +132,12 @@ def test_a_mistake_of_a_repetition_is_told_where_it_is_written_once_and_of_which
     assert (mistake.span.where, mistake.message) == ("x = 1", "-2 is less than 1")
 
 
-def test_what_follows_a_repetition_keeps_its_place() -> None:
+def test_items_after_a_repetition_keep_their_places() -> None:
     (mistake,) = mistakes_of(JENGA + "- column: {levels: 3, origin: [1 m, 0 m, 5 mm]}")
     assert (mistake.code, mistake.span.line, mistake.span.where) == ("SD202", 11, "")
 
 
-def test_of_two_that_share_a_name_it_is_told_which() -> None:
+def test_duplicate_name_in_repetitions_reports_the_repetition() -> None:
     mistake, *_ = mistakes_of("- bricks: [{repeat: {x: 0 .. 1}, name: a, at: ['${x * 1 m}', 0 m, 3.9 mm]}]")
     assert "'a'; the other one is at 3:14 (x = 0)" in mistake.message
     assert mistake.span.where == "x = 1"
@@ -155,7 +155,7 @@ def test_of_two_that_share_a_name_it_is_told_which() -> None:
         ("{}", "expected variables with their values"),
     ],
 )
-def test_a_repeat_that_cannot_be_is_refused_at_once(loops: str, words: str) -> None:
+def test_invalid_repeat_is_rejected(loops: str, words: str) -> None:
     text = f"- bricks:\n    - {{repeat: {loops}, at: [0 m, 0 m, 3.9 mm]}}"
     mistake = mistakes_of(text)[0]
     assert words in mistake.message
@@ -174,19 +174,19 @@ def test_nested_repeats_are_limited_together() -> None:
     assert f"more than {MAX_SPREAD} values" in mistake.message
 
 
-def test_expressions_of_repeats_count_with_all_others() -> None:
+def test_expressions_in_repeats_count_towards_the_limit() -> None:
     (mistake,) = mistakes_of(
         "- bricks:\n    - {repeat: {i: 1 .. 20000}, name: 'b${i}', at: ['${i * 1 m}', 0 m, 3.9 mm]}"
     )
     assert (mistake.code, f"more than {MAX_EXPRESSIONS} expressions" in mistake.message) == ("SD206", True)
 
 
-def test_of_mistakes_alike_in_all_repetitions_the_first_is_told() -> None:
+def test_equal_mistakes_in_all_repetitions_are_reported_once() -> None:
     (mistake,) = mistakes_of("- bricks: [{repeat: {i: 3 .. 200}, name: 'b${i}', at: ['${i * 1 m}', 0 m, 5 mm]}]")
     assert (mistake.code, mistake.span.where, "'b3'" in mistake.message) == ("SD202", "i = 3", True)
 
 
-def test_every_is_of_what_is_repeated() -> None:
+def test_every_needs_repeat() -> None:
     (mistake,) = mistakes_of("- column: {levels: 2}", "impacts: [{every: 1 s, remove: {brick: L2.1}}]")
     assert (mistake.code, mistake.span.column) == ("SD102", 12)
     loop = "impacts: [{repeat: {n: [2, 1]}, every: 1, remove: {brick: 'L${n}.1'}}]"
@@ -206,13 +206,13 @@ expect: [{drift: "< ${shift + speed * 1 ms}"}]
 """
 
 
-def test_values_that_belong_together_are_cases_called_by_the_first_of_them() -> None:
+def test_cases_are_named_by_their_first_value() -> None:
     assert named(CASES) == ["shot[speed=1m/s,exact]", "shot[speed=2.5m/s,exact]"]
     variants, _ = expand(parse(CASES, "a.yaml").sources[0])
     assert [variant.values["expect"] for variant in variants] == [[{"drift": "< 35 mm"}], [{"drift": "< 101.5 mm"}]]
 
 
-def test_cases_are_combined_with_the_matrix_and_some_left_out() -> None:
+def test_cases_are_combined_with_the_matrix_and_exclude() -> None:
     text = CASES.replace("build:", "matrix: {levels: 2 .. 3}\nexclude: [{levels: 3, speed: 2500 mm/s}]\nbuild:")
     text = text.replace("levels: 2}", "levels: '${levels}'}")
     assert named(text.replace("2500 mm/s", "2.5 m/s")) == [
@@ -240,7 +240,7 @@ def test_words_and_brick_names_are_values() -> None:
         ("[{m: 1}]", "SD109", "is a unit"),
     ],
 )
-def test_cases_that_do_not_go_together_are_told(cases: str, code: str, words: str) -> None:
+def test_inconsistent_cases_are_rejected(cases: str, code: str, words: str) -> None:
     found = expand(parse(f"{{scenario: a, cases: {cases}, friction: '${{a + b}}'}}", "a.yaml").sources[0])[1]
     assert (code, True) in {(each.code, words in each.message) for each in found}
 
@@ -254,13 +254,13 @@ def test_cases_that_do_not_go_together_are_told(cases: str, code: str, words: st
         ("{a: 1}", "SD103", "expected a list of mappings"),
     ],
 )
-def test_what_is_left_out_must_be_there(exclude: str, code: str, words: str) -> None:
+def test_excluded_combination_must_exist(exclude: str, code: str, words: str) -> None:
     text = f"{{scenario: a, matrix: {{a: [1, 2]}}, exclude: {exclude}, friction: '${{a}}'}}"
     (mistake,) = expand(parse(text, "a.yaml").sources[0])[1]
     assert (mistake.code, words in mistake.message) == (code, True)
 
 
-def test_named_bricks_are_bricks_wherever_one_is_asked_for_and_in_variables_too() -> None:
+def test_brick_types_are_valid_wherever_a_brick_is_expected() -> None:
     cases, mistakes = compiled("""
         scenario: types
         brick_types:

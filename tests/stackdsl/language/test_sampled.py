@@ -1,4 +1,4 @@
-"""What is uncertain and what is asked of samples go together, or are told in their place."""
+"""Consistency of samples, uncertain values and claims."""
 
 import pytest
 
@@ -20,7 +20,7 @@ JITTER = "- column: {levels: 2}\n  jitter: {position: 1 mm}"
         ),
     ],
 )
-def test_errors_are_normal_unless_said_otherwise(written: str, jitter: Jitter) -> None:
+def test_placement_errors_are_normal_by_default(written: str, jitter: Jitter) -> None:
     timeline = timeline_of(
         f"- column: {{levels: 2}}\n  jitter: {written}\n- column: {{levels: 1, heading: 0 deg, origin: [1 m, 0, 0]}}",
         SURE,
@@ -60,7 +60,7 @@ def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) ->
     assert all(mistake.hint for mistake in mistakes)
 
 
-def test_shares_of_the_same_samples_may_be_many_as_long_as_they_can_be() -> None:
+def test_contradicting_shares_of_samples_are_rejected() -> None:
     both = (
         "samples: 10\nexpect: [stands: {share: 40 %}, collapses: {share: 40 %}, collapses: {at: level 2, share: 9 %}]"
     )
@@ -71,7 +71,7 @@ def test_shares_of_the_same_samples_may_be_many_as_long_as_they_can_be() -> None
 
 
 def test_samples_of_several_variants_share_their_errors() -> None:
-    """So that what differs between variants is what their author varies."""
+    """So variants differ only by the values of the matrix."""
     text = (
         f"scenario: twice\nmatrix: {{step: [0 mm, 5 mm]}}\nbuild:\n  - column: {{levels: 2, step: '${{step}}'}}\n"
         f"    jitter: {{position: 1 mm}}\n{SURE}"

@@ -1,4 +1,4 @@
-"""The models of a scenario: what they read, what they fill in, and what editors are told."""
+"""Models of a scenario: values, defaults, and JSON schema."""
 
 import json
 import re
@@ -144,7 +144,7 @@ def between(low: float, high: float, text: str) -> Tolerance:
     return Tolerance(low, high, low_open=False, high_open=False, text=text)
 
 
-def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
+def test_minimal_scenario_has_defaults() -> None:
     least = scenario("{scenario: least, build: [{column: {levels: 3}}]}")
     assert least.brick.size == CATALOGUE["kapla"].size
     assert (least.friction, least.world.gravity, least.world.ground.friction) == (0.5, 9.81, None)
@@ -152,7 +152,7 @@ def test_the_least_scenario_has_defaults_for_all_the_rest() -> None:
     assert (least.systems, least.expect, least.truth) == (("exact",), (), ())
 
 
-def test_a_scenario_may_use_everything() -> None:
+def test_scenario_with_every_key_is_valid() -> None:
     first, *_, last = map(validated, variants(EVERYTHING))
     tower, column, _, _, _, _, single, leaning = first.build
     assert tower.layout == ("four_stack", tower.four_stack)  # type: ignore[attr-defined]
@@ -233,12 +233,12 @@ def test_catalogue_bricks_are_known_by_name(name: str) -> None:
 
 @cache
 def validators() -> tuple[jsonschema.protocols.Validator, jsonschema.protocols.Validator]:
-    """By the schema as it is published, and as ours reads it."""
+    """Return validators of the published schema and of the internal one."""
     return jsonschema.Draft7Validator(json.loads(schema_text())), jsonschema.Draft202012Validator(json_schema())
 
 
 def accepted_by_editors(text: str) -> bool:
-    """By both schemas, which must not differ."""
+    """Return whether both schemas accept a scenario; they must agree."""
     (source,) = parse(text, "a.yaml").sources  # as YAML 1.2: PyYAML takes the key `on` for true
     published, ours = (validator.is_valid(source.values) for validator in validators())
     assert published == ours
@@ -260,7 +260,7 @@ def test_a_build_makes_its_files_with_what_it_installs(tmp_path: Path) -> None:
     assert {file.name for file in (tmp_path / "api").iterdir()} == {"claims.pyi", "impacts.pyi", "layouts.pyi"}
 
 
-def test_what_stands_in_many_places_is_written_once() -> None:
+def test_repeated_parts_of_the_schema_are_in_defs() -> None:
     text = schema_text()
     assert text.count('"write a length with its unit"') == 1
     assert text.count("shifts the layout to [x, y, z]") == 1
@@ -342,7 +342,7 @@ def test_editors_accept_a_scenario_that_uses_everything() -> None:
         ("source: closed form", "sauce: closed form"),
     ],
 )
-def test_editors_mark_what_is_wrong(old: str, new: str) -> None:
+def test_schema_rejects_mistakes(old: str, new: str) -> None:
     assert EVERYTHING.count(old) >= 1
     wrong = "build: []" if new == "{}" else EVERYTHING.replace(old, new, 1)
     assert not accepted_by_editors(wrong)

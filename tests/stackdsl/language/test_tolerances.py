@@ -1,4 +1,4 @@
-"""Tolerances, read as people write them."""
+"""Reading of tolerances."""
 
 from dataclasses import FrozenInstanceError, replace
 from math import inf, nan
@@ -47,7 +47,7 @@ def mistake(written: object, dimension: Dimension) -> MistakeError:
         ("<= 0 mm", EXTENT, -inf, 0.0),
     ],
 )
-def test_a_tolerance_is_read_as_people_mean_it(written: object, dimension: Dimension, low: float, high: float) -> None:
+def test_tolerances_are_read(written: object, dimension: Dimension, low: float, high: float) -> None:
     tolerance = parse_tolerance(written, dimension)
     assert tolerance == Tolerance(low, high, low_open=False, high_open=False, text=str(written))
 
@@ -56,9 +56,7 @@ def test_a_tolerance_is_read_as_people_mean_it(written: object, dimension: Dimen
     ("written", "low", "high", "low_open", "high_open"),
     [("> 5 mm", 0.005, inf, True, False), ("< 5 mm", -inf, 0.005, False, True)],
 )
-def test_a_strict_bound_does_not_hold_itself(
-    written: str, low: float, high: float, low_open: bool, high_open: bool
-) -> None:
+def test_strict_bound_excludes_itself(written: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
     tolerance = parse_tolerance(written, EXTENT)
     assert tolerance == Tolerance(low, high, low_open, high_open, written)
     assert not tolerance.holds(0.005)
@@ -99,7 +97,7 @@ def test_a_strict_bound_does_not_hold_itself(
         (None, COUNT, "SD103"),
     ],
 )
-def test_a_tolerance_that_says_nothing_clear_is_refused(written: object, dimension: Dimension, code: str) -> None:
+def test_ambiguous_tolerance_is_rejected(written: object, dimension: Dimension, code: str) -> None:
     assert mistake(written, dimension).code == code
 
 
@@ -137,11 +135,11 @@ def test_a_lower_bound_beyond_all_doubles_is_out_of_range(written: str) -> None:
         ("< 0", "can never hold for a count"),
     ],
 )
-def test_a_malformed_tolerance_is_told_its_fault(written: str, fault: str) -> None:
+def test_malformed_tolerance_reports_the_cause(written: str, fault: str) -> None:
     assert fault in mistake(written, COUNT).message
 
 
-def test_a_real_quantity_is_told_that_it_needs_a_tolerance() -> None:
+def test_single_value_of_a_quantity_is_rejected() -> None:
     found = mistake("12 mm", EXTENT)
     assert "a measured value never equals" in found.message
     assert "±" in found.hint
@@ -163,7 +161,7 @@ def test_a_lower_bound_has_no_upper_end(written: str) -> None:
         ("-5 mm", 'write "> 0 mm"'),
     ],
 )
-def test_what_is_no_lower_bound_is_told_the_one_that_was_meant(written: str, hint: str) -> None:
+def test_upper_bound_in_place_of_a_lower_bound_has_a_remedy(written: str, hint: str) -> None:
     with pytest.raises(MistakeError) as caught:
         parse_lower_bound(written, EXTENT)
     assert caught.value.hint == hint
@@ -178,7 +176,7 @@ def test_what_is_no_lower_bound_is_told_the_one_that_was_meant(written: str, hin
         ("12.5", COUNT, "write whole numbers from 0 up"),
     ],
 )
-def test_a_tolerance_that_can_never_hold_is_told_the_range(written: str, dimension: Dimension, hint: str) -> None:
+def test_tolerance_that_never_holds_reports_the_range(written: str, dimension: Dimension, hint: str) -> None:
     assert mistake(written, dimension).hint == hint
 
 
@@ -194,7 +192,7 @@ tolerances = st.one_of(
 @example(Tolerance(12.0, 12.0, False, False, "12"), 12.0)
 @example(Tolerance(12.0, 12.0, False, False, "12"), 12.000000000000002)
 @example(Tolerance(5.0, inf, True, False, "> 5"), 5.0)
-def test_the_sign_of_the_margin_tells_whether_it_holds(tolerance: Tolerance, value: float) -> None:
+def test_sign_of_the_margin_agrees_with_holds(tolerance: Tolerance, value: float) -> None:
     margin = tolerance.margin(value)
     at_an_open_bound = margin == 0 and (tolerance.low_open or tolerance.high_open)
     assert tolerance.holds(value) is (margin >= 0 and not at_an_open_bound)
@@ -211,11 +209,11 @@ def test_an_exact_count_has_margin_zero_or_less() -> None:
     assert [twelve.margin(value) for value in (11, 12, 14)] == [-1.0, 0.0, -2.0]
 
 
-def test_nothing_holds_for_a_value_that_is_not_known() -> None:
+def test_no_tolerance_accepts_nan() -> None:
     assert not parse_tolerance(">= 20", COUNT).holds(nan)
 
 
-def test_a_tolerance_is_a_fact() -> None:
+def test_tolerances_are_immutable() -> None:
     with pytest.raises(FrozenInstanceError):
         parse_tolerance("12", COUNT).low = 0.0  # type: ignore[misc]  # what must not work
 
@@ -234,13 +232,11 @@ def test_a_tolerance_is_a_fact() -> None:
         ("<= 2", 2.0, 3.0, False),
     ],
 )
-def test_a_number_that_is_not_known_yet_is_judged_where_all_that_it_may_be_comes_to_the_same(
-    text: str, least: float, most: float, same: bool
-) -> None:
+def test_same_for_compares_all_values_of_an_interval(text: str, least: float, most: float, same: bool) -> None:
     assert parse_tolerance(text, COUNT).same_for(least, most) is same
 
 
-def test_the_least_value_there_is_needs_no_room() -> None:
+def test_least_value_of_a_dimension_may_be_exact() -> None:
     nothing = parse_tolerance("0 mm", EXTENT)
     assert nothing.holds(0.0)
     assert not nothing.holds(1e-12)

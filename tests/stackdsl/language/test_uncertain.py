@@ -1,4 +1,4 @@
-"""Distributions as authors write them, and what is mistaken in them."""
+"""Distributions under `uncertain`: values and mistakes."""
 
 from math import exp, inf, log
 from typing import Any
@@ -32,7 +32,7 @@ def si(written: Plain) -> float:
         ({"table": ["3 mm", "1 mm", "2 mm"]}, "1 mm", "2 mm", "3 mm"),
     ],
 )
-def test_a_tenth_of_all_lies_below_its_tenth(written: Plain, low: Plain, middle: Plain, high: Plain) -> None:
+def test_quantiles_of_distributions(written: Plain, low: Plain, middle: Plain, high: Plain) -> None:
     found = distribution(written)
     for share, expected in ((0.1, low), (0.5, middle), (0.9, high)):
         value = found.at(share, ndtri)
@@ -49,14 +49,14 @@ def test_a_tenth_of_all_lies_below_its_tenth(written: Plain, low: Plain, middle:
         ("normal 0 ± 1, most -5", truncnorm(-inf, -5.0)),
     ],
 )
-def test_what_lies_beyond_its_limits_is_left_out_of_a_normal_one(written: Plain, truth: Any) -> None:  # noqa: ANN401 -- scipy
+def test_truncated_normal_agrees_with_scipy(written: Plain, truth: Any) -> None:  # noqa: ANN401 -- scipy
     found = distribution(written)
     for share in (1e-6, 0.1, 0.5, 0.9, 0.999):
         assert si(found.at(share, ndtri)) == pytest.approx(float(truth.ppf(share)), rel=1e-8)
     assert si(found.middle) == pytest.approx(float(truth.ppf(0.5)), rel=1e-8)
 
 
-def test_a_lognormal_one_is_cut_off_where_its_logarithm_is() -> None:
+def test_truncated_lognormal_agrees_with_scipy() -> None:
     found, logarithm = distribution("lognormal 0.5, dispersion 0.2, most 0.6"), truncnorm(-inf, log(1.2) / 0.2)
     for share in (0.01, 0.5, 0.99):
         assert si(found.at(share, ndtri)) == pytest.approx(0.5 * exp(0.2 * float(logarithm.ppf(share))), rel=1e-10)
@@ -97,7 +97,7 @@ def test_a_distribution_may_be_one_line(line: str, whole: Plain) -> None:
         ({"table": []}, "expected a list"),
     ],
 )
-def test_what_is_no_distribution_is_told(written: Plain, words: str) -> None:
+def test_invalid_distributions_are_rejected(written: Plain, words: str) -> None:
     with pytest.raises(MistakeError, match=words) as caught:
         distribution(written)
     assert caught.value.hint
@@ -127,7 +127,7 @@ def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) ->
     assert any(words in mistake.message for mistake in mistakes), [mistake.message for mistake in mistakes]
 
 
-def test_the_design_has_the_middle_of_what_is_uncertain() -> None:
+def test_nominal_values_are_medians() -> None:
     rest = "samples: 5\nuncertain: {gap: 2 mm .. 8 mm}\nexpect: [stands: {share: 10 %}]"
     cases, mistakes = compiled(f"scenario: scene\nbuild:\n  {COLUMN}\n{rest}")
     assert mistakes == []

@@ -1,4 +1,4 @@
-"""What an author is told of a wrong scenario: every mistake, once, in its place, with its remedy."""
+"""Diagnostics of wrong scenarios: every mistake once, with place and remedy."""
 
 import json
 from collections.abc import Iterator
@@ -33,7 +33,7 @@ def source(text: str) -> Source:
 
 
 def diagnosed(text: str) -> list[Diagnostic]:
-    """All that `expand` and `validate` say of the first variant."""
+    """Return all diagnostics of `expand` and `validate` for the first variant."""
     read = source(text)
     variants, diagnostics = expand(read)
     scenario, more = validate(read, variants[0])
@@ -151,7 +151,7 @@ def test_a_mistake_has_a_code_a_place_a_cause_and_a_remedy(
     assert hint in only.hint
 
 
-def test_all_mistakes_are_told_at_once_in_the_order_of_the_text() -> None:
+def test_all_mistakes_are_reported_in_the_order_of_the_text() -> None:
     found = diagnosed("""
 scenario: A b
 systems: [stok, thesis]
@@ -168,16 +168,16 @@ expect:
     ]  # fmt: skip
 
 
-def test_a_list_is_not_called_short_for_the_sake_of_its_mistakes() -> None:
+def test_list_with_invalid_items_is_not_reported_as_too_short() -> None:
     # Pydantic counts the items that are valid, and there are none.
     assert [code for code, *_ in told(HEAD + "build: [{bricks: [{at: 1 mm}]}]")] == ["SD103"]
 
 
-def test_two_missing_items_are_told_once() -> None:
+def test_two_missing_items_are_reported_once() -> None:
     assert len(told(HEAD + "build: [{bricks: [{at: [1 mm]}]}]")) == 1
 
 
-def test_a_value_with_a_mistaken_expression_is_told_once() -> None:
+def test_value_with_a_mistaken_expression_is_reported_once() -> None:
     text = HEAD + 'build: [{column: {levels: "${1 / 0}", step: "${1 mm + 1}"}, name: "${x}", brick: "${x}"}]'
     assert {code for code, *_ in told(text)} == {"SD109"}
     assert len(told(text)) == 4
@@ -214,7 +214,7 @@ def test_keys_are_known_along_a_path() -> None:
         ("{harmonic: {share: 1.1}}", False),
     ],
 )
-def test_how_much_is_built_may_be_left_to_the_collapse_and_to_nothing_else(step: str, right: bool) -> None:
+def test_count_is_optional_with_until_collapse_only(step: str, right: bool) -> None:
     text = f"{HEAD}build: [{step}]"
     assert (diagnosed(text) == []) is right
     assert EDITOR.is_valid(source(text).values) is right
@@ -269,7 +269,7 @@ PLACES = sorted((path for path in places(cast("Plain", VALUES)) if path[0] not i
 
 @given(st.sampled_from(PLACES), anything)
 @settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
-def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: KeyPath, new: Plain) -> None:
+def test_mutated_scenario_is_accepted_or_diagnosed(path: KeyPath, new: Plain) -> None:
     values = cast("dict[str, Plain]", replaced(cast("Plain", VALUES), path, new))
     nowhere = Source("a.yaml", values, {(): Span("a.yaml", 1, 1, 2)}, {})
     scenario, diagnostics = validate(nowhere, Variant((), values, nowhere, nowhere, {}))
@@ -282,8 +282,8 @@ def test_whatever_stands_in_a_scenario_is_accepted_or_diagnosed(path: KeyPath, n
         EDITOR.validate(values)
 
 
-def test_a_mistake_is_seen_by_a_reader_of_json_too() -> None:
-    """The schema is plain JSON: no infinities, which JSON has not."""
+def test_json_schema_rejects_mistakes_too() -> None:
+    """The schema is plain JSON, without infinities."""
     json.dumps(json_schema(), allow_nan=False)
     assert LENGTH.example in json.dumps(json_schema())
 

@@ -1,4 +1,4 @@
-"""Variants of a scenario: what `let:` and `matrix:` make of it."""
+"""Variants of a scenario by `let:` and `matrix:`."""
 
 from itertools import product
 
@@ -60,7 +60,7 @@ def test_the_source_is_left_as_it_was() -> None:
     assert given_source.values == source(text).values
 
 
-def test_values_keep_their_digits_where_they_are_used_and_lose_them_where_people_read_them() -> None:
+def test_values_are_rounded_in_reports_only() -> None:
     text = """{let: {x: 117.6 mm}, a: {share: "${0.5 - 5/14} ± 0.02", plain: 0.123456789 ± 1, n: "${1/3}",
         whole: "${7}", list: ["${x / 11} .. ${x/7}", "L3.${1}.1234567", "${x / 11}..${x / 9}"]}}"""
     (variant,) = expanded(text)
@@ -116,20 +116,20 @@ def test_mistakes_are_shown_where_they_are(text: str, expected: list[str]) -> No
     assert mistakes(text) == expected
 
 
-def test_mistakes_are_told_in_the_order_of_the_text() -> None:
+def test_mistakes_are_reported_in_the_order_of_the_text() -> None:
     text = "{a: ['${b}', '${c}', '${d}', '${e}'], let: {f: 1 x}, matrix: {k: [1 v, 1 w]}}"
     places = [each.span.column for each in expand(source(text))[1]]
     assert len(places) == 7
     assert places == sorted(places)
 
 
-def test_what_follows_from_a_mistake_is_not_told_again() -> None:
+def test_consequences_of_a_mistake_are_not_reported() -> None:
     text = "{let: {a: 1 x, b: '${2 * a}'}, c: '${b + 1}', d: '${a}'}"
     assert mistakes(text) == ["SD109 1 x: '1 x' is neither a number nor a quantity"]
     assert expand(source(text))[0][0].values["c"] == "${b + 1}"
 
 
-def test_a_mistake_of_several_variants_is_told_once() -> None:
+def test_mistake_in_several_variants_is_reported_once() -> None:
     text = "{matrix: {n: [1, 2, 3]}, a: '${1 m + n}', b: '${1 / (n - 2)}'}"
     assert mistakes(text) == [
         "SD109 '${1 m + n}': cannot add a length and a number",

@@ -1,4 +1,4 @@
-"""The card house: what touches in it, what cannot be, and from which friction it stands."""
+"""The card house: contacts, invalid parameters, and the least friction with which it stands."""
 
 from collections.abc import Sequence
 from itertools import combinations

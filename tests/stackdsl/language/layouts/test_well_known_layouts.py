@@ -154,7 +154,7 @@ def test_the_second_of_two_that_come_together_comes_alone_without_the_first() ->
 
 
 @pytest.mark.parametrize("place_", ["L3.1", "L1.9"])
-def test_what_is_not_there_cannot_be_left_out(place_: str) -> None:
+def test_omitted_brick_must_exist(place_: str) -> None:
     with pytest.raises(MistakeError, match=f"the layout has no {place_}"):
         made("column", levels=2, omit=[place_])
     with pytest.raises(MistakeError, match="all bricks"):

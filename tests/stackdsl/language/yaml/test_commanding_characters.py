@@ -1,4 +1,4 @@
-"""What a file says cannot command the terminal that shows it."""
+"""Control characters in a file do not reach the terminal."""
 
 import json
 import re
@@ -26,7 +26,7 @@ ESCAPED = [
 
 
 @pytest.mark.parametrize("escaped", ESCAPED)
-def test_an_escape_that_a_terminal_obeys_is_a_mistake_in_its_place(escaped: str) -> None:
+def test_control_characters_in_escapes_are_rejected(escaped: str) -> None:
     (mistake,) = parse(f'scenario: good\ndescription: "it is {escaped}"\n', "a.yaml").diagnostics
     assert (mistake.code, mistake.span.line, mistake.span.column) == ("SD004", 2, 14)
     assert "control character" in mistake.message

@@ -1,4 +1,4 @@
-"""`extends` and `include`: what is taken from other files, where a mistake in them is told, what is out of bounds."""
+"""`extends` and `include`: values from other files, places of mistakes, limits."""
 
 from pathlib import Path
 
@@ -149,9 +149,7 @@ def test_variables_that_a_scenario_takes_over_may_be_left_unused() -> None:
     ],
 )
 @pytest.mark.parametrize("form", ["extends: {}", "extends: {{file: {}}}", "build: [{{include: {}}}]"])
-def test_nothing_is_taken_from_outside_the_project_nor_from_what_is_no_file(
-    project: Path, name: str, words: str, form: str
-) -> None:
+def test_files_outside_the_project_are_rejected(project: Path, name: str, words: str, form: str) -> None:
     (project.parent / "outside.yaml").write_text(BASE, encoding="utf-8")
     (project / "link.yaml").symlink_to(project.parent / "outside.yaml")
     (project / "loop.yaml").symlink_to("loop.yaml")
@@ -191,13 +189,13 @@ def test_a_circle_is_named() -> None:
     assert "a.yaml -> p.yaml -> p.yaml" in mistakes()[0].message
 
 
-def test_a_long_way_ends() -> None:
+def test_nesting_of_includes_is_limited() -> None:
     write(**{f"f{n}": f"scenario: f{n}\nextends: f{n + 1}.yaml" for n in range(MAX_TRAIL + 2)})
     (mistake,) = mistakes("f0.yaml")
     assert f"more than {MAX_TRAIL} deep" in mistake.message
 
 
-def test_a_bomb_of_includes_is_refused_at_once() -> None:
+def test_exponential_includes_are_rejected() -> None:
     """Each of ten files takes the next one ten times: 10^10 steps."""
     write(**{f"f{n}": f"build: [{', '.join([f'{{include: f{n + 1}.yaml}}'] * 10)}]" for n in range(9)})
     write(f9=f"build: [{', '.join(['{column: {levels: 1}}'] * 1000)}]", a="scenario: a\nbuild: [{include: f0.yaml}]")
@@ -228,6 +226,6 @@ def test_many_large_files_are_too_much_together() -> None:
         ("build: [{include: {file: base.yaml}}]", "SD103", "path of a file"),
     ],
 )
-def test_what_cannot_be_taken_is_told(text: str, code: str, words: str) -> None:
+def test_invalid_includes_are_rejected(text: str, code: str, words: str) -> None:
     write(base=BASE, broken="build: [", a=f"scenario: a\n{text}\n")
     assert (code, True) in [(mistake.code, words in mistake.message) for mistake in mistakes()]

@@ -64,7 +64,7 @@ UNSEEN = "is invisible, or changes how the line looks"
         ("a: &b 1\n---\nc: *b\n", "3:4", "there is no anchor 'b' before this alias"),
     ],
 )
-def test_malformed_yaml_is_placed_and_told_in_plain_words(text: str, place: str, message: str) -> None:
+def test_malformed_yaml_reports_place_and_cause(text: str, place: str, message: str) -> None:
     (diagnostic,) = parse(text, "a.yaml").diagnostics
     assert (diagnostic.code, str(diagnostic.span), diagnostic.message) == ("SD004", f"a.yaml:{place}", message)
     assert diagnostic.hint
@@ -76,7 +76,7 @@ def test_an_escape_beyond_unicode_is_refused(escape: str) -> None:
     assert (diagnostic.code, diagnostic.message) == ("SD004", "an escape that YAML does not know")
 
 
-def test_a_misspelt_alias_is_told_the_name_it_meant() -> None:
+def test_misspelt_alias_has_a_suggestion() -> None:
     (diagnostic,) = parse("a: &plank 1\nb: *plnk\n", "a.yaml").diagnostics
     assert diagnostic.hint == "did you mean 'plank'?"
 

@@ -13,7 +13,7 @@ build:
 """
 
 
-def test_the_markers_of_a_merge_are_called_so() -> None:
+def test_merge_conflict_is_reported() -> None:
     (mistake,) = parse(HALF_MERGED, "shelf.yaml").diagnostics
     assert (mistake.code, str(mistake.span)) == ("SD004", "shelf.yaml:3:1")
     assert "an unresolved merge conflict" in mistake.message

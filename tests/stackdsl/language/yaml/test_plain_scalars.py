@@ -1,4 +1,4 @@
-"""Plain scalars: what they mean, and that reading one takes no longer than its length."""
+"""Plain scalars: values, traps, and linear time of reading."""
 
 from itertools import product
 

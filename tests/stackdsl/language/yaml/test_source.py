@@ -1,4 +1,4 @@
-"""A scenario file as values with places: what is accepted, and from where it is read."""
+"""Reading of a scenario file into values with places."""
 
 import os
 import pickle

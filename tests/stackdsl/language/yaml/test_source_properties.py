@@ -14,7 +14,7 @@ __all__ = ["each_parser"]  # used by every test here
 
 
 def texts(most: int) -> st.SearchStrategy[str]:
-    """Texts of what a terminal shows; what it obeys is refused (test_commanding_characters.py)."""
+    """Generate texts of printable characters; control characters are rejected (test_commanding_characters.py)."""
     return st.text(max_size=most).filter(lambda text: not commanding_character(text))
 
 

@@ -1,4 +1,4 @@
-"""What YAML versions read differently, and what scenarios do without, is refused with the remedy."""
+"""Ambiguous values and unsupported features of YAML are rejected with a remedy."""
 
 import pytest
 
