@@ -42,7 +42,7 @@ test-slow: $(READY) ## the tests that take minutes
 	$(PYTEST) -m slow
 
 # The peers, and what the picture is drawn with.
-INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]'
+INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]' --editable plugins/stackdsl-sapien
 
 bench: $(READY) ## speed against error: every system at several time steps, 20 minutes; figures and picture in docs
 	$(INSTALL_PEERS)

@@ -26,8 +26,9 @@ from benchmarks.plank_structures import LENGTH, THICKNESS, WIDTH, four_stack
 from stability.geometry.vectors import about
 from stability.model import GROUND, Plane, Pose, Vec3
 from stability.problem import Placed
+from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
-from stackdsl.simulation.systems import SAPIEN, SYSTEMS, System
+from stackdsl.simulation.systems import SYSTEMS, System
 from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 
 LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5
@@ -36,7 +37,13 @@ SENSITIVE = 0.1  # share of a shift
 WANTED = 10.0  # [%] that `exact` may be off
 SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
 AGREED, FINEST = 0.03, 32000  # share of a shift, steps a second: the reference is not stepped more finely
-FINE_PEER = System("sapien", "every plank awake", replace(SAPIEN, time_step=1.0 / 7680.0), None)
+PEER_STEP = 1.0 / 7680.0  # [s]
+
+
+def fine_peer() -> System:
+    """SAPIEN, from plugins/stackdsl-sapien, with every plank awake."""
+    peer = system_named("sapien")
+    return replace(peer, engine=replace(peer.engine, time_step=PEER_STEP))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +120,7 @@ def compared(hit: EndHit, steps: int, peer: bool) -> Row:
     beside = [referred(replace(hit, above=hit.above + by), steps // 2) for by in (-AIM_MOVED, AIM_MOVED)]
     spread = max(abs(one / coarse - 1.0) for one in beside) if coarse > 0.0 else inf
     exact = shifts(play(timeline(hit), SYSTEMS["exact"]))[STRUCK]
-    other = shifts(play(timeline(hit), FINE_PEER))[STRUCK] if peer else None
+    other = shifts(play(timeline(hit), fine_peer()))[STRUCK] if peer else None
     return {
         "speed": hit.speed,
         "aside_mm": 1000.0 * hit.aside,

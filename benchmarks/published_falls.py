@@ -18,6 +18,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
+from stackdsl_sapien import SETTINGS
 
 from benchmarks.collapse import FOLLOWED, motion_of, seen_falling, up_to
 from benchmarks.figures.data import Row
@@ -28,7 +29,7 @@ from stability.model import BodyId, BodyState, Brick
 from stackdsl.checking.cases import gather
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
-from stackdsl.simulation.systems import AS_WRITTEN, MODIFIED, SAPIEN, Method, Modification, System, as_played
+from stackdsl.simulation.systems import AS_WRITTEN, MODIFIED, Method, Modification, System, as_played
 from stackdsl.timeline import Timeline
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
@@ -39,7 +40,7 @@ SCENES = {
 SUNK = 0.005  # [m] before anything has reached the ground
 LONGER = 4.0  # times as long is looked where gravity is a tenth
 # As the manual of Unity has it: 1/50 s, 7 iterations, contacts from 10 mm on.
-GAME = replace(SAPIEN, time_step=1.0 / 50.0, iterations=7, contact_offset=0.01, most_travel=None)
+GAME = replace(SETTINGS, time_step=1.0 / 50.0, iterations=7, contact_offset=0.01, most_travel=None)
 
 
 def game(rate: int, method: Method | None, modification: Modification = AS_WRITTEN) -> System:

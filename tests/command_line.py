@@ -101,7 +101,7 @@ from stackdsl.checking.cases import cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.language.yaml.source import parse
 
-ELSEWHERE = ("__main__", "pytest_plugin", "assessors", "mujoco", "sapien")  # what ends Python, or may not be installed
+ELSEWHERE = ("__main__", "pytest_plugin", "mujoco")  # what ends Python, or may not be installed
 for package in (stability, stackdsl):
     for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
         if not set(ELSEWHERE) & set(module.name.split(".")) and (PYBULLET or "pybullet" not in module.name):

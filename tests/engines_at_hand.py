@@ -5,9 +5,17 @@ from importlib.util import find_spec
 
 import pytest
 
+from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.plugins import foreign_names
+from stackdsl.simulation.systems import Method, System
+
 HAS_PYBULLET = find_spec("pybullet") is not None
 REASON = "needs PyBullet, which has wheels up to CPython 3.11 only"
-REASONS = {"pybullet": REASON, "mujoco": "mujoco is in the extra mujoco", "sapien": "sapien is in the extra sapien"}
+REASONS = {"pybullet": REASON, "mujoco": "mujoco is in the extra mujoco"}
+# Systems of packages that are installed beside this one, as plugins/stackdsl-sapien is, are held to the same tests.
+FOREIGN: list[System] = [system for system in map(system_named, foreign_names()) if system.engine.package.installed]
+PEERS = ["mujoco", *(system.name for system in FOREIGN if system.method is None)]  # bare engines
+THESIS_PEERS = ["mujoco-thesis", *(system.name for system in FOREIGN if system.method is Method.PUBLISHED)]
 # For tests that would not reach for it themselves, but for a command that says so.
 needs_pybullet = pytest.mark.skipif(not HAS_PYBULLET, reason=REASON)
 

@@ -8,7 +8,7 @@ from math import isfinite
 from benchmarks.figures.data import versions
 from benchmarks.systems.answers import Answer, answer_of
 from benchmarks.systems.assessment import Assessment
-from benchmarks.systems.entrants import distributions_of, entrant_named
+from benchmarks.systems.entrants import entrant_named
 from benchmarks.systems.points import Point, points_of
 from benchmarks.systems.run_record import NOT_TAKEN, Record, TruthHeld, step_text
 from benchmarks.systems.scoring import Score, scores_of
@@ -19,6 +19,7 @@ from stackdsl.judging.judge import compare_with_truth
 from stackdsl.language.repeats import compact
 from stackdsl.results import ClaimOutcome, RunStatus, observations
 from stackdsl.simulation.brick_tracks import Blocked
+from stackdsl.simulation.plugins import distributions_of
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, WorkerStart
 from stackdsl.timeline import Placement, Timeline
@@ -115,7 +116,7 @@ def bench(jobs: Sequence[Job], on_record: OnRecord = lambda record: None, on_wai
             break
     answers = _answers(jobs)
     scores = scores_of([records[name] for job in jobs if (name := job.planned.name) in records], answers)
-    made_with = versions(distributions_of({job.system for job in jobs}))
+    made_with = versions(distributions_of(job.system for job in jobs))
     return Bench(tuple(scores), tuple(points_of(scores)), answers, made_with, len(jobs), interrupted)
 
 

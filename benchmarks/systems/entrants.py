@@ -1,13 +1,12 @@
 """The systems and the assessors of statics that are held against each other, behind one protocol."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 from benchmarks.systems.assessment import Assessment, Assessor, assessed, refusal, why_numerical
 from benchmarks.systems.compas import ASSESSORS
 from stability.engines.protocol import Package
-from stackdsl.entry_points import offered_systems
 from stackdsl.judging.judge import with_numerical_collapse
 from stackdsl.simulation.known_systems import KNOWN, system_named
 from stackdsl.simulation.runner import play
@@ -119,9 +118,3 @@ ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
 def entrant_named(name: str) -> Entrant:
     """One of them, or a system of another package. Raises KeyError or ForeignSystemError if it cannot be had."""
     return ENTRANTS[name] if name in ENTRANTS else Player(system_named(name))
-
-
-def distributions_of(names: Iterable[str]) -> list[str]:
-    """The distributions that bring those of some entrants that come with other packages."""
-    entries = [offered_systems()[name][0] for name in sorted({*names} - ENTRANTS.keys())]
-    return list(dict.fromkeys(entry.dist.name for entry in entries if entry.dist is not None))

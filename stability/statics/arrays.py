@@ -1,7 +1,7 @@
 """Bricks as arrays of numpy, and arrays as bricks: for packers and robots, who have many of them.
 
 All is in SI units, in W, z up. A quaternion is x, y, z, w: the real part last, as ROS, PyBullet and SciPy have it, and
-not as MuJoCo, SAPIEN and Drake have.
+not as MuJoCo and Drake have.
 """
 
 from collections.abc import Iterable, Sequence

@@ -23,6 +23,7 @@ from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.shown_text import visible
 from stackdsl.simulation.known_systems import KNOWN, needs_of
+from stackdsl.simulation.plugins import ForeignSystemError, foreign_names
 from stackdsl.user_files import make_user_folder, open_user_file
 
 # `stackdsl new`: writes a scenario to start from.
@@ -201,8 +202,12 @@ def _libraries() -> Iterator[DoctorFinding]:
 
 
 def _engines() -> Iterator[DoctorFinding]:
-    """Each engine once, with the systems that it plays."""
-    needs = needs_of(KNOWN)
+    """Each engine once, with the systems that it plays, also those of other packages."""
+    try:
+        needs = needs_of([*KNOWN, *foreign_names()])
+    except ForeignSystemError as error:
+        yield DoctorFinding(State.WRONG, str(error))
+        needs = needs_of(KNOWN)
     for package in dict.fromkeys(package for _, package in needs):
         systems = ", ".join(name for name, needed in needs if needed == package)
         if package.installed:

@@ -515,7 +515,7 @@ def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:
 
 
 STAMPED = ("stackdsl",)  # distributions whose versions may move a snapshot, beside that of an engine
-ENGINES = ("mujoco", "pybullet", "sapien")  # each by the name of its distribution, as it is imported
+ENGINES = ("mujoco", "pybullet")  # each by the name of its distribution, as it is imported
 
 
 def current_stamp(engine: str, steps: int) -> dict[str, str]:

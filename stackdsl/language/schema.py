@@ -63,7 +63,7 @@ class Frictions(AuthorModel):
 # Scenarios that are skipped or expected to fail, each with the reason.
 
 
-Package = Literal["mujoco", "sapien"]  # optional packages, for formats and engines
+Package = Literal["mujoco"]  # optional packages, for formats
 
 
 def _in_one_line(text: str) -> str:

@@ -3,7 +3,7 @@
 An entry point has the name of its system and refers to a `System`. Errors in an entry point are reported in one line.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import EntryPoint
 
 from stability.engines.protocol import EngineSettings
@@ -43,6 +43,12 @@ def foreign_system(name: str) -> System:
         raise ForeignSystemError(f"the system '{name}' of {_packages(entry)} cannot be used: {mistake}")
     assert isinstance(system, System)
     return system
+
+
+def distributions_of(names: Iterable[str]) -> tuple[str, ...]:
+    """The distributions that bring those of some systems that come with other packages, each once."""
+    entries = (offered_systems()[name][0] for name in sorted({*names} & offered_systems().keys()))
+    return tuple(dict.fromkeys(entry.dist.name for entry in entries if entry.dist is not None))
 
 
 def _loaded(entry: EntryPoint) -> object:

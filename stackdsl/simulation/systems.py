@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Self
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.protocol import EngineSettings
 from stability.engines.pybullet.settings import PyBulletSettings
-from stability.engines.sapien.settings import SapienSettings
 from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, Timeline
 
 if TYPE_CHECKING:
@@ -238,14 +237,6 @@ MUJOCO_STIFF = MuJoCoSettings(
     most_travel=MOVING.most_travel,
 )
 
-SAPIEN = SapienSettings(
-    time_step=1.0 / 960.0,
-    iterations=20,
-    velocity_iterations=1,
-    contact_offset=0.001,
-    most_travel=MOVING.most_travel,
-)
-
 PEERS = {
     system.name: system
     for system in (
@@ -253,7 +244,5 @@ PEERS = {
         System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None),
         System("mujoco-exact", "exact statics, and MuJoCo for moving bricks", MUJOCO, Method.PROVEN),
         System("mujoco-thesis", "MuJoCo with the published stack-stability method", MUJOCO, Method.PUBLISHED),
-        System("sapien", "PhysX 5 with the settings that stack best", SAPIEN, method=None),
-        System("sapien-thesis", "PhysX 5 with the published stack-stability method", SAPIEN, Method.PUBLISHED),
     )
 }

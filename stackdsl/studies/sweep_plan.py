@@ -21,7 +21,7 @@ from stackdsl.judging.judge import stop_condition_of
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of, timelines
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
-from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.known_systems import KNOWN, system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.supervising.executors import TIME_LIMIT
 
@@ -70,6 +70,10 @@ def packed(case: Case) -> bytes:
 def program_of(systems: tuple[str, ...]) -> str:
     """Return the digest of all code that the results of these systems depend on."""
     engines = {system.engine.package.name for system in map(system_named, systems)}
+    if foreign := {*systems} - KNOWN.keys():
+        from stackdsl.simulation.plugins import distributions_of  # noqa: PLC0415 -- it reads what is installed
+
+        engines |= {*distributions_of(foreign)}
     return portable_digest(tuple(sorted(engines)))
 
 

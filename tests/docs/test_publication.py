@@ -5,6 +5,7 @@ from functools import cache
 from itertools import chain
 
 import pytest
+from stackdsl_sapien import SAPIEN_THESIS
 
 from stackdsl.language.bricks import CATALOGUE
 from stackdsl.simulation.known_systems import KNOWN
@@ -16,7 +17,7 @@ ROW = re.compile(r"^\| (?!where \|)(.+) \|$", re.MULTILINE)
 CODE = re.compile(r"`([^`]+)`")
 PATH = re.compile(r"[\w.-]+(?:/[\w.-]+)+/?(?:::\w+)?")  # with a test of a module, if one is named
 SCENARIO = re.compile(r"[a-z]+(?:-[a-z0-9]+)+")
-NO_SCENARIOS = {*KNOWN, *CATALOGUE}  # systems and bricks, some of which are called like scenarios
+NO_SCENARIOS = {*KNOWN, SAPIEN_THESIS.name, *CATALOGUE}  # systems and bricks, some of which are called like scenarios
 ABSENT = "not carried out, because "
 
 # What the publication is made of.

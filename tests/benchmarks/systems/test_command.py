@@ -11,8 +11,8 @@ import pytest
 
 from benchmarks.figures.data import versions
 from benchmarks.systems import __main__ as command
-from benchmarks.systems.entrants import distributions_of
 from stackdsl.entry_points import offered_systems
+from stackdsl.simulation.plugins import distributions_of
 from tests.command_line import AMPLE, Result, started, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT

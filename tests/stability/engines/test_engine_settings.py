@@ -10,16 +10,15 @@ import pytest
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.protocol import EngineSettings
 from stability.engines.pybullet.settings import PyBulletSettings
-from stability.engines.sapien.settings import SapienSettings
 from stability.engines.scene_scale import USUAL_DIAGONAL, USUAL_GRAVITY, SceneScale
 from stability.geometry.box import Box
 from stability.model import Brick, Vec3
 from stackdsl.simulation.known_systems import KNOWN
-from stackdsl.simulation.systems import HELD, MOVING, MUJOCO, MUJOCO_STIFF, SAPIEN, STOCK, TUNED
+from stackdsl.simulation.systems import HELD, MOVING, MUJOCO, MUJOCO_STIFF, STOCK, TUNED
 
-ENGINES = (PyBulletSettings, MuJoCoSettings, SapienSettings)
+ENGINES = (PyBulletSettings, MuJoCoSettings)
 ITERATES = {"iterations"}  # which is no field of all: an engine may have no solver that iterates
-SCALED = (TUNED, MOVING, MUJOCO, MUJOCO_STIFF, SAPIEN)
+SCALED = (TUNED, MOVING, MUJOCO, MUJOCO_STIFF)
 KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 
 
@@ -54,7 +53,6 @@ def test_settings_have_a_text_summary() -> None:
         "step 1/1000 s, 100 iterations, contacts of 4 ms, impedance 0.95 0.99 0.0005, friction 10 times as stiff, "
         "tolerance 1e-08"
     )
-    assert SAPIEN.summary() == "step 1/960 s, 20 iterations, 1 of velocities, contact offset 1 mm"
 
 
 @pytest.mark.parametrize("settings", SCALED)
@@ -89,10 +87,6 @@ def test_springs_of_mujoco_take_as_many_steps_and_give_way_by_as_much_of_a_brick
     assert (own.contact_time / settings.contact_time) ** 2 == 1 / 16
 
 
-def test_contacts_of_sapien_are_found_as_early_in_thicknesses_of_a_brick() -> None:
-    assert SAPIEN.scaled(scale_of(1 / 16)).contact_offset == SAPIEN.contact_offset / 16.0
-
-
 @pytest.mark.parametrize("settings", [*SCALED, HELD, STOCK])
 def test_refined_settings_step_twice_as_often(settings: EngineSettings) -> None:
     assert settings.refined().time_step == settings.time_step / 2.0
@@ -100,8 +94,8 @@ def test_refined_settings_step_twice_as_often(settings: EngineSettings) -> None:
 
 
 def test_a_step_is_split_until_nothing_gets_further_than_allowed() -> None:
-    assert SAPIEN.most_travel == 0.001
-    assert [SAPIEN.parts_for_travel(speed) for speed in (0.0, 0.96, 0.97, 9.6)] == [1, 1, 2, 10]
+    assert (MUJOCO.most_travel, MUJOCO.time_step) == (0.001, 0.001)
+    assert [MUJOCO.parts_for_travel(speed) for speed in (0.0, 0.99, 1.01, 9.9)] == [1, 1, 2, 10]
     assert STOCK.parts_for_travel(1000.0) == 1  # as it comes
 
 

@@ -1,4 +1,4 @@
-"""Adapters of MuJoCo and SAPIEN against closed forms, for each engine that is installed."""
+"""Adapters of peers against closed forms, for each engine that is installed."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -13,15 +13,15 @@ from stability.geometry.box import Box
 from stability.geometry.vectors import add, cross, subtract
 from stability.model import GROUND, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
 from stackdsl.simulation.known_systems import missing, system_named
-from stackdsl.simulation.systems import PEERS
+from tests.engines_at_hand import PEERS
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012
 WEIGHT = 9.81 * MASS
 MANY = 200
 CROSSED: Quaternion = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
-BARE = [name for name, peer in PEERS.items() if peer.method is None]
-# SAPIEN joins no bricks, and does not tell of friction.
+BARE = ["mujoco-stiff", *PEERS]
+# Other engines need not join bricks, nor tell of friction.
 MUJOCO_ALONE = pytest.mark.parametrize("opened", ["mujoco", "mujoco-stiff"], indirect=True)
 Opened: TypeAlias = Callable[..., AbstractContextManager[World]]
 
@@ -304,7 +304,9 @@ def test_bricks_that_come_leave_the_motion_of_the_others_as_it_is(opened: Opened
             play(engine, 0.1)
             return position(engine, "plank")
 
-    assert fallen(disturbed=True) == pytest.approx(fallen(disturbed=False), abs=5e-6)  # single precision, in SAPIEN
+    assert fallen(disturbed=True) == pytest.approx(
+        fallen(disturbed=False), abs=5e-6
+    )  # an engine may be of single precision
 
 
 def test_near_are_the_bodies_whose_bounding_boxes_come_close(opened: Opened) -> None:

@@ -22,7 +22,7 @@ try:
 finally:
     print(json.dumps(sorted(sys.modules)))
 """
-ENGINES = {"pybullet", "mujoco", "sapien"}
+ENGINES = {"pybullet", "mujoco"}
 PROGRAMS = {"scipy", "clarabel"}
 
 

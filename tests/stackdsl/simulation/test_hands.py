@@ -9,9 +9,10 @@ from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
 from stackdsl.trace import BrickState, EventKind, RunVerdict, Trace
+from tests.engines_at_hand import PEERS
 from tests.scenes import timeline_of
 
-ENGINES = ["exact", "tuned", "mujoco", "sapien"]
+ENGINES = ["exact", "tuned", *PEERS]
 ALL = [*ENGINES, *(pytest.param(name, marks=pytest.mark.slow) for name in ("stock", "thesis"))]
 CUBE = "brick: {size: [40 mm, 40 mm, 40 mm], mass: 30 g}"
 

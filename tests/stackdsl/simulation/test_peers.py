@@ -59,8 +59,8 @@ def test_a_peer_is_played_wherever_it_is_asked_for_and_nowhere_else() -> None:
     cases, _ = compiled(scene(FOUR_STACK, "systems: [exact, tuned]\nexpect: [stands: all]\n"))
     assert [case.system for case in Selection().of(cases)] == ["exact", "tuned"]
     assert [case.system for case in Selection(("mujoco", "tuned")).of(cases)] == ["tuned", "mujoco"]
-    assert [case.name for case in Selection(("sapien",)).of(cases)] == ["scene[sapien]"]
-    assert Selection(("sapien",), keyword="other").of(cases) == []
+    assert [case.name for case in Selection(("mujoco-stiff",)).of(cases)] == ["scene[mujoco-stiff]"]
+    assert Selection(("mujoco-stiff",), keyword="other").of(cases) == []
 
 
 def test_a_peer_that_proves_nothing_is_not_asked_for_proofs_nor_for_what_others_are_expected_to_do() -> None:
@@ -73,7 +73,7 @@ def test_a_peer_that_proves_nothing_is_not_asked_for_proofs_nor_for_what_others_
 
     assert judged("exact") == ["verdict", "stands", "stands"]
     assert judged("mujoco-exact") == ["verdict", "stands"]
-    assert judged("sapien") == ["stands"]
+    assert judged("mujoco") == ["stands"]
 
 
 @pytest.mark.usefixtures("without_mujoco")

@@ -6,6 +6,7 @@ from stability.engines.protocol import EngineSettings
 from stackdsl.simulation.known_systems import missing, system_named
 from stackdsl.simulation.runner import play
 from stackdsl.trace import BrickState, EventKind, Trace
+from tests.engines_at_hand import THESIS_PEERS
 from tests.scenes import timeline_of
 
 ON_PEERS = pytest.mark.parametrize(
@@ -14,7 +15,7 @@ ON_PEERS = pytest.mark.parametrize(
         pytest.param(
             name, marks=pytest.mark.skipif(bool(missing([name])), reason=f"{name} needs what is not installed")
         )
-        for name in ("mujoco-thesis", "sapien-thesis")
+        for name in THESIS_PEERS
     ],
 )
 
@@ -28,7 +29,6 @@ def test_a_peer_with_the_method_has_the_engine_of_the_one_without() -> None:
         return system_named(name).engine
 
     assert engine("mujoco-thesis") == engine("mujoco")
-    assert engine("sapien-thesis") == engine("sapien")
 
 
 @ON_PEERS
@@ -36,7 +36,7 @@ def test_a_four_stack_is_frozen_plank_by_plank(peer: str) -> None:
     trace = played(peer, "- four_stack: {levels: 6}\n  every: 1 s", "expect: [stands: all]\n")
     assert {track.state for track in trace.tracks.values()} == {BrickState.FROZEN}
     assert sum(len(event.bricks) for event in trace.events if event.kind is EventKind.FROZEN) == 12
-    assert trace.drift < 1e-7  # [m] SAPIEN keeps single precision
+    assert trace.drift < 1e-7  # [m] an engine may be of single precision
 
 
 @ON_PEERS

@@ -11,6 +11,7 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recorder, Recording
 from stackdsl.simulation.runner import play
 from stackdsl.trace import Trace
+from tests.engines_at_hand import PEERS
 from tests.planks import plank
 from tests.scenes import timeline_of
 
@@ -32,12 +33,8 @@ def timeless(trace: Trace) -> Trace:
     return replace(trace, cost=cost, statics=statics)
 
 
-@pytest.mark.parametrize(
-    "system", ["exact", pytest.param("thesis", marks=pytest.mark.slow), "tuned", "mujoco", "sapien"]
-)
+@pytest.mark.parametrize("system", ["exact", pytest.param("thesis", marks=pytest.mark.slow), "tuned", *PEERS])
 def test_every_engine_is_recorded_from_where_bricks_came_to_where_they_ended(system: str) -> None:
-    for package in {system} & {"mujoco", "sapien"}:
-        pytest.importorskip(package)
     trace, recording = recorded(COLUMN, FALL, system)
     first, last = recording.at(0.0), recording.at(trace.cost.simulated_time)
     assert trace.collapse is not None

@@ -7,6 +7,7 @@ import pytest
 from stackdsl.simulation.known_systems import missing, system_named
 from stackdsl.simulation.runner import play
 from stackdsl.trace import BrickState, RunVerdict, Trace
+from tests.engines_at_hand import PEERS
 from tests.scenes import timeline_of
 
 GRAVITY = 9.81
@@ -15,7 +16,7 @@ ENGINES = [
     "tuned",
     *(
         pytest.param(peer, marks=pytest.mark.skipif(bool(missing([peer])), reason=f"{peer} is not installed"))
-        for peer in ("mujoco", "sapien")
+        for peer in PEERS
     ),
 ]
 

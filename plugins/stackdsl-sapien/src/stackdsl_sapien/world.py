@@ -11,8 +11,6 @@ from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
 from stability.engines.pressing import shortest_turn
 from stability.engines.protocol import Guided, PrescribedMotion, StepClock
-from stability.engines.sapien.binding import sapien
-from stability.engines.sapien.settings import SapienSettings
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.box import MIDDLE, box_of
 from stability.geometry.convex_solid import half_lengths
@@ -30,6 +28,8 @@ from stability.model import (
     Shape,
     Vec3,
 )
+from stackdsl_sapien import SapienSettings
+from stackdsl_sapien.binding import sapien
 
 # Friction that differs from pair to pair, in an engine that takes the mean of two coefficients.
 #
@@ -86,7 +86,7 @@ class PairShapes:
 #
 # Friction of a pair is the mean of both coefficients, and SAPIEN cannot ask for another rule. So that a brick may have
 # its own on bricks and none of its own on planes, it has two shapes: one meets bricks alone, the other, without
-# friction, planes alone, which have twice the friction that is asked of them. Where more is asked, `pair_shapes` says
+# friction, planes alone, which have twice the friction that is asked of them. Where more is asked, `PairShapes` says
 # which shapes.
 #
 # SAPIEN tells the normal forces of contacts, not those of friction.
