@@ -262,7 +262,7 @@ def check(
 ) -> Report:
     """Play the selected cases and judge them; call `on_result` with each result.
 
-    With `whole_set`, golden files that belong to no case in `found` are obsolete.
+    With `whole_set`, golden files that belong to no case in `gathered` are obsolete.
     """
     started = perf_counter()
     unused = unused_goldens(gathered, config.golden, config.digests) if whole_set and config.golden is not None else ()

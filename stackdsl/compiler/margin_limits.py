@@ -1,4 +1,4 @@
-"""Refuses claims of margins that would need too large a program: of too many bricks, or too many contact points."""
+"""Refuses claims about margins with too large programs: of too many bricks, or too many contact points."""
 
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -14,17 +14,17 @@ from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
 from stackdsl.work import HINT, most_bricks, most_points
 
-ALONG: Final = 1e-6  # cosine of the angle between sides that are parallel or at right angles
-CUT: Final = 2  # corners that two rectangles share besides those of one, where they are turned against each other
+ALONG: Final = 1e-6  # tolerance of the cosine of the angle between parallel or perpendicular sides
+CUT: Final = 2  # additional corners of the intersection of two rectangles that are rotated against each other
 
 
 def too_many_in_margins(bricks: int, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Claims about so many bricks; that is known before any is built."""
+    """Report margins of too many bricks; called before any brick is built."""
     yield from _beyond(most_bricks, bricks, "bricks", scenario, source)
 
 
 def too_many_points(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
-    """Claims about bricks that may touch at too many points: a lattice has far more of these than a wall."""
+    """Report margins of bricks with too many possible contact points; a lattice has far more of these than a wall."""
     claims = (*scenario.expect, *scenario.truth)
     if any(most_points(margin) is not None for claim in claims for margin in claim.stated.needed_margins):
         points, near = 0, Neighbours[int]()
@@ -37,20 +37,20 @@ def too_many_points(built: Built, scenario: Scenario, source: Source) -> Iterato
 
 
 def _points(one: WrittenBrick, other: WrittenBrick) -> int:
-    """At how many points two bricks may touch: at the corners of what two of their largest faces share."""
+    """Return the largest number of contact points of two bricks: the corners of the intersection of two faces."""
     most = max(len(face.corners) for brick in (one, other) for face in brick.shape.faces)
     turned = abs(dot(body_axes(one.pose.orientation)[0], body_axes(other.pose.orientation)[0]))
     return most if turned < ALONG or turned > 1.0 - ALONG else most + CUT
 
 
 def _beyond(
-    most_of: Callable[[str], int | None], count: int, what: str, scenario: Scenario, source: Source
+    most_of: Callable[[str], int | None], count: int, noun: str, scenario: Scenario, source: Source
 ) -> Iterator[Diagnostic]:
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
             for margin in sorted(claim.stated.needed_margins):
                 most = most_of(margin)
                 if most is not None and count > most:
-                    message = f"the margin `{margin}` of up to {count} {what} takes too much, and {most} is the most"
+                    message = f"the margin `{margin}` of up to {count} {noun} takes too much work; at most {most} are allowed"
                     hint = f"claim `verdict: stable` or `margin: {{friction: ...}}`, build less, {HINT}"
                     yield Diagnostic("SD206", source.key_span_of((key, number, claim.kind)), message, hint)

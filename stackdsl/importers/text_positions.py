@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import accumulate
-from json.decoder import JSONArray, JSONObject  # type: ignore[attr-defined]  # what its decoder is made of
+from json.decoder import JSONArray, JSONObject  # type: ignore[attr-defined]  # parts of its decoder
 from json.scanner import py_make_scanner  # type: ignore[attr-defined]  # likewise
 from math import isfinite
 from typing import Any, Final, TypeAlias
@@ -44,7 +44,7 @@ _Scan: TypeAlias = Callable[[str, int], tuple[Any, int]]
 
 
 class _WrongError(ValueError):
-    """JSON that the parser accepts but a load must not have: its position, what is wrong, and the remedy."""
+    """JSON that the parser accepts but a load must not have; carries the position, the message and the remedy."""
 
     def __init__(self, start: int, message: str, hint: str) -> None:
         super().__init__(message)
