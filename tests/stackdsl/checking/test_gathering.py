@@ -42,7 +42,7 @@ def test_a_pipe_among_scenarios_is_told_and_not_waited_for(stackdsl: Stackdsl, t
     assert result.code == 2
     assert "good[exact]" in result.out
     assert "pipe.yaml:1:1" in result.out + result.err
-    assert "no regular file" in result.out + result.err
+    assert "not a regular file" in result.out + result.err
 
 
 def test_nothing_is_removed_unless_all_was_read(stackdsl: Stackdsl, tmp_path: Path) -> None:

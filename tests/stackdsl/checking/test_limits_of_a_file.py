@@ -18,7 +18,7 @@ def test_of_thousands_of_unknown_keys_the_first_are_told_and_that_there_are_more
     keys = "\n".join(f"k{number}: 1" for number in range(MANY))
     _, mistakes = compiled(f"scenario: keys\nbuild:\n  - column: {{levels: 2}}\n{keys}\n")
     assert [mistake.code for mistake in mistakes] == ["SD101"] * MOST_REPORTED + ["SD111"]
-    assert f"the {MOST_REPORTED} that are told" in mistakes[-1].message
+    assert f"more than {MOST_REPORTED} mistakes" in mistakes[-1].message
     assert mistakes[-1].hint
 
 
