@@ -51,6 +51,7 @@ def _beyond(
             for margin in sorted(claim.stated.needed_margins):
                 most = most_of(margin)
                 if most is not None and count > most:
-                    message = f"the margin `{margin}` of up to {count} {noun} takes too much work; at most {most} are allowed"
+                    limit = f"at most {most} are allowed"
+                    message = f"the margin `{margin}` of up to {count} {noun} takes too much work; {limit}"
                     hint = f"claim `verdict: stable` or `margin: {{friction: ...}}`, build less, {HINT}"
                     yield Diagnostic("SD206", source.key_span_of((key, number, claim.kind)), message, hint)
