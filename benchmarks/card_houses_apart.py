@@ -2,9 +2,9 @@
 
 Cards of a V lean on each other along the inner ones of their upper edges; planks lie on the highest edges, and cards
 stand on their lowest ones, on the ground or on planks. On an edge that a plank covers forces act at both ends of what
-it covers. Two edges that meet press along every normal that both admit (docs/design/engines.md), so along the two extreme
-ones and what lies between: each edge admits what lies between the normals of the two faces beside it. What is less than
-the reach of contact apart touches in the package, and not here.
+it covers. Two edges that meet press along every normal that both admit (docs/design/engines.md), so along the two
+extreme ones and what lies between: each edge admits what lies between the normals of the two faces beside it. What is
+less than the reach of contact apart touches in the package, and not here.
 
 python -m benchmarks.card_houses_apart            100 samples for each pair of hands, where these put the cards
 python -m benchmarks.card_houses_apart --write    the same, to docs/data

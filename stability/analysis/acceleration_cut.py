@@ -20,8 +20,9 @@ from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 # Faces that overlap by next to nothing, which no margin should lean on.
 #
-# A sliver carries what a rigid body can (docs/design/contacts.md), so a verdict counts on it. What a load survives, told to
-# whoever drives it, must not hang on a hundredth of a millimetre between cartons that were meant to stand flush.
+# A sliver carries what a rigid body can (docs/design/contacts.md), so a verdict counts on it. What a load survives,
+# told to whoever drives it, must not hang on a hundredth of a millimetre between cartons that were meant to stand
+# flush.
 
 
 def without_slivers(problem: Problem) -> Problem:
