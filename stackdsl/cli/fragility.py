@@ -1,7 +1,6 @@
 """`stackdsl fragility`: the share of samples that fall, over friction, shaking, tilt, errors of hands or a variable."""
 
-import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import radians
@@ -29,7 +28,7 @@ from stackdsl.exits import ExitCode
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import MistakeError
 from stackdsl.report.plots import drawn_fragility as drawn_plot
-from stackdsl.report.studies import fragility_csv, fragility_json, fragility_lines
+from stackdsl.report.studies import fragility_lines, fragility_table
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.studies.fragility import CurveResult, FragilityPlan
@@ -115,7 +114,8 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         code = _code(name, found) or code
         if found.interrupted:
             break
-    _written(curves, form)
+    if form != "text":
+        write_data(fragility_table(curves).written_as(form), form)
     if plot is not None and curves:
         draw(partial(drawn_plot, *curves[0]), plot)
     context.exit(code)
@@ -246,12 +246,3 @@ def _code(name: str, found: CurveResult) -> ExitCode | None:
         tell("interrupted: what is told is what was done; the same call goes on from there")
         return ExitCode.INTERRUPTED
     return None
-
-
-def _written(curves: Sequence[tuple[str, Fragility]], form: str) -> None:
-    forms: dict[str, Callable[[], str]] = {
-        "csv": lambda: fragility_csv(curves),
-        "json": lambda: json.dumps(fragility_json(curves), indent=2) + "\n",
-    }
-    if form in forms:
-        write_data(forms[form](), form)

@@ -1,6 +1,5 @@
 """The frame of the commands that ask statics about one file: cases, limits, and how what is found is written."""
 
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,7 +17,7 @@ from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, cod
 from stackdsl.cli.terminal import tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.report.plots import HINT
-from stackdsl.report.studies import FORMAT, table_csv
+from stackdsl.report.study_table import Part, StudyTable, parts_table
 from stackdsl.user_files import write_user_file
 
 PLOTS: Final = (".svg", ".png")
@@ -62,8 +61,7 @@ class Writing(Generic[Found]):
     """How what a command finds is written: text as it is found, and the others as a whole."""
 
     text: Callable[[Found], Iterable[str]]  # lines
-    csv: Callable[[Sequence[Found]], str]
-    json: Callable[[Sequence[Found]], object]
+    table: Callable[[Sequence[Found]], StudyTable]
 
 
 @dataclass
@@ -106,10 +104,8 @@ class Request:
             tell("interrupted")
             code = ExitCode.INTERRUPTED
         finally:
-            if self.form == "csv":
-                write_data(writing.csv(found), "csv")
-            elif self.form == "json":
-                write_data(json.dumps(writing.json(found), indent=2) + "\n", "json")
+            if self.form != "text":
+                write_data(writing.table(found).written_as(self.form), self.form)
         return found, code
 
 
@@ -150,33 +146,5 @@ def statics_command(name: str, plot: bool = False) -> Callable[[Callable[..., Ex
     return made
 
 
-# Answers that come in parts, each of some rows.
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """Some rows of what is found of a case."""
-
-    case: str
-    lines: Sequence[str] = ()  # of text
-    rows: Sequence[Mapping[str, Any]] = ()
-    whole: Mapping[str, Any] = field(default_factory=dict)  # what is said of the case as a whole, by key
-
-
 Parts: TypeAlias = Iterator[Part]
-
-
-def _csv_of(parts: Sequence[Part]) -> str:
-    return table_csv([(part.case, row) for part in parts for row in part.rows])
-
-
-def _json_of(parts: Sequence[Part]) -> object:
-    cases: dict[str, dict[str, Any]] = {}
-    for part in parts:
-        case = cases.setdefault(part.case, {"case": part.case, "rows": []})
-        case["rows"] += map(dict, part.rows)
-        case |= part.whole
-    return {"format": FORMAT, "cases": list(cases.values())}
-
-
-IN_PARTS: Final = Writing[Part](lambda part: part.lines, _csv_of, _json_of)
+IN_PARTS: Final = Writing[Part](lambda part: part.lines, parts_table)

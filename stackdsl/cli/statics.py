@@ -14,7 +14,7 @@ from stability.problem import Stability
 from stability.statics.assembly import Assembly
 from stability.work_limit import TooMuchWorkError
 from stackdsl.checking.cases import Case
-from stackdsl.cli.one_file import IN_PARTS, Part, Parts, Request, Writing, draw, refuse_several, statics_command
+from stackdsl.cli.one_file import IN_PARTS, Parts, Request, Writing, draw, refuse_several, statics_command
 from stackdsl.cli.options import Number
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
@@ -23,23 +23,21 @@ from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.quantities import ANGLE, MistakeError, parse_quantity
 from stackdsl.report.plots import drawn_survival
 from stackdsl.report.studies import (
-    limit_csv,
-    limit_json,
     limit_lines,
+    limit_table,
     longest_lines,
     order_lines,
     order_rows,
     pull_lines,
     pull_row,
-    sensitivity_csv,
-    sensitivity_json,
     sensitivity_lines,
+    sensitivity_table,
     soonest_line,
     suggestion_row,
-    survival_csv,
-    survival_json,
     survival_lines,
+    survival_table,
 )
+from stackdsl.report.study_table import Part
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.wording import how_many
@@ -48,7 +46,7 @@ from stackdsl.wording import how_many
 
 
 FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
-SURVIVAL = Writing[tuple[str, Survival]](lambda each: survival_lines(*each), survival_csv, survival_json)
+SURVIVAL = Writing[tuple[str, Survival]](lambda each: survival_lines(*each), survival_table)
 
 
 @statics_command("survive", plot=True)
@@ -98,7 +96,7 @@ def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator
 
 
 USUALLY = 60  # numbers that are tried; a bar has to end somewhere
-LIMITS = Writing[FoundLimit](limit_lines, limit_csv, limit_json)
+LIMITS = Writing[FoundLimit](limit_lines, limit_table)
 
 
 def _bearing(context: click.Context, parameter: click.Parameter, value: str | None) -> float | None:
@@ -177,7 +175,7 @@ SHOWN = 15
 @click.option("--top", type=click.IntRange(1), default=SHOWN, show_default=True, help="So many lines of text.")
 def sensitivities_command(request: Request, of: str, checked: int, top: int) -> ExitCode:
     """Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played."""
-    writing = Writing[Sensitivities](lambda each: sensitivity_lines(each, top), sensitivity_csv, sensitivity_json)
+    writing = Writing[Sensitivities](lambda each: sensitivity_lines(each, top), sensitivity_table)
     questions = (
         (name, _sensitivities(name, case, MarginKind(of), checked)) for name, case in request.variants().items()
     )

@@ -1,6 +1,5 @@
 """`stackdsl sweep`: every variant and every sample, a row each, into a file that the next call goes on with."""
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -13,7 +12,7 @@ from stackdsl.checking.selection import Selection
 from stackdsl.cli.options import LONGEST_LIMIT, ON_JOBS, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, selected_of
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
-from stackdsl.report.studies import sweep_csv, sweep_json, sweep_lines
+from stackdsl.report.studies import sweep_lines, sweep_table
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.studies.sweep import SweepError, SweptCase, sweep, swept_cases
 from stackdsl.studies.sweep_plan import NothingToSweepError, SweepPlan, plan_of
@@ -139,10 +138,8 @@ class _UnderWay:
             tell(f"{self.out} has {counts.rows} of {self.plan.total} rows")
 
     def _tell(self, found: Sequence[SweptCase]) -> None:
-        if self.form == "csv":
-            write_data(sweep_csv(found), "csv")
-        elif self.form == "json":
-            write_data(json.dumps(sweep_json(found), indent=2) + "\n", "json")
+        if self.form != "text":
+            write_data(sweep_table(found).written_as(self.form), self.form)
         elif self.counts.rows:
             write("".join(f"{line}\n" for line in sweep_lines(found)))
         if self.counts.rows < self.plan.total:

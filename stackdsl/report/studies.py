@@ -1,8 +1,6 @@
 """Results of studies as text, CSV and JSON: limits, sensitivities, survival, fragility, sweeps, orders."""
 
-import csv
-import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from math import atan2, ceil, degrees, hypot, inf, log10
@@ -17,6 +15,7 @@ from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
 from stackdsl.judging.statistics import Interval
 from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json, weakest_text
+from stackdsl.report.study_table import StudyTable, rows_within
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
@@ -28,7 +27,6 @@ from stackdsl.studies.sweep import SweptCase
 # A fragility curve as text, CSV and JSON.
 
 
-FORMAT = 1  # of the JSON; raised when something in it changes its meaning
 PERCENT = 100.0
 FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "low", "high", "decided")
 
@@ -99,20 +97,15 @@ def _plain_interval(within: Interval) -> str:
     return f"{within.low:.4g} .. {within.high:.4g}"
 
 
-def fragility_csv(curves: Sequence[tuple[str, Fragility]]) -> str:
-    """A row a point."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("case", "over", *FRAGILITY_COLUMNS))
-    for name, fragility in curves:
-        for point in fragility.points:
-            writer.writerow((name, fragility.intensity.name, *_fragility_row(fragility, point).values()))
-    return out.getvalue()
-
-
-def fragility_json(curves: Sequence[tuple[str, Fragility]]) -> dict[str, Any]:
-    """The same as JSON, with the curve; `null` where there is none."""
-    return {"format": FORMAT, "cases": [{"case": name, **as_values(fragility)} for name, fragility in curves]}
+def fragility_table(curves: Sequence[tuple[str, Fragility]]) -> StudyTable:
+    """Return a row for each point; JSON has the curve as well, `null` where there is none."""
+    rows = [
+        {"case": name, "over": fragility.intensity.name, **_fragility_row(fragility, point)}
+        for name, fragility in curves
+        for point in fragility.points
+    ]
+    details = [{"case": name, **as_values(fragility)} for name, fragility in curves]
+    return StudyTable(("case", "over", *FRAGILITY_COLUMNS), rows, details)
 
 
 def as_values(fragility: Fragility) -> dict[str, Any]:
@@ -151,21 +144,18 @@ def _ends(within: Interval) -> tuple[float, float]:
 
 def _fragility_row(fragility: Fragility, point: CurvePoint) -> dict[str, Any]:
     share = point.share if point.count > point.unknown else None
-    numbers = (point.fell, point.unknown, point.count, share and _rounded(share))
-    ends = (_rounded(end) for end in _ends(point.within))
-    return dict(
-        zip(
-            FRAGILITY_COLUMNS,
-            (
-                _rounded(fragility.intensity.shown(point.value)),
-                fragility.intensity.shown_unit,
-                *numbers,
-                *ends,
-                _decided(point),
-            ),
-            strict=True,
-        )
-    )
+    low, high = map(_rounded, _ends(point.within))
+    return {
+        "value": _rounded(fragility.intensity.shown(point.value)),
+        "unit": fragility.intensity.shown_unit,
+        "fell": point.fell,
+        "unknown": point.unknown,
+        "samples": point.count,
+        "share": share and _rounded(share),
+        "low": low,
+        "high": high,
+        "decided": _decided(point),
+    }
 
 
 def _rounded(value: float) -> float:
@@ -266,18 +256,10 @@ def _digits(finding: FoundLimit) -> int:
     return min(most, max(least, ceil(log10(size / abs(finding.stands - finding.beyond))) + 2))
 
 
-def limit_csv(findings: Sequence[FoundLimit]) -> str:
-    """A row a case and number."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, LIMIT_COLUMNS, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(map(_limit_row, findings))
-    return out.getvalue()
-
-
-def limit_json(findings: Sequence[FoundLimit]) -> dict[str, Any]:
-    """The same as JSON, with what contradicts; `null` where there is no number."""
-    return {"format": FORMAT, "found": [*map(_limit_row, findings)]}
+def limit_table(findings: Sequence[FoundLimit]) -> StudyTable:
+    """Return a row for each case and number; JSON has contradicting values as well, and `null` for a missing number."""
+    rows = [*map(_limit_row, findings)]
+    return StudyTable(LIMIT_COLUMNS, rows, rows, "found")
 
 
 def _limit_row(finding: FoundLimit) -> dict[str, Any]:
@@ -351,21 +333,10 @@ def _slopes(effect: Effect, unit: str) -> str:
     return f"{less} below and {more} above"
 
 
-def sensitivity_csv(found: Sequence[Sensitivities]) -> str:
-    """A row a number."""
-    out = io.StringIO()
-    writer = csv.DictWriter(out, SENSITIVITY_COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for each in found:
-        writer.writerows(
-            {"case": each.case, "margin": each.margin, **_sensitivity_row(effect)} for effect in each.effects
-        )
-    return out.getvalue()
-
-
-def sensitivity_json(found: Sequence[Sensitivities]) -> dict[str, Any]:
-    """The same as JSON; `null` where there is no margin on a side."""
-    return {"format": FORMAT, "cases": [*map(_sensitivity_case, found)]}
+def sensitivity_table(found: Sequence[Sensitivities]) -> StudyTable:
+    """Return a row for each number; `null` where there is no margin on a side."""
+    cases = [*map(_sensitivity_case, found)]
+    return StudyTable(SENSITIVITY_COLUMNS, rows_within(cases, "effects"), cases)
 
 
 def _sensitivity_case(found: Sensitivities) -> dict[str, Any]:
@@ -425,19 +396,8 @@ def _range(values: Sequence[float]) -> str:
     return least if least == most else f"{least} .. {most}"
 
 
-def survival_csv(survivals: Sequence[tuple[str, Survival]]) -> str:
-    """A row a bearing; nothing stands where nothing gives way."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("case", *SURVIVAL_COLUMNS))
-    for name, survival in survivals:
-        for each in survival.along:
-            writer.writerow((name, *("" if value is None else value for value in _survival_row(each).values())))
-    return out.getvalue()
-
-
-def survival_json(survivals: Sequence[tuple[str, Survival]]) -> dict[str, Any]:
-    """The same as JSON; `null` where nothing gives way."""
+def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
+    """Return a row for each bearing; empty or `null` where nothing gives way."""
     cases = [
         {
             "case": name,
@@ -449,7 +409,7 @@ def survival_json(survivals: Sequence[tuple[str, Survival]]) -> dict[str, Any]:
         }
         for name, survival in survivals
     ]
-    return {"format": FORMAT, "cases": cases}
+    return StudyTable(("case", *SURVIVAL_COLUMNS), rows_within(cases, "bearings"), cases)
 
 
 def _survival_row(each: BearingSurvival) -> dict[str, float | str | None]:
@@ -458,7 +418,7 @@ def _survival_row(each: BearingSurvival) -> dict[str, float | str | None]:
 
 
 def _finite_margin(value: float) -> float | None:
-    return None if value == inf else float(f"{value:.6g}")
+    return None if value == inf else _rounded(value)
 
 
 # What came of a sweep, as text, CSV and JSON; the rows themselves are in its file.
@@ -498,21 +458,18 @@ def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
             yield f"  failed: {len(failed) - FEW} more reasons, in the rows whose verdict is failed"
 
 
-def sweep_csv(cases: Sequence[SweptCase]) -> str:
-    """A row a case."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(SWEEP_COLUMNS)
-    for each in cases:
-        share = each.stands
-        counts = (each.verdicts.get(verdict, 0) for verdict in SAMPLED)
-        writer.writerow((each.entry.name, each.rows, *counts, *((share.low, share.high) if share else ("", ""))))
-    return out.getvalue()
-
-
-def sweep_json(cases: Sequence[SweptCase]) -> dict[str, Any]:
-    """The same with levels and ways; no share where there are no samples."""
-    return {"format": FORMAT, "cases": [_sweep_case(each) for each in cases]}
+def sweep_table(cases: Sequence[SweptCase]) -> StudyTable:
+    """Return a row for each case; JSON has levels and ways as well. A case without samples has no share."""
+    details = [*map(_sweep_case, cases)]
+    rows = [
+        {
+            **case,
+            **{verdict: case["verdicts"].get(verdict, 0) for verdict in SAMPLED},
+            **dict(zip(("stands_least", "stands_most"), case["stands"] or ("", ""), strict=True)),
+        }
+        for case in details
+    ]
+    return StudyTable(SWEEP_COLUMNS, rows, details)
 
 
 def _sweep_case(each: SweptCase) -> dict[str, Any]:
@@ -685,20 +642,3 @@ def _steps(order: BuildingOrder) -> Iterator[str]:
         prop = "  with a prop under it" if row["prop"] else ""
         struck = f"; then no prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
         yield f"  {row['step']:4}  {row['brick']}{prop}{struck}"
-
-
-def table_csv(rows: Sequence[tuple[str, Mapping[str, Any]]]) -> str:
-    """Rows of cases, all with the same columns."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    if rows:
-        writer.writerow(("case", *rows[0][1]))
-    for name, row in rows:
-        writer.writerow((name, *(_plain_cell(value) for value in row.values())))
-    return out.getvalue()
-
-
-def _plain_cell(value: object) -> object:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return "" if value is None else value

@@ -14,7 +14,7 @@ from stackdsl.checking.results import judged
 from stackdsl.judging.proofs import margins_of, proofs_of, survival_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.statics import Extent, explanation_text
-from stackdsl.report.studies import survival_json, survival_lines
+from stackdsl.report.studies import survival_lines, survival_table
 from stackdsl.simulation.recording import Recorder
 from stackdsl.viewing.live import margined, played, preview
 from stackdsl.viewing.replay.page import payload_of
@@ -83,7 +83,7 @@ def test_all_that_name_the_weakest_spot_name_the_same(name: str) -> None:
     survival = survival_of(assembly, 24, 0.01)
     assert survival is not None
     assert weakest_in(survival_lines("scene", survival)) == explained
-    (of_json,) = survival_json([("scene", survival)])["cases"]
+    (of_json,) = survival_table([("scene", survival)]).details
     assert of_json["weakest"]["brick"] == brick
     assert min(row["survives_g"] for row in of_json["bearings"]) >= of_json["survives_g"]
     along = next(row for row in of_json["bearings"] if row["bearing_deg"] == of_json["weakest"]["bearing_deg"])

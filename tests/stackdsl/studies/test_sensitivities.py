@@ -7,7 +7,7 @@ import pytest
 from stackdsl.api.find import sensitivities
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
-from stackdsl.report.studies import sensitivity_csv, sensitivity_json, sensitivity_lines
+from stackdsl.report.studies import sensitivity_lines, sensitivity_table
 from stackdsl.studies.find_limit import SearchError
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from tests.stackdsl.studies.known_limits import SEESAW, V
@@ -99,7 +99,7 @@ def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_ma
     text = "\n".join(sensitivity_lines(found, 15))
     assert ("not unique at the limit: what is not checked may be off" in text) is in_doubt
     assert ("1 of 2 numbers do not matter, none of them held against differences" in text) is in_doubt
-    assert sensitivity_json([found])["cases"][0]["in_doubt"] is in_doubt
+    assert sensitivity_table([found]).details[0]["in_doubt"] is in_doubt
 
 
 def test_it_is_told_as_text_csv_and_json() -> None:
@@ -108,8 +108,9 @@ def test_it_is_told_as_text_csv_and_json() -> None:
     assert lines[1] == "  acceleration 0.6667 g; by a hundredth of each number it changes by up to:"
     assert lines[2] == "    x of base      0.0667 g  +0.03333 g/mm; differences say so too"
     assert lines[3:] == ["    and 1 more", "    6 of 8 numbers do not matter, none of them held against differences"]
-    assert sensitivity_csv([found]).splitlines()[0].startswith("case,margin,what,unit,size,less,more,by_a_hundredth")
-    told = sensitivity_json([found])["cases"][0]
+    table = sensitivity_table([found])
+    assert table.csv().startswith("case,margin,what,unit,size,less,more,by_a_hundredth")
+    told = table.details[0]
     assert (told["of"], told["effects"][0]["what"], told["effects"][1]["source"]) == (
         "acceleration",
         "x of base",
