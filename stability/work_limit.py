@@ -57,12 +57,6 @@ def limited(limit: WorkLimit) -> Iterator[WorkLimit]:
         _LIMIT.reset(token)
 
 
-def work_done() -> float:
-    """Return the work done so far [units]; 0 without a limit."""
-    limit = _LIMIT.get()
-    return 0.0 if limit is None else limit.done
-
-
 def add_work(units: float) -> None:
     """Count work before it is done. Raises TooMuchWorkError if it exceeds the current limit."""
     limit = _LIMIT.get()

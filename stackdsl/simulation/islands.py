@@ -14,7 +14,6 @@ from stability.model import BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Stabilizer, SupportsMerging
-from stability.work_limit import work_done
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, CombinedStabilizer, EventLog, TrackedBrick
@@ -400,7 +399,7 @@ class Effort:
         # The speed, and with it the number of sub-steps, soon changes, so the estimate assumes slow motion.
         steady = self._step + moving
         ahead = seconds / island.world.settings.time_step * steady + self._dearer * work.LOOK * hand_seconds / SAMPLING
-        total = self.done + ahead + self._dearer * work_done() / work.STEP_WORK
+        total = self.done + ahead
         if total > self._most * work.work_factor():
             raise BlockedPlacementError(self._refused(island, moving, (seconds, hand_seconds), total))
 

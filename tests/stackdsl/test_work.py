@@ -150,21 +150,21 @@ def test_what_asks_statics_has_a_limit_whatever_the_command(
     assert done.code == ExitCode.INVALID
     (line,) = done.err.splitlines()
     assert line.startswith(f"it: `{asked[0]}` takes too much work: ")
-    assert "20 are allowed; " in line
+    assert "40 are allowed; " in line
     assert line.endswith("or set STACKDSL_WORK to allow more, for example 4 for four times the work")
 
 
 def test_what_falls_and_takes_too_long_to_mend_is_refused(stackdsl: Stackdsl, tmp_path: Path) -> None:
     text = "scenario: it\nbuild:\n  - column: {levels: 30, step: 20 mm}\n"
     (tmp_path / "it.yaml").write_text(text, encoding="utf-8")
-    done = stackdsl("suggest", "it.yaml", "--format", "csv", STACKDSL_WORK="0.01")
+    done = stackdsl("suggest", "it.yaml", "--format", "csv", STACKDSL_WORK="0.005")
     assert done.code == ExitCode.INVALID
     assert "it: `suggest` takes too much work" in done.err
 
 
 def test_what_is_known_before_a_limit_is_written(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "it.yaml").write_text(WALL.format(3, ""), encoding="utf-8")
-    done = stackdsl("pull", "it.yaml", "--format", "json", STACKDSL_WORK="2e-4")
+    done = stackdsl("pull", "it.yaml", "--format", "json", STACKDSL_WORK="1e-4")
     assert done.code == ExitCode.INVALID
     (case,) = json.loads(done.out)["cases"]
     assert case["case"] == "it"
