@@ -206,7 +206,7 @@ def test_a_directory_outside_of_the_project_is_refused(
 ) -> None:
     write(project, f'{key} = "{written}"\n', "stackdsl.toml")
     refused = stackdsl("check", "scenarios")
-    assert (refused.code, f"{key} is to be a directory below the file" in refused.err) == (4, True)
+    assert (refused.code, f"{key} must be a directory below the file" in refused.err) == (4, True)
 
 
 @pytest.mark.parametrize("marked", [True, False])
