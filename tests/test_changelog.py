@@ -8,7 +8,7 @@ import pytest
 
 from tests.paths import ROOT
 
-FRAGMENTS = sorted((ROOT / "changelog.d").iterdir())
+FRAGMENTS = sorted((ROOT / "changelog.d").glob("*.md"))
 SENTENCE_END = re.compile(r"[.!?]\"?(?=\s)")
 NAME = re.compile(r"\d+(-[a-z0-9-]+)?\.(feature|fix)\.md")
 
