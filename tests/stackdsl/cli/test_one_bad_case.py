@@ -44,8 +44,8 @@ def attended(pool, busy):
     attend(pool, busy)
 
 ahead, hung = 0.0, Path("hung").absolute()
-attend = processes.Pool._attend
-processes.Pool._attend = attended
+attend = processes.Pool._check_worker
+processes.Pool._check_worker = attended
 processes.monotonic = worker.monotonic = lambda: time.monotonic() + ahead
 play_case.play = badly_played
 main()
