@@ -39,9 +39,7 @@ class WorkLimit:
         """Count work before it is done. Raises TooMuchWorkError if it exceeds the limit."""
         self.done += units
         if self.done > self.most:
-            raise TooMuchWorkError(
-                f"{self.done:.2g} units of work in all are estimated, and {self.most:.2g} are allowed"
-            )
+            raise TooMuchWorkError(f"it needs more than the {self.most:.2g} units of work that are allowed")
 
 
 _LIMIT: Final = ContextVar[WorkLimit | None]("work_limit", default=None)

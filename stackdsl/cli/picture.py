@@ -9,9 +9,11 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, code_without_runs, selected_of
 from stackdsl.cli.run import write_file
 from stackdsl.cli.terminal import tell
+from stackdsl.exits import ExitCode
 from stackdsl.shown_text import visible
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import unplayable
@@ -79,13 +81,16 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         _warn_of_nothing_there(run, time, forces)
     seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
     try:
-        if moves:
-            frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
-            write_file(output, _moving(run, frames, output.suffix[1:]))
-            return
-        panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
-        svg = picture(run, panels, width=240.0 if count else 420.0)
-        write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
+        with refusing(f"{run.name}: the picture", "draw it by one --view from a side, or a smaller variant") as refused:
+            if moves:
+                frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
+                write_file(output, _moving(run, frames, output.suffix[1:]))
+                return
+            panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
+            svg = picture(run, panels, width=240.0 if count else 420.0)
+            write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
+        if refused:
+            context.exit(ExitCode.INVALID)
     except ModuleNotFoundError as error:
         raise click.ClickException(
             f"{output.suffix} needs {error.name}, which is not installed; try: {HINT}"

@@ -3,16 +3,16 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
-from itertools import product
 from math import hypot
 from typing import Final
 from xml.sax.saxutils import escape
 
 import numpy as np
 
-from stability.geometry.rows import Array
+from stability.geometry.rows import Array, cross_rows
 from stability.geometry.vectors import rotate
 from stability.model import BodyId, ConvexShape, Pose
+from stability.work_limit import add_work
 from stackdsl.trace import EventKind
 from stackdsl.viewing.run_view import RunView, ShownProof
 
@@ -61,6 +61,7 @@ VIEWS: Final = {
 
 TOUCHING = 1e-6  # share of a solid's size by which two may overlap and still count as separated
 PARALLEL = 1e-6  # sine of the angle below which two edges are parallel
+COMPARED, SWEPT = 250.0, 0.3  # units of work for a pair of solids that overlap on paper, and in x alone
 FLAT = 1e-9  # cosine deviation below which two directions are equal
 
 
@@ -84,10 +85,11 @@ class Solid:
 
 
 def painters_order(solids: Sequence[Solid], view: View) -> list[int]:
-    """Return the indices of solids in the order in which they are painted."""
+    """Return the indices of solids in the order in which they are painted. Raises TooMuchWorkError."""
     behind: list[set[int]] = [set() for _ in solids]  # solids to paint before each
     covers: list[list[int]] = [[] for _ in solids]
     for a, b in _on_each_other(solids, view):
+        add_work(COMPARED)
         way = _in_front(solids[a], solids[b], view)
         if way:
             first, last = (a, b) if way > 0 else (b, a)
@@ -137,6 +139,7 @@ def _on_each_other(solids: Sequence[Solid], view: View) -> Iterator[tuple[int, i
     order = np.argsort(low[:, 0], kind="stable")
     open_now: list[int] = []
     for place in order.tolist():
+        add_work(SWEPT * len(open_now))
         open_now = [other for other in open_now if high[other, 0] > low[place, 0] + slack]
         for other in open_now:
             if min(high[other, 1], high[place, 1]) > max(low[other, 1], low[place, 1]) + slack:
@@ -166,7 +169,7 @@ def _room(a: Solid, b: Solid, normals: Array) -> Array:
 
 def _crossed(a: Array, b: Array) -> Array:
     """Return the unit cross products of all pairs of edges, with both signs."""
-    crossed = np.array([np.cross(first, second) for first, second in product(a, b)])
+    crossed = cross_rows(np.repeat(a, len(b), axis=0), np.tile(b, (len(a), 1)))
     length = np.linalg.norm(crossed, axis=1)
     crossed = crossed[length > PARALLEL] / length[length > PARALLEL][:, None]
     return np.concatenate((crossed, -crossed))

@@ -150,7 +150,7 @@ def test_what_asks_statics_has_a_limit_whatever_the_command(
     assert done.code == ExitCode.INVALID
     (line,) = done.err.splitlines()
     assert line.startswith(f"it: `{asked[0]}` takes too much work: ")
-    assert "40 are allowed; " in line
+    assert "40 units of work that are allowed; " in line
     assert line.endswith("or set STACKDSL_WORK to allow more, for example 4 for four times the work")
 
 
@@ -184,6 +184,15 @@ def test_what_a_run_proves_counts_as_well_as_its_steps(stackdsl: Stackdsl, tmp_p
     done = stackdsl("check", "it.yaml", STACKDSL_WORK="1e-5")
     assert done.code == ExitCode.INVALID
     assert "it.yaml:3:13: SD206 the proofs of 30 bricks take too much work" in done.text
+
+
+def test_a_picture_of_too_many_bricks_that_cover_each_other_is_refused(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    (tmp_path / "it.yaml").write_text("scenario: it\nbuild:\n  - four_stack: {levels: 20}\n", encoding="utf-8")
+    done = stackdsl("picture", "it.yaml", "-o", "it.svg", "--view", "plan", STACKDSL_WORK="0.001")
+    assert done.code == ExitCode.INVALID
+    assert "it[exact]: the picture takes too much work" in done.text
+    assert not (tmp_path / "it.svg").exists()
+    assert stackdsl("picture", "it.yaml", "-o", "it.svg", "--view", "plan").code == ExitCode.OK
 
 
 def test_no_more_processes_than_two_a_core_are_started() -> None:
