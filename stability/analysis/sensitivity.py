@@ -22,9 +22,11 @@ from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale,
 from stability.model import Vec3
 from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances
 from stability.process_settings import one_thread
+from stability.work_limit import add_work
 
 NEAR = 1e-5  # share by which a limit may be beyond the margin and count as reached with it
 ALIGNED = 1e-6  # [rad] by which a direction may be off the normal of its limit
+CONTACT = 40.0  # units of work to compare the forces of a contact with another problem
 ASIDE = 0.01  # of the size of a contact: points that are further apart are not the same
 
 
@@ -138,6 +140,7 @@ def _power(limit: MarginLimit, other: Problem) -> float | None:
     """The power along the motion of the loads of another problem, and of the forces at the limit on its contacts."""
     if not other.bricks.keys() >= limit.problem.bricks.keys():
         return None
+    add_work(CONTACT * len(limit.problem.contacts))
     power = 0.0
     for name, (velocity, spin) in sorted(limit.motion.velocity.items()):
         load = other.loads[name]
