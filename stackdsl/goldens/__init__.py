@@ -1,1 +1,1 @@
-"""Trace -> snapshot <-> golden file, and what differs between two."""
+"""Trace -> snapshot <-> golden file, and the differences of two snapshots."""

@@ -1,4 +1,4 @@
-"""A snapshot against what a golden file holds: every observation that left its tolerance, by name and with its unit."""
+"""Comparison of a snapshot with a golden file: each observation outside its tolerance, by name and with its unit."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,7 +41,7 @@ from stackdsl.results import GoldenDifference
 from stackdsl.trace import BrickState
 
 ABSENT = "none"
-PROVEN_OR_NOT = (BrickState.FROZEN.value, BrickState.STANDING.value)  # no set: a file may hold what cannot be hashed
+PROVEN_OR_NOT = (BrickState.FROZEN.value, BrickState.STANDING.value)  # no set: a file may contain unhashable values
 NUMERICAL_NOISE = 1e-9  # of a difference of two rounded decimals, so that a tolerance includes its limit
 
 Differences: TypeAlias = Iterator[GoldenDifference]
@@ -49,12 +49,12 @@ Object: TypeAlias = Mapping[str, object]  # of JSON
 
 
 def compare(expected: Object, got: Snapshot) -> tuple[GoldenDifference, ...]:
-    """The differences of a snapshot from the JSON value of a golden file. Raises MalformedSnapshotError."""
+    """Return the differences of a snapshot from the JSON value of a golden file. Raises MalformedSnapshotError."""
     return compare_documents(expected, document(got))
 
 
 def compare_documents(expected: Object, got: Object, *, other_engine: bool = False) -> tuple[GoldenDifference, ...]:
-    """The same for two JSON values; of runs with different engines, what the author and statics have decided."""
+    """Compare two JSON values; for different engines, only what the author and statics determine."""
     check_keys(expected)
     decided = (
         *_decided(expected, got),
@@ -73,7 +73,7 @@ def compare_documents(expected: Object, got: Object, *, other_engine: bool = Fal
 
 
 def _decided(expected: Object, got: Object) -> Differences:
-    """What no engine decides."""
+    """Yield the differences that do not depend on an engine."""
     for key in ("scenario", "variant", "system"):
         yield from _value("snapshot", key, expected.get(key), got.get(key))
     yield from _world(_object(expected, "world"), _object(got, "world"))
@@ -84,7 +84,7 @@ def _decided(expected: Object, got: Object) -> Differences:
 
 
 def _moved(expected: Object, got: Object) -> Differences:
-    """What came of the whole as it moved."""
+    """Yield the differences of the whole structure in motion."""
     was, now = _object(expected, "collapse"), _object(got, "collapse")
     yield from _value("structure", "collapse time", was.get("time_s"), now.get("time_s"), COLLAPSE_TIME)
     yield from _value("structure", "gave way", was.get("gave_way"), now.get("gave_way"), unclear=is_name_or_none)
@@ -117,7 +117,7 @@ def _presence(before: bool) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Placing:
-    """The event in which a brick was placed."""
+    """Return the event in which a brick was placed."""
 
     number: int
     event: Object
@@ -135,7 +135,7 @@ class _Placing:
 
 
 def _by_brick(whole: Object) -> dict[str, _Placing]:
-    """Events by each brick placed, so that one more event, or other groups, do not shift all later ones."""
+    """Compare events by placed brick, so that one more event, or other groups, do not shift all later ones."""
     placings: dict[str, _Placing] = {}
     for number, event in enumerate(_array(whole, "events"), start=1):
         if not isinstance(event, dict):
@@ -171,7 +171,7 @@ def _placings(expected: Mapping[str, _Placing], got: Mapping[str, _Placing]) -> 
 
 
 def _times(whole: Object, what: str) -> dict[str, list[object]]:
-    """When something was done to each brick."""
+    """Return the times of actions on each brick."""
     times = defaultdict[str, list[object]](list)
     for event in (event for event in _array(whole, "events") if isinstance(event, dict)):
         for brick in _array(event, what):
@@ -196,19 +196,19 @@ def _bricks(expected: Object, got: Object, fell: bool) -> Differences:
 def _brick(brick: str, expected: Object, got: Object, fell: bool) -> Differences:
     was, now = expected.get("state"), got.get("state")
     yield from _value(brick, "level", expected.get("level"), got.get("level"))
-    # Whether what a collapse left has been proven by the end hangs on when the last splinter came to rest.
+    # Whether the rest of a collapse is proven by the end depends on the time when the last piece comes to rest.
     if not (fell and was in PROVEN_OR_NOT and now in PROVEN_OR_NOT):
         yield from _value(brick, "state", was, now, unclear=is_undecided_state)
-    # Where and on what a brick ended says something new only if both runs agree on how it ended.
+    # The final place and supports of a brick are compared only if both runs agree on its final state.
     if was == now != UNCLEAR:
         yield from _place(brick, expected, got, unclear=is_number)
 
 
 def _make(brick: str, expected: Object, got: Object) -> Differences:
-    """What the author wrote of a brick, its place aside."""
+    """Compare the author's input for a brick except its place."""
     yield from _vector(brick, " of the turn", (expected, got), "turn_deg", TURN)
     yield from _vector(brick, " size", (expected, got), "size_mm", SIZE)
-    if "volume_mm3" in {*expected, *got}:  # of boxes, the size says all
+    if "volume_mm3" in {*expected, *got}:  # the size of a box determines its volume
         yield from _vector(brick, " centre of mass", (expected, got), "centre_of_mass_mm", SIZE)
         yield from _value(brick, "volume", expected.get("volume_mm3"), got.get("volume_mm3"), VOLUME)
     yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
@@ -242,7 +242,7 @@ def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and w
     quantity: Quantity | None = None,
     unclear: IsValue | None = None,
 ) -> Sequence[GoldenDifference]:
-    """The difference of two values, if they differ; `unclear` says which may be too close to call, if any may."""
+    """Return the difference of two values, if any; `unclear` says which of them may be too close to call."""
     if _same(expected, got, quantity) or is_excused(expected, got, unclear):
         return ()
     tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
@@ -252,7 +252,7 @@ def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and w
 
 
 def _same(expected: object, got: object, quantity: Quantity | None) -> bool:
-    if type(expected) is type(got) and expected == got:  # as nearly all are
+    if type(expected) is type(got) and expected == got:  # the usual case
         return True
     if quantity is not None and is_number(expected) and is_number(got):
         return abs(expected - got) <= quantity.tolerance + NUMERICAL_NOISE

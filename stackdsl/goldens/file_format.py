@@ -31,15 +31,15 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 
-# Snapshot -> JSON values, and the one text that a golden file may have.
+# Snapshot -> JSON values, and the canonical text of a golden file.
 
 
 SCALARS = (str, float, int)
-ENCODER = json.JSONEncoder(ensure_ascii=True, allow_nan=False)  # once, for it is called for every brick
+ENCODER = json.JSONEncoder(ensure_ascii=True, allow_nan=False)  # made once, as it is used for every brick
 
 
 def document(snapshot: Snapshot) -> dict[str, object]:
-    """The snapshot as plain JSON values; what is not locked is left out."""
+    """Return a snapshot as plain JSON values, without fields that are not locked."""
     return {"format": FORMAT, **_plain(snapshot.identity), **_plain(snapshot, without=("identity",))}
 
 
@@ -64,7 +64,7 @@ def _plain_value(value: object) -> object:
 
 
 def canonical_text(snapshot: Snapshot) -> str:
-    """The text of a golden file: one line a brick and an event so that a diff reads well; ASCII."""
+    """Return the ASCII text of a golden file, with one line for each brick and event so that a diff is readable."""
     rest = _plain(snapshot, without=("identity", "events", "bricks"))
     head = {"format": FORMAT, **_plain(snapshot.identity), **rest}
     lines = [f"  {_json(key)}: {_json(value)}" for key, value in head.items()]
@@ -76,7 +76,7 @@ def canonical_text(snapshot: Snapshot) -> str:
 
 
 def _event_text(event: Mapping[str, object]) -> str:
-    """An event of a document, with a line for each brick that it places."""
+    """Return the text of an event, with a line for each brick that it places."""
     if not isinstance(placed := event.get("placed"), Mapping):
         return f"    {_json(event)}"
     head = {key: value for key, value in event.items() if key != "placed"}
@@ -85,7 +85,7 @@ def _event_text(event: Mapping[str, object]) -> str:
 
 
 def _block(brackets: str, lines: Sequence[str], indent: str) -> str:
-    """Lines within brackets, or brackets alone."""
+    """Return lines within brackets, or empty brackets."""
     return f"{brackets[0]}\n" + ",\n".join(lines) + f"\n{indent}{brackets[1]}" if lines else brackets
 
 
@@ -93,7 +93,7 @@ def _json(value: object) -> str:
     return ENCODER.encode(value)
 
 
-# Which keys a golden file may hold: one that nobody reads, or one misspelt, would be compared with nothing.
+# Allowed keys of a golden file: an unknown or misspelt key would not be compared.
 
 
 WHOLE = {"format", *(field.name for field in fields(Identity)), *(field.name for field in fields(Snapshot))}
@@ -136,19 +136,18 @@ def _check(what: str, entry: object, known: set[str]) -> None:
         raise MalformedSnapshotError(f"{what} has an unknown key {min(entry.keys() - known)!r}")
 
 
-# What of a golden file may be too close to call, and which values such an observation may have all the same.
+# Observations that may be too close to call, and the values that such an observation may have.
 #
-# A file says so where the run that it locks came out so, and agrees then with any value that a run may have there; what
-# is no such value is a slip of whoever edited it.
+# An unclear observation agrees with any value that a run can have there. Any other value is an editing mistake.
 
 
-LARGEST = 1e300  # of a number that is compared as one
+LARGEST = 1e300  # largest magnitude that is compared as a number
 
 IsValue: TypeAlias = Callable[[object], bool]  # whether a JSON value is one that an observation may have
 
 
 def is_excused(expected: object, got: object, unclear: IsValue | None) -> bool:
-    """Whether one is too close to call, which agrees with any value that there may be in its place, and no other."""
+    """Return whether one value is unclear and the other is a possible value of that observation."""
     if unclear is None or UNCLEAR not in (expected, got):
         return False
     return unclear(got if expected == UNCLEAR else expected)
@@ -171,23 +170,23 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and -LARGEST < value < LARGEST
 
 
-# Which file a snapshot is kept in: `tower/step-10mm.exact.json`, a name that shells, git and Windows take as it is.
+# Names of golden files, such as `tower/step-10mm.exact.json`, which shells, git and Windows accept unchanged.
 #
-# A name is made so that what it was made from can be read from it again; one of which that is not so, such as one with
-# capitals, which some disks take for small letters, gets a digest; so does one that ends as if it had one. So no two
-# identities share a file, and no file is called otherwise because of what other variants there are.
+# The identity can be read back from a name. A name from which it cannot, such as one with capitals, which some file
+# systems do not distinguish, gets a digest; so does a name that ends as if it had one. So no two identities share a
+# file, and a name does not depend on the other variants.
 
 
 LONGEST_PART: Final = 60  # characters of each part of a name: disks that encrypt take 143
-DIGEST: Final = 10  # hexadecimal digits, where a name alone does not do
+DIGEST: Final = 10  # hexadecimal digits, where a name is not unique
 ENDS_IN_DIGEST: Final = re.compile(rf".*-[0-9a-f]{{{DIGEST}}}")
-DEVICES: Final = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?")  # which Windows takes for no file
+DEVICES: Final = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?")  # reserved names of Windows
 GOLDEN_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tuned|stock|modified)\.json")
 _CHOICE: Final = re.compile(r"([a-z][a-z0-9_]*)-(.*?)(?:_(?=[a-z][a-z0-9_]*-)|$)")
 
 
 def golden_name(identity: Identity) -> str:
-    """The name of the file of a snapshot, below the directory of golden files."""
+    """Return the name of the golden file of an identity, relative to the directory of golden files."""
     chosen = identity.variant.removesuffix(identity.system).removesuffix(",")
     parts = [_variant(chosen)] if chosen else []
     parts += [_plain_name(identity.system)] if identity.system else []
@@ -195,7 +194,7 @@ def golden_name(identity: Identity) -> str:
 
 
 def directory_of(file: Path) -> Path:
-    """The directory of golden files that one of them is in, by its name."""
+    """Return the directory of golden files that contains a file of this name."""
     return file.parent.parent
 
 

@@ -40,10 +40,10 @@ from stackdsl.project_file import GOLDEN
 from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.shown_text import visible
 
-# Who keeps a golden file that is not of the project's own scenarios: a test in Python, or YAML that stands elsewhere.
+# Owner of a golden file outside the project's scenarios: a test in Python, or YAML elsewhere.
 #
-# The file says so itself, in one line, so that whoever checks all scenarios of a project knows what is not theirs to
-# remove. Nothing is compared with it, and what is locked is the same whoever keeps it.
+# The file names its owner in one line, so that a check of all scenarios does not remove it as unused. The line is not
+# compared with anything.
 
 
 ELSEWHERE: Final = "elsewhere"  # in the place of a file that is not below the project, or is none, as in a notebook
@@ -51,10 +51,10 @@ LINE: Final = re.compile(rb'^  "kept_by": ("(?:[^"\\\n]|\\.)*"),?\r?$', re.MULTI
 
 
 def keeper_of(file: str, golden: Path, scenarios: Path) -> str:
-    """What a golden file is to say of who keeps it; empty of what is written below the directory of scenarios.
+    """Return the owner that a golden file names; empty for scenarios below the directory of scenarios.
 
-    `file` is where the scenario, or the test, is written; `golden` the directory of golden files, `scenarios` that of
-    the scenarios that are checked together with it.
+    `file` contains the scenario or the test; `golden` is the directory of golden files, `scenarios` that of the
+    scenarios checked together with it.
     """
     ways = [(Path(way(file)), Path(way(scenarios)), Path(way(golden.parent))) for way in (_absolute, os.path.realpath)]
     if any(own.is_relative_to(folder) for own, folder, _ in ways):
@@ -68,7 +68,7 @@ def _absolute(path: str | Path) -> str:
 
 
 def keeper_in(content: object) -> str:
-    """Who keeps a golden file by what it holds; empty where it says nothing."""
+    """Return the owner named in the content of a golden file; empty if it names none."""
     found = LINE.search(content) if isinstance(content, bytes) else None
     with suppress(ValueError):
         value = json.loads(found[1]) if found is not None else ""
@@ -77,19 +77,19 @@ def keeper_in(content: object) -> str:
 
 
 def is_there(keeper: str, golden: Path) -> bool:
-    """Whether who keeps a file of a directory is still there, as far as one knows; outside of the project is nobody."""
+    """Return whether the owner of a golden file still exists; an owner outside the project does not count."""
     if keeper in ("", ELSEWHERE):
         return bool(keeper)
     try:
         return not leads_outside(golden.parent / keeper, golden.parent) and os.path.isfile(golden.parent / keeper)
-    except OSError as error:  # where one may not look, it may be there
+    except OSError as error:  # a file in an unreadable directory may exist
         return error.errno != ENAMETOOLONG
     except ValueError:  # a name that no file has
         return False
 
 
 def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
-    """Whether somebody else keeps a golden file, beside those files, by their true paths, of which all is known."""
+    """Return whether a golden file has an existing owner other than the checked files, given by their real paths."""
     try:
         keeper = keeper_in(read_file(file, within=golden))
     except OSError:
@@ -97,7 +97,7 @@ def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
     return is_there(keeper, golden) and os.path.realpath(golden.parent / keeper) not in checked
 
 
-# Golden files: a snapshot each, read on every run, written only when a person asks for it.
+# Golden files: one snapshot each, read on every run, written only on request.
 
 
 WRITABLE = "make room for it, or name another directory by --golden"
@@ -105,7 +105,7 @@ CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves i
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
 LEFT_NAME = re.compile(r"\.[0-9a-f]+" + re.escape(TEMPORARY))
-HEAD = 256  # [bytes] of a golden file that say what it is
+HEAD = 256  # [bytes] start of a golden file, which identifies it
 LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was killed
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
@@ -114,23 +114,23 @@ LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE) 
 
 
 class NewerFormatError(MalformedSnapshotError):
-    """A newer version wrote a golden file: what it locks is not known here, so it is left alone."""
+    """A newer version wrote a golden file; it is left unchanged, as its content is unknown."""
 
 
 class GoldenWriteRefusedError(RuntimeError):
-    """Golden files are written by people, who review them as a diff; a CI run only reads them."""
+    """A CI run was asked to write golden files; only people do, who review the differences."""
 
 
 def check_golden(
     snapshot: Snapshot, directory: Path, update: bool, write_new_goldens: bool = False, kept_by: str = ""
 ) -> GoldenResult:
-    """Hold a snapshot against its file; with `update`, write the file unless it agrees within tolerance.
+    """Compare a snapshot with its golden file; with `update`, write the file unless it agrees within tolerance.
 
-    Of one that agrees only the stamp is written, if that has changed: who accepts what comes out need not hear again
-    what it was made with before. With `write_new_goldens`, a file that there is not is written as well.
+    In a file that agrees, only a changed stamp is replaced, so that the note about versions does not appear again.
+    With `write_new_goldens`, a missing file is written as well.
 
-    A file that was made with another engine is not written over, for those who have that one: whoever means to removes
-    it first. `kept_by` is who keeps a file in which nobody is named who is still there, as `keepers.keeper_of` says.
+    A file made with another engine is not overwritten: remove it first. `kept_by` is the owner from `keeper_of`, used
+    if the file names no existing owner.
 
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
@@ -142,7 +142,7 @@ def check_golden(
     if is_there(kept, directory):
         keeper = kept
     text = canonical_text(replace(snapshot, kept_by=keeper or None))
-    if found == text.encode("ascii"):  # as most are; of a large scene, reading what it says takes three times as long
+    if found == text.encode("ascii"):  # the usual case; parsing the file of a large scene takes three times as long
         return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
     result = judged_content(path.as_posix(), found, document(snapshot))
     if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
@@ -178,23 +178,23 @@ def content(path: Path, directory: Path) -> bytes | GoldenResult:
 
 
 def content_of(file: str) -> bytes | GoldenResult:
-    """All that a golden file holds, or why it cannot be read."""
+    """Return the content of a golden file, or the reason why it cannot be read."""
     return content(Path(file), directory_of(Path(file)))
 
 
 def text_digest(found: bytes | GoldenResult) -> str:
-    """The SHA-256 of what a golden file holds; empty where it cannot be read."""
+    """Return the SHA-256 of the content of a golden file; empty if it cannot be read."""
     return sha256(found).hexdigest() if isinstance(found, bytes) else ""
 
 
 def restamped(was: str, now: str) -> str:
-    """The text of a golden file with the stamp of another one; that other one as a whole, if it has no line for it."""
+    """Return the text of a golden file with the stamp of another; if it has no stamp line, the text of the other."""
     stamp = STAMP_LINE.search(now)
     return STAMP_LINE.sub(lambda _: stamp.group(), was) if stamp and len(STAMP_LINE.findall(was)) == 1 else now
 
 
 def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, object]) -> GoldenResult:
-    """The comparison of a snapshot's JSON value with what was read of a golden file."""
+    """Compare the JSON value of a snapshot with the content of a golden file."""
     if not isinstance(found, bytes):
         return found
     try:
@@ -205,9 +205,9 @@ def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, obj
 
 
 def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
-    """The comparison of a snapshot's JSON value with the text of a golden file, which may hold anything.
+    """Compare the JSON value of a snapshot with the text of a golden file, which may be anything.
 
-    What is told of it is escaped here, for terminals, pages and annotations alike.
+    Text of the file in the result is escaped for terminals, pages and annotations.
     """
     try:
         expected = _parsed(text)
@@ -229,7 +229,7 @@ def _escaped(found: GoldenDifference) -> GoldenDifference:
 
 
 def _why_not(text: str, error: Exception) -> str:
-    """Why a text holds no snapshot."""
+    """Return the reason why a text is no snapshot."""
     if marker := CONFLICT.search(text):
         line = text.count("\n", 0, marker.start()) + 1
         return f"it holds two versions, with the markers of a merge from line {line} on; keep one, or write it anew"
@@ -237,7 +237,7 @@ def _why_not(text: str, error: Exception) -> str:
 
 
 def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
-    """The golden file, of some, that says all that this snapshot does but what it is called; empty if none does."""
+    """Return the golden file that equals this snapshot except for its name; empty if there is none."""
     got = document(snapshot)
     own = {key: got[key] for key in ("scenario", "variant", "system")}
     for file in files:
@@ -250,7 +250,7 @@ def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
 
 
 def identity_in(text: str) -> Identity | None:
-    """Which run a text is the snapshot of; None where it is no snapshot that this version reads as a whole."""
+    """Return the identity of the run in a snapshot text; None if this version cannot read all of it."""
     try:
         value = _parsed(text)
         if compare_documents(value, value):
@@ -262,7 +262,7 @@ def identity_in(text: str) -> Identity | None:
 
 
 def _parsed(text: str) -> Mapping[str, object]:
-    """The JSON value of a golden file of our format. Raises ValueError or RecursionError."""
+    """Return the JSON value of a golden file of this format. Raises ValueError or RecursionError."""
     value = json.loads(text, object_pairs_hook=_without_duplicates)
     if not isinstance(value, Mapping):
         raise MalformedSnapshotError("its JSON is no object")
@@ -286,7 +286,7 @@ def _without_duplicates(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def is_ci(environment: Mapping[str, str]) -> bool:
-    """Whether an environment is that of a CI run."""
+    """Return whether environment variables are those of a CI run."""
     return environment.get("CI", "").strip().lower() not in NOT_CI
 
 
@@ -297,13 +297,13 @@ def refuse_in_ci(environment: Mapping[str, str]) -> None:
 
 
 def write_golden(path: Path, text: str, directory: Path) -> None:
-    """Replace a file in a directory as a whole, so that no reader and no crash ever sees half of it.
+    """Replace a file in a directory atomically, so that neither a reader nor a crash leaves half of it.
 
     Raises OSError, and LeadsOutsideError where a link leads it out of the directory.
     """
     make_folder(path.parent, directory)
     _remove_left_over(path.parent, directory)
-    # Not the process id: two containers that share a volume may both be number 7.
+    # A random name, not the process id: two containers that share a volume may have the same one.
     fresh = f".{token_hex(16)}{TEMPORARY}"
     replace_file(
         path, text.encode("utf-8"), directory, fresh=fresh, synced=True
@@ -311,26 +311,26 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
 
 
 def _remove_left_over(folder: Path, directory: Path) -> None:
-    """Remove the temporary files of runs that were killed: no write takes as long as these are old."""
+    """Remove the temporary files of killed runs, which are older than any write takes."""
     for file in folder.glob(f".*{TEMPORARY}"):
-        with suppress(OSError):  # another run may do the same
+        with suppress(OSError):  # another run may remove it, too
             if LEFT_NAME.fullmatch(file.name) and time() - file.stat(follow_symlinks=False).st_mtime > LEFT_OVER:
                 remove_file(file, directory)
 
 
 def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked: Iterable[str] = ()) -> tuple[str, ...]:
-    """The golden files that belong to none of the `expected` file names, and that nobody else keeps.
+    """Return the golden files that are not among the `expected` file names and have no other owner.
 
-    Answers only when the whole set of scenarios was selected and valid, else nobody knows what belongs to the rest.
-    `checked` are the files of that set: what one of these says it keeps, and does not, is obsolete.
+    The answer is empty unless the whole set of scenarios was selected and valid, as the others may own any file.
+    `checked` are the files of that set: a golden file that names one of these and is not expected is obsolete.
     """
     if not whole_set:
         return ()
     names: set[str] = set()
-    # A directory that cannot be read is told for each snapshot that should be in it.
+    # An unreadable directory is reported for each snapshot that should be in it.
     with suppress(OSError):
         entries = list(directory.iterdir())
-        # What is behind a link belongs to somebody else.
+        # The target of a link belongs to another project.
         for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
             names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
     known = {os.path.realpath(file) for file in checked}
@@ -339,7 +339,7 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
 
 
 def _is_golden(file: Path) -> bool:
-    """Whether a file in a directory of a scenario is a golden file: any other is nobody's business here."""
+    """Return whether a file in a directory of a scenario is a golden file; other files are left alone."""
     with suppress(OSError):
         return GOLDEN_NAME.fullmatch(file.name) is not None and b'"format"' in read_file(file, HEAD, file.parent.parent)
     return False
@@ -356,14 +356,14 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
         with suppress(OSError):
             remove_file(Path(file), directory_of(Path(file)))
             removed.append(file)
-        with suppress(OSError):  # one that is not empty stays
+        with suppress(OSError):  # a directory that is not empty stays
             remove_folder(Path(file).parent, directory_of(Path(file)))
     return tuple(removed)
 
 
-# What came out other than a golden file says, kept until somebody accepts it or not.
+# Snapshots that differ from their golden files, kept until they are accepted or rejected.
 #
-# A file each, in the directory where a project remembers things, named after the golden file that it would become.
+# Each is a file in the state directory of the project, named after the golden file that it would become.
 
 
 FOLDER: Final = "pending"
@@ -371,14 +371,14 @@ OFFERED: Final = (GoldenStatus.MISSING, GoldenStatus.DIFFERENT, GoldenStatus.REN
 
 
 class StaleError(RuntimeError):
-    """A golden file is another than the one that was compared: what would be accepted is not what was seen."""
+    """The golden file changed after the comparison, so accepting would not accept the difference that was shown."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pending:
-    """One snapshot that waits for a decision."""
+    """A snapshot that awaits a decision."""
 
-    golden: str  # the file that it would become, as seen from the directory above the one where things are remembered
+    golden: str  # the file that it would become, relative to the parent of the state directory
     case: str
     status: str  # of the golden file when it was compared
     against: str  # digest of that file; empty where there was none
@@ -393,7 +393,7 @@ class Pending:
         return tuple(filter(None, (self.golden, self.renamed_from)))
 
     def differences(self, goldens: "PendingStore") -> tuple[GoldenDifference, ...]:
-        """What it says other than the golden file does, as far as that can be read."""
+        """Return the differences from the golden file, as far as it is readable."""
         found = goldens.content(self.renamed_from or self.golden)
         if not isinstance(found, bytes):
             return ()
@@ -401,17 +401,17 @@ class Pending:
         return judge_text(self.golden, found.decode("utf-8", "replace"), got).differences
 
     def is_stale(self, goldens: "PendingStore") -> bool:
-        """Whether the golden file has changed since it was compared."""
+        """Return whether the golden file has changed since the comparison."""
         now = text_digest(goldens.content(self.golden))
         return now not in (self.against, sha256(self.text.encode()).hexdigest())
 
 
 @dataclass(frozen=True, slots=True)
 class PendingStore:
-    """All that waits, in a directory such as `.stackdsl`, of becoming golden files in another one.
+    """The pending snapshots in a state directory such as `.stackdsl`.
 
-    Whoever sent the project may have made what waits: it counts only where its text is a snapshot, and where its names
-    are those that this program gives to the golden files of such.
+    A pending file may come with a project: it counts only if its text is a snapshot and its names are those that this
+    program gives to the golden files of such a snapshot.
     """
 
     state: Path
@@ -419,22 +419,22 @@ class PendingStore:
 
     @property
     def home(self) -> Path:
-        """What golden files are seen from."""
+        """Return the directory to which names of golden files are relative."""
         return self.state.parent
 
     @property
     def folder(self) -> Path:
-        """Where golden files are."""
+        """Return the directory of golden files."""
         return self.golden or self.home / GOLDEN
 
     def content(self, golden: str) -> bytes | GoldenResult:
-        """What a golden file holds, by its name in what waits."""
+        """Return the content of a golden file, by its name in a pending snapshot."""
         return content(self.home / golden, self.folder)
 
     def note(self, case: str, golden: GoldenResult, failed: tuple[str, ...], file: str = "") -> None:
-        """Keep what differs from its golden file, and let go of what does not; `file` is the YAML that has the case."""
+        """Keep a snapshot that differs from its golden file, drop one that agrees; `file` is the YAML of the case."""
         key = os.path.relpath(golden.file, self.home)
-        with suppress(OSError):  # it can be had again
+        with suppress(OSError):  # another check makes it again
             if golden.status not in OFFERED or not golden.offered:
                 remove_file(unlinked(self.state, FOLDER) / self._file(key).name, self.home)
                 return
@@ -447,7 +447,7 @@ class PendingStore:
                 replace_file(ignored, b"*\n", self.home)
 
     def forget(self, agreeing: Iterable[str]) -> None:
-        """Let go of what no longer differs, and of what would take away a golden file that agrees."""
+        """Drop snapshots that no longer differ, and renames of golden files that agree."""
         keys = {os.path.relpath(file, self.home) for file in agreeing}
         for pending in self.all():
             if keys & {pending.golden, pending.renamed_from}:
@@ -455,7 +455,7 @@ class PendingStore:
                     self.reject(pending)
 
     def forget_gone(self, names: Collection[str], files: Iterable[str]) -> None:
-        """Let go of what came from one of these files, and is none of the cases that they have now."""
+        """Drop snapshots from these files that are no longer among their cases."""
         known = {os.path.relpath(file, self.home) for file in files}
         for pending in self.all():
             if pending.file in known and pending.case not in names:
@@ -463,7 +463,7 @@ class PendingStore:
                     self.reject(pending)
 
     def all(self) -> Iterator[Pending]:
-        """All of it, by the names of cases; a file that is none is passed over."""
+        """Yield all pending snapshots by the names of cases; other files are skipped."""
         found = []
         with suppress(OSError):
             for file in unlinked(self.state, FOLDER).glob("[0-9a-f]*.json"):
@@ -477,7 +477,7 @@ class PendingStore:
         yield from sorted(found, key=lambda pending: natural_key(pending.case))
 
     def _is_own(self, pending: Pending) -> bool:
-        """Whether this program could have written it: a snapshot, its case, and the golden file of that."""
+        """Return whether this program could have written a pending file: a snapshot, its case and its golden file."""
         identity = identity_in(pending.text)
         if identity is None or pending.case != f"{identity.scenario}[{identity.variant}]":
             return False
@@ -486,7 +486,7 @@ class PendingStore:
         return not pending.renamed_from or self._is_golden_file(pending.renamed_from)
 
     def _is_golden_file(self, name: str) -> bool:
-        """Whether it is the name of a golden file, as one sees it from where others are seen from."""
+        """Return whether a relative name is that of a golden file."""
         inside = os.path.relpath(self.home / name, self.folder)
         folder, _, file = inside.rpartition("/")
         named = folder not in ("", "..") and "/" not in folder and GOLDEN_NAME.fullmatch(file) is not None

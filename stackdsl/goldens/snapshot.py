@@ -32,11 +32,10 @@ from stackdsl.trace import (
     Trace,
 )
 
-# What a golden file locks of a run, as values, and how finely each kind of number is held.
+# The observations that a golden file locks, and the tolerance of each kind of number.
 #
-# Facts that a person can read, and that a small disturbance does not change: a collapse is chaotic once it is under
-# way, and a bare engine creeps. What is not clear-cut is written as `unclear`, which compares equal to anything, or
-# left out.
+# They are readable facts that a small disturbance does not change: a collapse is chaotic once it is under way, and a
+# bare engine creeps. An observation that is not clear-cut is written as `unclear`, which equals anything, or left out.
 
 
 FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
@@ -44,7 +43,7 @@ UNCLEAR = "unclear"  # too close to call; equal to anything
 
 
 class MalformedSnapshotError(ValueError):
-    """A golden file holds JSON, yet no snapshot; the message says where."""
+    """A golden file contains JSON that is no snapshot; the message gives the place."""
 
 
 Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
@@ -52,20 +51,20 @@ Number: TypeAlias = float | str  # text where a number is unclear or not finite:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """A kind of number: how it is written, and how far it may move until it counts as different."""
+    """A kind of number, with its written precision and the tolerance of a comparison."""
 
     unit: str
-    digits: int  # decimals written; of a result ten times finer than the tolerance, so rounding never decides
+    digits: int  # decimals written; ten times finer than the tolerance for results, so that rounding never decides
     tolerance: float  # in `unit`
 
 
 POSITION = Quantity("mm", 2, 0.5)  # half the moulding tolerance of a brick
 HEIGHT = Quantity("mm", 2, 0.5)  # as POSITION: it is the top of one brick
-MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: contact corners, which it is made of, agree within 0.1 mm
-SHARE = Quantity("", 3, 0.02)  # what 0.5 mm does on a lever of 24 mm, a plank's width
-COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in when a tower has visibly begun to fall
+MARGIN = Quantity("mm", 2, 0.2)  # finer than POSITION: it follows from contact corners, which agree within 0.1 mm
+SHARE = Quantity("", 3, 0.02)  # effect of 0.5 mm on a lever of 24 mm, a plank's width
+COLLAPSE_TIME = Quantity("s", 3, 0.05)  # solvers differ by up to 0.02 s in the time of a visible fall
 PLACING_TIME = Quantity("s", 3, 0.005)  # one step of the coarsest engine, 1/240 s
-# What the author wrote is compared as exactly as it is locked: to the last digit, which rounding may turn.
+# Input of the author is compared to the last written digit, which rounding may change.
 PLACE = Quantity("mm", 2, 0.01)
 TURN = Quantity("deg", 3, 0.001)
 SIZE = Quantity("mm", 4, 0.0001)
@@ -78,7 +77,7 @@ NORMAL = Quantity("", 6, 0.000001)
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Which run it is."""
+    """The identity of a run."""
 
     scenario: str
     variant: str  # such as `step=10mm,thesis`
@@ -87,7 +86,7 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class FirstCollapse:
-    """The collapse; what is None is not locked."""
+    """The collapse; fields that are None are not locked."""
 
     level: int
     time_s: Number | None
@@ -96,13 +95,13 @@ class FirstCollapse:
 
 @dataclass(frozen=True, slots=True)
 class RecordedBrick:
-    """Where a brick was set down, and who carried it once it had been judged."""
+    """A placed brick, with the bricks that carried it once it had been judged."""
 
     at_mm: tuple[Number, ...]  # centre of mass in W
     turn_deg: tuple[Number, ...]  # from body axes to W: axis times angle
     size_mm: tuple[Number, ...]  # of the box around it, along its own axes
     mass_g: Number
-    rests_on: Mapping[BodyId, Number] | None  # shares; None where no model tells
+    rests_on: Mapping[BodyId, Number] | None  # shares; None without a model that computes them
     centre_of_mass_mm: tuple[Number, ...] | None = None  # from the middle of the box around it; None if it is a box
     volume_mm3: Number | None = None  # None of a box
 
@@ -112,7 +111,7 @@ class Placing:
     """Bricks set down at one time."""
 
     time_s: Number
-    margin_mm: Number | None  # least tipping margin of the stack afterwards; None where no model tells
+    margin_mm: Number | None  # least tipping margin of the stack afterwards; None without a model that computes it
     placed: Mapping[BodyId, RecordedBrick]
 
 
@@ -134,7 +133,7 @@ class Pushing:
 
 @dataclass(frozen=True, slots=True)
 class FinalBrick:
-    """How a brick ended; what is None is not locked."""
+    """The final state of a brick; fields that are None are not locked."""
 
     level: int
     state: str  # a BrickState, or UNCLEAR
@@ -153,17 +152,17 @@ class FixedPlane:
 
 @dataclass(frozen=True, slots=True)
 class GoldenScene:
-    """What does not move, so that a snapshot is never the same as that of another scene."""
+    """The fixed part of a scene, which tells snapshots of different scenes apart."""
 
     gravity: Number  # [m/s2]
     friction: Number
     planes: Mapping[BodyId, FixedPlane]
-    rubbing: Mapping[str, Number | str] | None = None  # what rubs otherwise; None where one coefficient is all
+    rubbing: Mapping[str, Number | str] | None = None  # other friction than the usual one; None if there is none
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """What became of many samples: exact, for the seed says which they are."""
+    """Counts of the outcomes of samples; exact, as the seed determines the samples."""
 
     seed: int
     drawn: int
@@ -175,35 +174,35 @@ class Samples:
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """All that is locked of one run; what is None is not locked."""
+    """The locked observations of one run; fields that are None are not locked."""
 
     identity: Identity
-    stamp: Mapping[str, str]  # versions of what made it
+    stamp: Mapping[str, str]  # versions of the software that made it
     world: GoldenScene
     verdict: str
-    statics: str | None  # what was proven when bricks were last set down; None where no system proves
+    statics: str | None  # verdict when bricks were last set down; None on systems without proofs
     collapse: FirstCollapse | None
-    height_mm: Number | None  # of what stands
+    height_mm: Number | None  # of the standing bricks
     levels_standing: Number | None  # counted from the first, as long as every brick of a level stands
     events: tuple[Placing | Removing | Pushing, ...]
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
-    kept_by: str | None = None  # as `stackdsl.goldens.golden` says; never compared
-    samples: Samples | None = None  # None of one run
+    kept_by: str | None = None  # owner, see `stackdsl.goldens.golden`; never compared
+    samples: Samples | None = None  # None for a single run
 
     @property
     def placings(self) -> tuple[Placing, ...]:
-        """The events in which bricks were set down."""
+        """Return the events in which bricks were set down."""
         return tuple(event for event in self.events if isinstance(event, Placing))
 
 
-# Who rubs otherwise than most, as a golden file tells it, and back: one value a key, in an order of its own.
+# Friction other than the usual coefficient, to and from the form in golden files: one value per key, sorted.
 
 
 RULE, OWN, PAIR, KIND = "rule", "own ", "pair ", "kind "
 
 
 def rubbing_of(friction: GivenFriction) -> Mapping[str, Number | str] | None:
-    """What is told beside the usual coefficient; None where that is all."""
+    """Return the entries besides the usual coefficient; None if there are none."""
     if not isinstance(friction, Friction):
         return None
     told: dict[str, Number | str] = {KIND + brick: kind for brick, kind in friction.kinds.items()}
@@ -215,7 +214,7 @@ def rubbing_of(friction: GivenFriction) -> Mapping[str, Number | str] | None:
 
 
 def friction_told(usual: float, told: object) -> GivenFriction:
-    """The friction of a scene of which this is told. Raises ValueError where it means nothing."""
+    """Return the friction of a scene from its entries. Raises ValueError if they are meaningless."""
     if not isinstance(told, Mapping):
         return usual
     own: dict[str, float] = {}
@@ -232,19 +231,19 @@ def friction_told(usual: float, told: object) -> GivenFriction:
     return Friction(usual, own, between, kinds, Rule(told.get(RULE, Rule.LOWER)))
 
 
-# Trace -> snapshot: of all that happened, what is worth locking and clear enough to be locked.
+# Trace -> snapshot: the observations that are relevant and clear enough to be locked.
 
 
-CLEAR_CUT = 3.0  # times beyond, or below, the threshold of a collapse; other engines lie within 30 % of each other
+CLEAR_CUT = 3.0  # factor beyond or below the threshold of a collapse; engines differ by up to 30 %
 STANDING = frozenset(state.value for state in STAND)
-UNMOVED = 1e-6  # [m] of one that a hit did not reach, or that went back to where it was
+UNMOVED = 1e-6  # [m] largest shift of a brick that a hit did not move, or that returned
 HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
 def take(trace: Trace, world: FixedWorld, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
-    """The snapshot of a run; `modelled` where positions and shares come from a model, not from a bare engine."""
+    """Return the snapshot of a run; `modelled` if positions and shares come from a model, not from a bare engine."""
     states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
-    # What has fallen may lean on what stands, or not, by a hair: where debris comes to lie is not locked.
+    # Debris is not locked: whether it leans on standing bricks can depend on rounding.
     carried = _supports(edge for edge in trace.edges if _carries(edge, trace, states))
     disturbed = any(_is_moved(track) for track in trace.tracks.values())
     return Snapshot(
@@ -276,7 +275,7 @@ def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
 
 
 def scene_of(world: FixedWorld) -> GoldenScene:
-    """What does not move."""
+    """Return the fixed part of a scene."""
     return GoldenScene(
         gravity=_rounded(world.gravity, GRAVITY),
         friction=_rounded(as_friction(world.friction).usual, FRICTION),
@@ -293,9 +292,9 @@ def scene_of(world: FixedWorld) -> GoldenScene:
 
 
 def _turn(pose: Pose) -> tuple[Number, ...]:
-    """The turn of a body as axis times angle [deg], the same for the same turn."""
+    """Return a turn as axis times angle [deg], unique for each turn."""
     x, y, z, w = pose.orientation
-    # Half a turn one way is half a turn the other way: then the first component that counts is positive.
+    # A half turn has two axes; the one whose first nonzero component is positive is used.
     leading = w if abs(w) > HALF_TURN else next((value for value in (x, y, z) if abs(value) > HALF_TURN), 1.0)
     sign = 1.0 if leading > 0.0 else -1.0
     sine = hypot(x, y, z)
@@ -309,7 +308,7 @@ def _first_collapse(trace: Trace, modelled: bool) -> FirstCollapse | None:
         return None
     if not modelled:
         return FirstCollapse(collapse.level, time_s=None, gave_way=None)
-    # Of several ways to fall, as the two sides of what is symmetric, a program finds any one.
+    # Of several mechanisms, such as the two sides of a symmetric structure, a program finds any one.
     any_way = statics is not None and statics.stage is not Stage.TIPPING
     return FirstCollapse(
         collapse.level, _rounded(collapse.time, COLLAPSE_TIME), UNCLEAR if any_way else collapse.gave_way
@@ -317,7 +316,7 @@ def _first_collapse(trace: Trace, modelled: bool) -> FirstCollapse | None:
 
 
 def _departure(track: BrickTrack) -> float:
-    """How far a brick left its place, in thresholds of a collapse."""
+    """Return how far a brick left its place, in thresholds of a collapse."""
     lost = track.shift if track.sunk is None else track.sunk
     return max(_in_limits(lost, track), track.tilt / COLLAPSE_TILT)
 
@@ -327,19 +326,19 @@ def _in_limits(length: float, track: BrickTrack) -> float:
 
 
 def _is_moved(track: BrickTrack) -> bool:
-    """Whether a hit moved it: by how much is chaotic."""
+    """Return whether a hit moved a brick; the distance is chaotic."""
     return track.sunk is not None and track.shift > UNMOVED
 
 
 def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
-    """The state of a brick where a small disturbance does not change it, else UNCLEAR."""
+    """Return the state of a brick, or UNCLEAR if a small disturbance may change it."""
     if modelled and ((collapse is None and not _is_moved(track)) or track.state is BrickState.UNPLACED):
         return track.state.value
     match track.state:
         case BrickState.REMOVED | BrickState.THROWN:
             clear = True
         case BrickState.UNPLACED:
-            # Within the level itself it is a matter of moments which brick was still set down.
+            # Within this level, which brick was still set down depends on fractions of a second.
             clear = collapse is not None and track.level > collapse.level
         case BrickState.FALLEN:
             clear = _departure(track) > CLEAR_CUT
@@ -351,12 +350,12 @@ def _state(track: BrickTrack, collapse: Collapse | None, modelled: bool) -> str:
 
 
 def _lies_still(state: str, collapse: Collapse | None, modelled: bool) -> bool:
-    """Whether the final place of a brick can be locked: debris may nudge whatever is not held fixed."""
+    """Return whether the final place of a brick can be locked; debris may shift bricks that are not held fixed."""
     return modelled and (state in STANDING if collapse is None else state == BrickState.FROZEN)
 
 
 def _height(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId, str]) -> Number:
-    """The highest corner of what stands; UNCLEAR if it hangs on a brick that is."""
+    """Return the highest corner of the standing bricks; UNCLEAR if an unclear brick may have it."""
     tops = {brick: top_W(track.brick.shape, track.final) for brick, track in tracks.items()}
     surely = 1000.0 * max((tops[brick] for brick, state in states.items() if state in STANDING), default=0.0)
     perhaps = 1000.0 * max((tops[brick] for brick, state in states.items() if state == UNCLEAR), default=0.0)
@@ -374,12 +373,12 @@ def _levels_standing(tracks: Mapping[BodyId, BrickTrack], states: Mapping[BodyId
 
 
 def _unbroken(levels: Mapping[int, Sequence[str]], allowed: frozenset[str]) -> int:
-    """How many levels, from the first on, hold nothing but bricks in an allowed state."""
+    """Return the number of levels, from the first on, with bricks in allowed states only."""
     return sum(1 for _ in takewhile(lambda level: allowed.issuperset(levels[level]), sorted(levels)))
 
 
 def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]:
-    """Who carries each brick, and which share; two contacts with one body count together."""
+    """Return the supports of each brick with their shares; contacts with one body are added up."""
     supports: defaultdict[BodyId, dict[BodyId, float]] = defaultdict(dict)
     for edge in edges:
         supports[edge.upper][edge.lower] = supports[edge.upper].get(edge.lower, 0.0) + edge.share
@@ -387,7 +386,7 @@ def _supports(edges: Iterable[Edge]) -> defaultdict[BodyId, dict[BodyId, float]]
 
 
 def _carries(edge: Edge, trace: Trace, states: Mapping[BodyId, str]) -> bool:
-    """Whether the lower brick has not fallen, nor may have where nobody can tell what it carries."""
+    """Return whether the lower brick has certainly not fallen, so that its load can be locked."""
     if edge.lower not in trace.tracks:
         return True
     may_have_fallen = isnan(edge.share) and states[edge.lower] == UNCLEAR
@@ -399,11 +398,11 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
 
 
 def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushing]:
-    """Placings, save those that a bare engine's luck in when it falls may take away, removals and pushes."""
+    """Yield placements, removals and pushes, without placements that depend on the time of a fall on a bare engine."""
     actions = [event for event in trace.events if event.kind in ACTIONS]
     falls = trace.collapse.time if trace.collapse is not None else inf
     safe = [action for action in actions if action.time <= falls]
-    # What a model says of the placing that brought the stack down, it says of the stump and the debris.
+    # After a collapse a model describes the remaining stump and the debris, which is not locked.
     safe = safe if trace.collapse is None else safe[:-1]
     for number, event in enumerate(actions):
         told = modelled and number < len(safe)
@@ -412,7 +411,7 @@ def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushi
         elif event.kind is EventKind.PUSHED:
             yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
         elif event.kind in (EventKind.SHAKEN, EventKind.TAKEN, EventKind.LET_GO):
-            continue  # the scenario says how the ground and hands move
+            continue  # motion of the ground and of hands is input
         elif modelled or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),
@@ -422,7 +421,7 @@ def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushi
 
 
 def _is_below(event: Event, trace: Trace) -> bool:
-    """Whether all that was placed belongs to levels that were complete when the collapse began, if one did."""
+    """Return whether all placed bricks belong to levels that were complete when a collapse began."""
     collapse = trace.collapse
     return collapse is None or all(trace.tracks[brick].level < collapse.level for brick in event.bricks)
 
@@ -445,7 +444,7 @@ def _placed(brick: BodyId, trace: Trace, told: bool) -> RecordedBrick:
 
 
 def _around(shape: ConvexShape) -> tuple[Vec3, Vec3]:
-    """The sides of the box around a shape, along its own axes, and its centre of mass seen from the middle of that."""
+    """Return the sides of the bounding box of a shape along its axes, and the centre of mass from its middle."""
     if isinstance(shape, Box):
         return shape.size, (0.0, 0.0, 0.0)
     lows, highs = zip(*((min(along), max(along)) for along in zip(*shape.corners, strict=True)), strict=True)
@@ -454,12 +453,12 @@ def _around(shape: ConvexShape) -> tuple[Vec3, Vec3]:
 
 
 def _final(track: BrickTrack, state: str, carried: Mapping[BodyId, float] | None) -> FinalBrick:
-    """One that stands still; where those are that a hit has moved, and who carries whom then, is not locked."""
+    """Return a brick at rest; the place of a brick that a hit moved, and its supports, are not locked."""
     at_mm = (UNCLEAR,) * 3 if _is_moved(track) else _in_mm(track.final.position_W, POSITION)
     return FinalBrick(track.level, state, at_mm, _shares(carried) if carried is not None else None)
 
 
-# Counts of samples -> snapshot, and how two such differ.
+# Counts of samples -> snapshot, and the differences of two such snapshots.
 
 
 VERDICT = "samples"  # in place of that of one run
@@ -470,7 +469,7 @@ ABSENT = "none"
 def snapshot_of_samples(
     ensemble: Ensemble, world: FixedWorld, identity: Identity, stamp: Mapping[str, str]
 ) -> Snapshot:
-    """What is locked of many samples: how many there are, and what became of them."""
+    """Return the snapshot of samples: their number and the counts of their outcomes."""
     fell = {str(level): count for level, count in sorted(ensemble.fell.items())}
     counts = (ensemble.seed, ensemble.drawn, ensemble.stood, fell, ensemble.undecided, ensemble.unfit)
     return Snapshot(
@@ -489,7 +488,7 @@ def snapshot_of_samples(
 
 
 def differing_samples(expected: Mapping[str, object], got: Mapping[str, object]) -> Iterator[GoldenDifference]:
-    """The counts of two documents that are not the same."""
+    """Yield the counts in which two documents differ."""
     was, now = _object(expected, "samples"), _object(got, "samples")
     for key in COUNTS:
         yield from _differing(key, was.get(key), now.get(key))
@@ -511,17 +510,17 @@ def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:
     return value
 
 
-# What a snapshot was made with: versions, of which another one is a remark, and the engine, of which it is more.
+# Stamp of a snapshot: versions, whose change is only noted, and the engine, whose change limits the comparison.
 
 
-STAMPED = ("stackdsl",)  # distributions whose versions may move a snapshot, beside that of an engine
-ENGINES = ("mujoco", "pybullet")  # each by the name of its distribution, as it is imported
+STAMPED = ("stackdsl",)  # distributions, besides the engine, whose versions may change a snapshot
+ENGINES = ("mujoco", "pybullet")  # names of distributions and modules
 
 
 def current_stamp(engine: str, steps: int) -> dict[str, str]:
-    """The versions that a snapshot is made with, of a run in which this engine took so many steps.
+    """Return the versions for the snapshot of a run in which an engine took `steps` steps.
 
-    What took none was decided by statics, whatever the engine. PyBullet is named all the same, as it always was.
+    A run without steps was decided by statics, so no engine is named, except PyBullet, which older files name.
     """
     named = (*STAMPED, engine) if steps or engine == "pybullet" else STAMPED
     return {"python": f"{sys.version_info.major}.{sys.version_info.minor}"} | {
@@ -537,7 +536,7 @@ def _version(distribution: str) -> str:
 
 
 def made_by_other_engine(expected: object, got: object) -> bool:
-    """Whether two stamps name engines, and not the same: what such a run did after its first step is another story."""
+    """Return whether two stamps name different engines, whose runs differ after the first step."""
     was, now = (_engines(stamp) for stamp in (expected, got))
     return bool(was and now and was != now)
 
@@ -547,7 +546,7 @@ def _engines(stamp: object) -> set[str]:
 
 
 def stamp_note(expected: object, got: object) -> str:
-    """What a snapshot was made with, where that is not what is in use now."""
+    """Return a note on the versions that differ from those in use; empty if none does."""
     was, now = _as_mapping(expected), _as_mapping(got)
     changed = [name for name in sorted({*was, *now}) if was.get(name) != now.get(name)]
     made = ", ".join(f"{name} {was.get(name, 'none')} (now {now.get(name, 'none')})" for name in changed)

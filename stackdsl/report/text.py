@@ -36,22 +36,22 @@ from stackdsl.shown_text import visible
 from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Event, EventKind, Trace
 from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm, names_text, shortened, touching_text
 
-# One expectation as one line: what was expected, what was measured, and how far that is from the threshold.
+# One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
-# And what is told of a run of which nothing is expected.
+# Also the line for a run without expectations.
 
 
 TO_CLAIM = "say under `expect` what is to come of it, such as `- stands: all` or `- collapses: any`"
 
 
 def outcome_text(outcome: ClaimOutcome) -> str:
-    """Without a place and without a verdict."""
+    """Return the text of an outcome, without place and verdict."""
     margin = f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")" if isfinite(outcome.margin) else ""
     return f"{outcome.name}: expected {outcome.expected}, measured {outcome.measured}{margin}"
 
 
 def unchecked_text(result: VariantResult) -> str:
-    """That nothing is expected of a run, and whether it fell all the same."""
+    """Return the text for a run without expectations, which says whether it fell."""
     if result.ensemble is not None:
         return f"nothing is expected of it; {result.ensemble.summary}"
     if result.collapse is None:
@@ -62,7 +62,7 @@ def unchecked_text(result: VariantResult) -> str:
 
 
 def significant(value: float) -> str:
-    """Three significant digits, without an exponent where there can be none."""
+    """Format a number with three significant digits, without an exponent if possible."""
     return f"{float(f'{value:.3g}') + 0.0:g}"  # a zero has no sign
 
 
@@ -73,7 +73,7 @@ NO_VALUE = "none"
 
 
 def change_text(change: Change) -> str:
-    """What was seen, what the other run showed, and the difference where it is a number."""
+    """Return an observation, that of the other run, and the difference of numbers."""
     difference = change.difference
     by = f" ({'+' if difference > 0.0 else ''}{significant(difference)} {change.unit})" if difference else ""
     return f"{change.name}: {_seen(change.before, change.unit)} -> {_seen(change.after, change.unit)}{by}"
@@ -94,39 +94,39 @@ def _seen(value: Seen, unit: str) -> str:
 
 
 def event_text(event: Event, all_names: bool = False) -> str:
-    """Time, what happened, to which bricks, and why; with `all_names` every brick is named, however many there are."""
+    """Return time, kind, bricks and reason of an event; with `all_names` every brick is named."""
     bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
     named = ", ".join(bricks) if all_names else names_text(bricks, least=1)
     reason = f": {event.reason}" if event.reason else ""
     return f"{event.time:9.3f} s  {event.kind.value:<9}  {named}{reason}"
 
 
-# Which way what falls goes, in words.
+# Direction of a fall in words.
 
 
 AXES = {0: "+x", 90: "+y", 180: "-x", 270: "-y"}  # by bearing [deg]
-ROUNDED = 0.05  # [deg] a bearing this near to an axis is along it
+ROUNDED = 0.05  # [deg] a bearing within this of an axis counts as along it
 
 
 def side_text(side: FallSide) -> str:
-    """`towards +x, its weight 1.2 mm beyond the edge`; empty where there is neither."""
+    """Return text such as `towards +x, its weight 1.2 mm beyond the edge`; empty if unknown."""
     told = [f"towards {bearing_text(side.bearing)}"] if side.bearing is not None else []
     told += [f"its weight {mm(side.overhang, 3)} beyond the edge"] if side.overhang is not None else []
     return ", ".join(told)
 
 
 def bearing_text(bearing: float) -> str:
-    """A bearing [rad] as the axis that it is along, or in degrees from +x towards +y."""
+    """Return a bearing [rad] as the name of an axis, or in degrees from +x towards +y."""
     angle = degrees(bearing) % 360.0
     nearest = 90 * round(angle / 90.0)
     return AXES[nearest % 360] if abs(angle - nearest) <= ROUNDED else f"{angle:.1f} deg"
 
 
-# Why a run came out otherwise than expected, in a few lines.
+# Cause of a failed run, in a few lines.
 
 
 def why_lines(why: Why) -> Iterator[str]:
-    """A line for each thing that is known."""
+    """Yield one line for each known fact about the cause."""
     told = {
         "cause": cause_text(why),
         "after": why.before,
@@ -137,15 +137,15 @@ def why_lines(why: Why) -> Iterator[str]:
 
 
 def cause_text(why: Why) -> str:
-    """The cause and its side, on one line; empty where it is not known."""
+    """Return cause and direction on one line; empty if unknown."""
     return ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))]))
 
 
-# What to say of a run that ended before its time.
+# Text for a run that ended early.
 
 
 def ending_text(early: EarlyEndSummary) -> str:
-    """When it ended, and what that spared."""
+    """Return the time of the end and the actions that were left out."""
     left_out = early.actions
     undone = f"; {left_out} action{'s' * (left_out > 1)} still to come left out" if left_out else ""
     return f"ended at {early.time:.3f} s of {early.planned:.3f} s, as all that is asked is known{undone}"
@@ -155,9 +155,9 @@ def ending_text(early: EarlyEndSummary) -> str:
 
 
 NOTHING = "-"
-USUAL_ENGINE = "pybullet"  # not worth a column
+USUAL_ENGINE = "pybullet"  # needs no column
 TWO_KINDS = "make two scenarios of them, or add `strict: false`"
-MOST_DIFFERENCES = 100  # of one golden file that are shown; a tower that fell has ten thousand, and nobody reads them
+MOST_DIFFERENCES = 100  # shown differences of one golden file; a fallen tower has ten thousand
 LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
     "engine",
@@ -167,7 +167,7 @@ DISPENSABLE = (
     "golden",
     "moved",
     f"vs {REFERENCE_SYSTEM}",
-)  # columns left out where no row fills them
+)  # columns omitted if no row has a value
 
 
 def report_text(
@@ -184,7 +184,7 @@ def report_text(
 
 
 def closing_line(report: Report) -> str:
-    """All in one line."""
+    """Return the sums in one line."""
     goldens = {"obsolete golden file": len(report.obsolete), "removed golden file": len(report.removed)}
     extras = {"mistake": len(report.diagnostics), **goldens}
     known = sum(result.remembered and not result.unchecked for result in report.results)
@@ -200,7 +200,7 @@ def closing_line(report: Report) -> str:
 
 
 def _failures(report: Report, verbosity: int) -> Iterator[Block]:
-    """What is to be looked into, below what there was."""
+    """Yield the blocks below the table: failures, warnings, and work to do."""
     yield _diagnostics(report)
     yield [_summary(report)] if report.results and verbosity >= 0 else []
     yield _blocked(report)
@@ -219,7 +219,7 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
 
 
 def _notes(report: Report, verbosity: int) -> Iterator[Block]:
-    """What fails nothing. Of how well a run may be trusted, only where something is claimed of it."""
+    """Yield warnings that fail nothing; those on the accuracy of a run only if it has expectations."""
     noted = [result for result in report.results if verbosity > 0 or result.outcomes or result.truths]
     early = [(result.name, result.early_end) for result in report.results if result.early_end is not None]
     shown = {result.name for result in report.results if verbosity > 0 or not result.passed or result.golden_failed}
@@ -245,12 +245,12 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
 
 
 def gaps_text(result: VariantResult) -> str:
-    """Which gaps the verdict of statics counts on."""
+    """Return the gaps that a verdict of statics depends on."""
     return f"{result.name}: stable{touching_text(result.touching_within)}"
 
 
 def _slowest(report: Report, count: int) -> Block:
-    """The cases that took longest, when they were played."""
+    """Return the slowest cases, with their times when played."""
     timed = [(result.cost.wall_time, result) for result in report.results if result.cost is not None]
     slowest = sorted(timed, key=lambda pair: -pair[0])[:count]
     return titled("Slowest", [f"{time:.2f} s  {result.name}{_when(result)}" for time, result in slowest])
@@ -304,7 +304,7 @@ def _factor(value: float | None) -> str:
 
 
 def _modified(report: Report) -> Iterator[str]:
-    """One line a modification, with the names of all that were played so."""
+    """Yield one line for each modification, with the names of its cases."""
     names: defaultdict[str, list[str]] = defaultdict(list)
     for result in report.results:
         if result.modified:
@@ -320,7 +320,7 @@ def _moved(report: Report) -> Iterator[str]:
 
 
 def _blocked(report: Report) -> Block:
-    """What happened on the way of each run that was blocked; one text for all that say the same."""
+    """Return the mistakes that blocked runs; runs with the same text share it."""
     told: defaultdict[str, list[str]] = defaultdict(list)
     for result in report.results:
         if result.mistake is not None:
@@ -330,7 +330,7 @@ def _blocked(report: Report) -> Block:
 
 
 def _skipped(report: Report) -> Iterator[str]:
-    """One line a reason, with the names of all that it kept from being played."""
+    """Yield one line for each reason, with the names of the cases that were not played."""
     names: defaultdict[str, list[str]] = defaultdict(list)
     for result in report.results:
         if result.status is RunStatus.SKIPPED:
@@ -343,7 +343,7 @@ def _stopped(result: VariantResult) -> bool:
 
 
 def _failed(report: Report) -> Iterator[str]:
-    """What was expected and measured of each run that failed, and below it why."""
+    """Yield expected and measured values of each failed run, with the cause below."""
     for result in report.results:
         if result.xfail is None and not result.unchecked:
             yield from _missed(replace(report, results=(result,)), lambda each: each.outcomes)
@@ -352,7 +352,7 @@ def _failed(report: Report) -> Iterator[str]:
 
 
 def _unchecked(report: Report) -> Iterator[Block]:
-    """What fell of what nothing is expected of, and why: that is no pass. All of it where it is a failure."""
+    """Yield runs without expectations that fell, with their causes; with `--strict` all runs without expectations."""
     for title, must_claim in (("Unchecked, which --strict lets fail", True), ("Fell unchecked", False)):
         told = [r for r in report.results if r.unchecked and r.must_claim is must_claim and (r.fell or must_claim)]
         yield titled(f"{title}: {TO_CLAIM}", [text for result in told for text in _unchecked_lines(result)])
@@ -407,7 +407,7 @@ def _differences(result: VariantResult) -> Block:
 
 
 def _golden_files(report: Report) -> Iterator[str]:
-    """What is to be done about golden files, and the command that does it."""
+    """Yield pending work on golden files, with the command for it."""
     goldens = [result.golden for result in report.results if result.golden is not None]
     for status in (GoldenStatus.MISSING, GoldenStatus.NEW):
         yield from _together([golden.file for golden in goldens if golden.status is status and not golden.note], status)
@@ -425,7 +425,7 @@ def _golden_files(report: Report) -> Iterator[str]:
 
 
 def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
-    """All files of which there is nothing more to say, on one line."""
+    """Yield files without further remarks on one line."""
     if len(files) == 1:
         yield f"{files[0]}: {status}"
     elif files:
@@ -433,7 +433,7 @@ def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
 
 
 def _stamps(report: Report) -> Iterator[str]:
-    """One line a set of versions, not one a file."""
+    """Yield one line for each set of versions."""
     yield from _noted(report, GoldenStatus.SAME)
 
 
@@ -443,11 +443,11 @@ def _noted(report: Report, status: GoldenStatus) -> Iterator[str]:
     yield from (f"{how_many(count, 'file')} {note}" for note, count in sorted(notes.items()))
 
 
-# How one run ended, as text: what came of it and what it took, then every claim beside what was measured.
+# Result of one run as text: outcome and cost, then each claim with its measured value.
 
 
 def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> str:
-    """Several lines of text without a newline at the end; with `all_names` every brick is named."""
+    """Return lines of text without a final newline; with `all_names` every brick is named."""
     return "\n".join(_lines(trace, result, all_names))
 
 
@@ -486,7 +486,7 @@ def _collapse(collapse: Collapse) -> str:
 
 
 def claim_lines(result: VariantResult) -> Iterator[str]:
-    """Every claim beside what was measured, and why some failed."""
+    """Yield each claim with its measured value, and the causes of failures."""
     if result.xfail is not None:
         yield f"{'passed, though it was' if result.passed else 'failed, as was'} said to fail: {result.xfail}"
     for outcome in result.outcomes:
