@@ -1,4 +1,4 @@
-"""What statics says of a scenario, as text: proofs, margins, remedies, friction."""
+"""Results of statics for a scenario as text: proofs, margins, remedies, friction."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -43,34 +43,34 @@ from stackdsl.timeline import (
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
 
-# What statics says of scenarios, before anything is played.
+# Verdicts of statics on scenarios, before anything is played.
 
 
-ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls"}  # of the others nothing is known
+ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls"}  # other verdicts are undecided
 OPEN = "not proven"
 
 
 @dataclass(frozen=True, slots=True)
 class StaticsSummary:
-    """What was proven of one scenario in one variant."""
+    """The proofs of one variant of a scenario."""
 
     scenario: str
-    variant: str  # without a system
-    bricks: int  # of the structure
-    proven: int  # that stand once they are set down, and all before them
+    variant: str  # without the system
+    bricks: int  # bricks of the structure
+    proven: int  # bricks proven to stand when set down, together with all before them
     answer: str  # `stands`, `falls` or `not proven`
-    reason: str  # why not, where something falls or is in doubt
-    time: float | None  # of the first placement that does not stand [s]
-    within: float = 0.0  # [m] what stands counts on gaps up to this as contact; 0 if on none
+    reason: str  # reason, if something falls or is undecided
+    time: float | None  # time of the first placement that does not stand [s]
+    within: float = 0.0  # [m] largest gap that the verdict counts as contact; 0 if none
 
     @property
     def name(self) -> str:
-        """The scenario, and the variant where it has more than one."""
+        """Return the scenario, with the variant if it has several."""
         return f"{self.scenario}[{self.variant}]" if self.variant else self.scenario
 
 
 def statics_summary_of(case: Case) -> StaticsSummary:
-    """Judge each placement of a case by statics, up to the first thing that only an engine can follow."""
+    """Judge each placement of a case by statics, up to the first action that needs an engine."""
     timeline = case.timeline
     bricks = sum(not placement.hits for placement in timeline.placements)
     variant = ",".join(f"{name}={text}" for name, text in case.parameters)
@@ -101,7 +101,7 @@ def statics_summary_of(case: Case) -> StaticsSummary:
 
 
 def statics_text(said: Sequence[StaticsSummary], width: int, colour: bool) -> str:
-    """One row a variant, and below them why what does not stand does not."""
+    """Return a table with one row for each variant, and below it the reasons of those that do not stand."""
     if not said:
         return ""
     rows = [
@@ -126,15 +126,15 @@ def statics_text(said: Sequence[StaticsSummary], width: int, colour: bool) -> st
     return blocks_text([*blocks, [line(total)]], width, colour)
 
 
-# What would let a scenario stand that falls, a line a remedy.
+# Remedies for a scenario that falls, one line each.
 
 
 NO_COUNTERWEIGHT = "no counterweight on one brick was found"
-KILOGRAM = 1.0  # [kg] from which on a mass is told in kg
+KILOGRAM = 1.0  # [kg] a mass from here on is written in kg
 
 
 def remedy_lines(remedies: Remedies) -> Iterator[str]:
-    """All of them, and what is proven not to help."""
+    """Yield all remedies, and those proven not to help."""
     found = list(map(_number, remedies.numbers))
     found += [friction_text(remedies.friction)] if remedies.friction is not None else []
     found += [counterweight_text(remedies.counterweight)] if remedies.counterweight is not None else []
@@ -165,15 +165,15 @@ def counterweight_text(remedy: HeavierBrick) -> str:
 
 
 def later_text(next_to_fall: Collection[BodyId]) -> str:
-    """What a remedy does not help."""
+    """Return what still falls with a remedy."""
     return f"; later {names_text(in_order(next_to_fall))} would fall" if next_to_fall else ""
 
 
-# What to say of bricks that rub otherwise than most.
+# Text on friction other than the usual coefficient.
 
 
 def rubbing_lines(timeline: Timeline) -> Iterator[str]:
-    """What has a friction of its own, and pairs; and of which pairs no two bodies touch as they are set down."""
+    """Yield bodies and pairs with friction of their own, and pairs of which no two bodies touch."""
     law = as_friction(timeline.world.friction)
     if not law.differs:
         return
@@ -187,7 +187,7 @@ def rubbing_lines(timeline: Timeline) -> Iterator[str]:
 
 
 def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
-    """Which bodies and kinds touch each other at any time while nothing moves."""
+    """Return the bodies and kinds that touch each other at some time while nothing moves."""
     world = timeline.world
     structure = Structure(world.planes, (), 0.0, world.gravity, world.tolerances)
     for placement in timeline.placements:
@@ -202,17 +202,17 @@ def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
     }
 
 
-# The weakest spot of a structure, in the same words wherever it is told, and as JSON.
+# The weakest spot of a structure, in the same words in every report, and as JSON.
 
 
 def weakest_text(weakest: Weakest) -> str:
-    """`weakest: L2.1; from 0.258 g towards 0 deg on, L2.1, L3.1 tip over L1.1`."""
+    """Return text such as `weakest: L2.1; from 0.258 g towards 0 deg on, L2.1, L3.1 tip over L1.1`."""
     bearing = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}"
     return f"weakest: {weakest.brick}; from {weakest.acceleration:.4g} g towards {bearing} deg on, {weakest.gives_way}"
 
 
 def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
-    """The same by key, with every brick that begins to move."""
+    """Return the weakest spot by key, with every brick that begins to move."""
     return {
         "brick": weakest.brick,
         "bricks": list(weakest.bricks),
@@ -223,24 +223,24 @@ def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
     }
 
 
-# What statics says of a build, as text: proofs of placements, what they would survive, and what would mend a fall.
+# Results of statics for a build as text: proofs of placements, their margins, and remedies for a fall.
 
 
 MICROSECONDS = 1e6
-TOLD = (*ALL, "guaranteed", "squeezed")  # the margins that are told of what stands
+TOLD = (*ALL, "guaranteed", "squeezed")  # the reported margins of standing structures
 
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How much is worked out and told."""
+    """The extent of the computations and of the text."""
 
-    margins: bool | None = None  # what proofs would survive; None: of few bricks
-    remedies: bool | None = None  # what would mend a fall; None: of few bricks
-    times: bool = False  # what each proof cost, which differs from run to run
+    margins: bool | None = None  # margins of proofs; None: only of few bricks
+    remedies: bool | None = None  # remedies for a fall; None: only of few bricks
+    times: bool = False  # time of each proof, which differs between runs
 
 
 def stages_told(proofs: Proofs, times: bool) -> Mapping[BodyId, str]:
-    """What is said of each brick that was judged: its proof; with `times`, and the last of a group, what it cost."""
+    """Return the proof of each judged brick; with `times`, the time of a proof at the last brick of its group."""
     told = {}
     for judged in proofs.judged:
         for brick in judged.bricks:
@@ -270,7 +270,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
     knobs: ScenarioNumbers,
     margins: VerdictMargins | None = None,
 ) -> Iterator[str]:
-    """What became of all that was judged, of `count` bricks in all; `margins` are those that are `TOLD`, if known."""
+    """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
@@ -288,7 +288,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
 
 
 def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: ScenarioNumbers) -> Iterator[str]:
-    """Everything that moves, which way, and what would mend it."""
+    """Yield everything that moves, its direction, and remedies."""
     verdict, bricks = proofs.verdict, proofs.assembly.bricks
     in_doubt = verdict.stability is Stability.UNDECIDED
     yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
@@ -324,7 +324,7 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
 
 
 def _certainty(margins: VerdictMargins) -> str:
-    """Whether rest is all that can happen, and why."""
+    """Return whether rest is the only possibility, and why."""
     why = margins.certainty or "forces along normals alone balance every brick"
     return f"{'guaranteed' if margins.guaranteed else 'possible'}: {why}"
 
@@ -337,22 +337,22 @@ def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
         yield f"a tilt of {degrees(margins.tilt):.4g} deg"
     if margins.friction is not None:
         yield f"friction down to {margins.friction:.4g}"
-    if margins.placement == inf:  # all lies on the ground, and nothing on another brick
+    if margins.placement == inf:  # all bricks lie on the ground, none on another brick
         yield "every brick however far beside its place"
     elif margins.placement is not None:
         yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
 
 
-# What was compiled, as text: the world, every brick with time, place and supports, and the systems it is played on.
+# Compiled scenario as text: the world, each brick with time, place and supports, and the systems.
 #
-# Where `exact` is one of them: which stage proved each placement, what that would survive, or what would mend a fall.
+# With `exact` among the systems: the stage that proved each placement, its margins, or remedies for a fall.
 
 
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def explanation_text(cases: Sequence[Case], extent: Extent = Extent()) -> str:
-    """One scenario in one variant; `cases` are its systems."""
+    """Return the text for one variant of a scenario; `cases` are its systems."""
     return without_commands("\n".join(_lines(cases, extent)) + "\n")
 
 
@@ -388,7 +388,7 @@ def _world(timeline: Timeline) -> Iterator[str]:
 
 
 def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
-    """One line a brick set down, with what `told` says of it, and one each other action."""
+    """Yield one line for each placed brick, with its text in `told`, and one for each other action."""
     placed = timeline.placements
     width = max(len(placement.brick.id) for placement in placed)
     bricks, planes = [placement.brick for placement in placed], [plane.id for plane in timeline.world.planes]
@@ -418,7 +418,7 @@ def _actions(timeline: Timeline, told: Mapping[BodyId, str]) -> Iterator[str]:
 
 
 def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Sequence[BodyId]) -> str:
-    """On what a brick is set down, and which walls it touches; or how else it comes."""
+    """Return the supports of a placed brick and the walls that it touches, or how it arrives otherwise."""
     if placement.arrival in (Arrival.LET_GO, Arrival.DROPPED):
         return "dropped"
     if placement.arrival is Arrival.THROWN:
@@ -434,7 +434,7 @@ def _footing(placement: Placement, fit: Fit, bricks: Sequence[Brick], planes: Se
 
 
 def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:
-    """Which of the boxes below are too thin to keep a brick off what they lie on."""
+    """Return the bodies below that are thinner than the reach of contact, so that the brick touches through them."""
     reach = reach_between(brick.shape.least_thickness)
     sheets = [box.id for box in boxes if box.shape.least_thickness <= reach]
     share = f"{100.0 * TOUCHING:g} % of {brick.id}"
@@ -442,7 +442,7 @@ def _touched_through(brick: Brick, boxes: Sequence[Brick]) -> str:
 
 
 def _sited(timeline: Timeline) -> list[TimedShape]:
-    """All bricks, each from the moment when it is placed until the one when it is pulled out."""
+    """Return all bricks, each from its placement to its removal."""
     moments = list(timeline.moments())
     until = {
         name: float(turn)
@@ -463,7 +463,7 @@ def _mm(position: Vec3) -> str:
 
 
 def _direction(placement: Placement) -> str:
-    """The direction of the longest side of a brick."""
+    """Return the direction of the longest side of a brick."""
     reach = placement.brick.shape.reach
     longest = max(range(3), key=lambda axis: reach(AXES[axis]) + reach(scale(-1.0, AXES[axis])))
     direction = body_axes(placement.pose.orientation)[longest]
