@@ -53,7 +53,7 @@ _SHARD: Final = re.compile(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})")
 
 
 class CheckOptions(TypedDict):
-    """What was asked for."""
+    """The options of `check`."""
 
     paths: tuple[Path, ...]
     systems: tuple[str, ...]
@@ -82,7 +82,7 @@ class CheckOptions(TypedDict):
 
 
 def _number(value: float) -> float:
-    """A number that is one: no range excludes nan."""
+    """Refuse nan, which no range excludes."""
     if isnan(value):
         raise click.BadParameter("nan is no number.")
     return value
@@ -142,7 +142,7 @@ OPTIONS: Final = (
 
 
 def with_options(command: Command) -> Command:
-    """A command with all these options, in this order."""
+    """Return a command with all these options, in this order."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command
@@ -157,7 +157,7 @@ WATCHED = (*SUFFIXES, ".obj")  # not loads in CSV and JSON: reports that a check
 
 
 def watch(paths: Sequence[Path], html: Path | None) -> int:
-    """Check as this call asks for, now and at every change below these paths; the exit code of the last check.
+    """Check now and after each change below these paths; return the exit code of the last check.
 
     The pages that each check writes into a folder, if that is wanted, are served on this machine, and load again.
     """
@@ -176,7 +176,7 @@ def watch(paths: Sequence[Path], html: Path | None) -> int:
 
 
 def _refuse_links_out(folder: Path) -> None:
-    """Raise UsageError if there is a link to a folder outside: the library would watch what it leads to as well."""
+    """Raise UsageError for a link to a folder outside, which the library would watch as well."""
     for parent, names, _ in os.walk(folder):
         for path in (Path(parent, name) for name in names):
             if path.is_symlink() and leads_outside(path, folder):
@@ -314,14 +314,14 @@ def _selection(asked: CheckOptions, places: Sequence[tuple[str, int]], memory: R
 
 
 def _may_be_none(asked: CheckOptions, found: Surveyed) -> bool:
-    """Whether it is in order that nothing is selected, which is told then."""
+    """Return whether an empty selection is no error, and report it then."""
     if asked["only_changed"]:
         tell("nothing has changed since it passed")
     return asked["only_changed"] or (asked["shard"] is not None and bool(found.cases))
 
 
 def _refuse_what_does_not_go_together(asked: CheckOptions) -> None:
-    """Raise a usage error if what was asked for cannot be had together, or golden files must not be written."""
+    """Raise a usage error for contradicting options, or if golden files must not be written."""
     if asked["update"] and asked["no_golden"]:
         raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
     if asked["accept_failing"] and not asked["update"]:
@@ -343,7 +343,7 @@ def _refuse_what_does_not_go_together(asked: CheckOptions) -> None:
 
 
 def project_around(paths: Sequence[Path]) -> Project:
-    """The project of some files and directories, or of the working directory. Raises click.UsageError."""
+    """Return the project of some files and directories, or of the working directory. Raises click.UsageError."""
     try:
         return project_of(paths)
     except ProjectError as error:
@@ -351,9 +351,9 @@ def project_around(paths: Sequence[Path]) -> Project:
 
 
 def goldens_and_state(project: Project, golden: Path | None = None) -> tuple[Path, Path]:
-    """The directory of golden files, by default the project's own, and that of what is remembered of them.
+    """Return the directory of golden files, by default that of the project, and the state directory.
 
-    Raises click.UsageError where a link leads one of them away.
+    Raises click.UsageError if a link leads one of them outside.
     """
     try:
         folder = project.goldens(golden)
@@ -363,7 +363,7 @@ def goldens_and_state(project: Project, golden: Path | None = None) -> tuple[Pat
 
 
 def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
-    """The paths meant, and the lines of files among them: `tower.yaml:12`, or with a column, as reports tell it."""
+    """Return the paths, and the lines among them, such as `tower.yaml:12`, or with a column as in reports."""
     found = [_split(path) for path in written]
     for path, line in found:
         _refuse_beyond(path, line)
@@ -389,7 +389,7 @@ def _split(path: Path) -> tuple[Path, int | None]:
 
 
 def _update_command(asked: CheckOptions) -> str:
-    """The same check with --update, for a shell; it accepts what the check shows, and nothing else."""
+    """Return the same check with --update as a shell command, which accepts exactly the shown differences."""
     return shlex.join(["stackdsl", "check", *_words(asked), "--update"])
 
 

@@ -51,7 +51,7 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _meaning(code: str) -> str:
-    """What a code of a diagnostic means. Raises a usage error for one that there is not."""
+    """Return the meaning of a diagnostic code. Raises a usage error for an unknown code."""
     known = entries()
     if code not in known:
         raise click.UsageError(f"there is no code {code}; {did_you_mean(code, list(known))}")

@@ -43,7 +43,7 @@ AROUND = 4.0  # times less and more than what is written, unless a range is aske
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """What was asked for on the command line."""
+    """The options of `fragility`."""
 
     over: str
     first: str | None
@@ -125,7 +125,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, FragilityPlan]]:
-    """What is to be drawn: each variant once, if it is told from others by what is varied alone, or by its system."""
+    """Yield the curves: variants that differ only in the varied value, or in their system, are one."""
     seen: set[str] = set()
     sampled = [case for case in cases if case.is_sampled]
     if cases and not sampled:
@@ -166,7 +166,7 @@ def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
 
 
 def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
-    """The values of the points, in SI; none where they follow from what is survived."""
+    """Return the values of the points in SI; none if they follow from the survived capacities."""
     ends = [_end(key, text, intensity) for key, text in (("--from", asked.first), ("--to", asked.last))]
     if ends == [None, None] and intensity.kind in SHAKING:
         return ()
@@ -225,7 +225,7 @@ def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> Cu
 
 
 def _told(plan: FragilityPlan) -> str:
-    """What is done, with what was not asked for."""
+    """Return the progress, with the options that were chosen by default."""
     samples = f"{plan.samples} samples, seed {plan.seed}"
     if plan.shakes:
         which = "each in its worst direction" if plan.bearing is None else "along the bearing"
@@ -235,7 +235,7 @@ def _told(plan: FragilityPlan) -> str:
 
 
 def _code(name: str, found: CurveResult) -> ExitCode | None:
-    """How it ended, where that was not well; which is told."""
+    """Return the exit code of a failure, and report it; None on success."""
     if found.mistake is not None:
         complain([found.mistake])
         return ExitCode.INVALID

@@ -35,10 +35,10 @@ from stackdsl.shown_text import visible
 
 
 def no_longer_cases(pending: Sequence[Pending], waiting: PendingStore) -> frozenset[str]:
-    """The golden files of what waits, as that names them, of which the file of YAML has no such case any more.
+    """Return the golden files of pending snapshots whose YAML file no longer has such a case.
 
-    Files are read anew where they have changed; of one with mistakes no case is known. What waits may have been made by
-    whoever sent the project, so no file outside of it is read.
+    Changed files are read again; a file with mistakes has no known cases. Pending files may come with a project, so no
+    file outside the project is read.
     """
     named = {each.file for each in pending if each.file}
     files = sorted(file for file in named if _is_own(file, waiting.home))
@@ -48,13 +48,13 @@ def no_longer_cases(pending: Sequence[Pending], waiting: PendingStore) -> frozen
 
 
 def _is_own(file: str, home: Path) -> bool:
-    """Whether a name may be that of a file below a folder: "-" is the input, and a `..` or a link may lead outside."""
+    """Return whether a name is that of a file below a folder: "-" is the input, and `..` or a link may lead outside."""
     path = home / file
     return path != STDIN and not is_stream(path) and not leads_outside(path, home)
 
 
 def why_not(pending: Pending, waiting: PendingStore) -> str:
-    """What is told of one that cannot be accepted, as it is no case any more."""
+    """Return the message for a snapshot that cannot be accepted, as its case is gone."""
     there = os.path.isfile(waiting.home / Path(pending.file))
     lacks = f"{pending.file} has no case {pending.case} any more" if there else f"{pending.file} is gone"
     return f"{lacks}: it was renamed, taken out or mistaken since; check again, or forget it by stackdsl golden reject"
@@ -69,14 +69,14 @@ MOST_SHOWN: Final = 20  # differences of one file
 
 @dataclass(frozen=True, slots=True)
 class GoldenFiles:
-    """The golden files at hand, and what waits for a decision on them."""
+    """The golden files of a project, and the pending changes of them."""
 
     golden: Path
     scenarios: Path
     waiting: PendingStore
 
     def pending(self, keyword: str) -> list[Pending]:
-        """What waits, of the cases that a keyword asks for."""
+        """Return the pending changes of the cases that a keyword selects."""
         try:
             is_meant = expression_of(keyword)
         except KeywordError as error:
@@ -85,10 +85,10 @@ class GoldenFiles:
 
 
 class OfCases(click.Command):
-    """A command on what waits; a case that is named without an option is answered by the option for it."""
+    """A command on pending changes; a case named without an option gets an error that names the option."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Take the options. Raises click.UsageError with `-k` for words that are left over."""
+        """Parse the options. Raises click.UsageError, which names `-k`, for remaining words."""
         ctx.allow_extra_args = True
         super().parse_args(ctx, args)
         if ctx.args and not ctx.resilient_parsing:
@@ -184,7 +184,7 @@ def _shown(pending: Pending, place: GoldenFiles) -> str:
 
 
 def _decision(pending: Pending) -> str:
-    """The key of somebody who decides; `q` where nobody answers."""
+    """Read the key of a decision; `q` without an answer."""
     tell(f"  {KEYS}")
     while True:
         key = click.getchar() if sys.stdin.isatty() else sys.stdin.read(1)
@@ -269,7 +269,7 @@ def _refuse_in_ci() -> None:
 
 @contextmanager
 def _told() -> Iterator[list[str]]:
-    """Tell what keeps a decision from being carried out, and go on with the next; what was told is in the list."""
+    """Report errors of a decision and continue with the next; the list holds the messages."""
     told: list[str] = []
     try:
         yield told

@@ -1,4 +1,4 @@
-"""What `stackdsl check --html` writes, and how it tells of it."""
+"""The pages of `stackdsl check --html`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,14 +15,14 @@ from stackdsl.viewing.check_report.page import write_folder
 
 @dataclass(frozen=True, slots=True)
 class _Recorded:
-    """One case that was played again."""
+    """A case that was played again for its page."""
 
     name: str
     conclusion: str = "recorded"
 
 
 def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: CheckConfig) -> None:
-    """Write the pages of a report. Raises a message for people where they cannot be written."""
+    """Write the pages of a report. Raises click.ClickException if they cannot be written."""
     try:
         cases = [case.compiled() for case in selected]
         with progress(len(cases)) as bar:

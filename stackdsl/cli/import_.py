@@ -34,9 +34,9 @@ from stackdsl.user_files import read_user_file
 
 
 def faults(text: str, file: str, boxes: Sequence[ImportedBox]) -> list[Diagnostic]:
-    """The mistakes of the text of a scenario that builds these boxes, such as boxes inside one another.
+    """Return the mistakes of a scenario that builds these boxes, such as overlapping boxes.
 
-    `file` is what is told of those that are of no box.
+    `file` is the place of mistakes that belong to no box.
     """
     loaded = parse(text, file)
     _, mistakes = cases_of(replace(loaded, sources=tuple(_placed(source, boxes) for source in loaded.sources)))
@@ -44,7 +44,7 @@ def faults(text: str, file: str, boxes: Sequence[ImportedBox]) -> list[Diagnosti
 
 
 def _placed(source: Source, boxes: Sequence[ImportedBox]) -> Source:
-    """A scenario whose bricks stand where the boxes do in their own file."""
+    """Return a scenario whose bricks have the places of the boxes in their file."""
     places: dict[KeyPath, Span] = {("build", 0, "bricks", number): box.span for number, box in enumerate(boxes)}
     return replace(source, value_spans={**source.value_spans, **places})
 
@@ -132,7 +132,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _warn(mistakes: Sequence[Diagnostic], found: Settled) -> None:
-    """Tell what cannot be played as it is; it is written all the same, to be mended there or in the file."""
+    """Report what cannot be played; it is written nevertheless, to be corrected there or in the file."""
     if not mistakes:
         return
     count = f"{len(mistakes)} mistake{'s' * (len(mistakes) != 1)}"
@@ -145,7 +145,7 @@ def _warn(mistakes: Sequence[Diagnostic], found: Settled) -> None:
 
 
 def _asked(**written: object) -> Import:
-    """What the options ask for. Raises a usage error."""
+    """Return the import that the options describe. Raises a usage error."""
     units = {key: value for key in ("length", "mass") if (value := written.pop(key)) is not None}
     given = {key: value for key, value in written.items() if value is not None} | ({"units": units} if units else {})
     try:
@@ -158,14 +158,14 @@ def _asked(**written: object) -> Import:
 
 
 def _deck(size: str | None, overhang: str | None) -> dict[str, object] | None:
-    """What a scenario would say of the deck."""
+    """Return the entry of the deck in a scenario."""
     sides = [part.strip() for part in size.split("x")] if size is not None else []
     written = {"size": sides if len(sides) > 1 else size, "overhang": overhang}
     return {key: value for key, value in written.items() if value is not None} or None
 
 
 def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
-    """The load, of whose frictions it is known what two have that touch. Raises UnreadableLoadError."""
+    """Return the load with a rule for the friction of two touching bodies. Raises UnreadableLoadError."""
     if rule is not None:
         return replace(load, surfaces=replace(load.surfaces or ImportedSurfaces(rule), rule=rule))
     if load.surfaces is not None and load.surfaces.rule is None:
@@ -181,7 +181,7 @@ def _settled(load: ImportedLoad, asked: Import) -> Settled:
 
 
 def _notes(file: str, asked: Import, found: Settled) -> list[str]:
-    """What was taken, what was moved, and what was left."""
+    """Return notes on imported, moved and skipped bodies."""
     load = found.load
     which = f" of load '{asked.load}'" if asked.load else ""
     exact = f", written to {digits(1000 * load.precision)} mm" if load.precision else ""

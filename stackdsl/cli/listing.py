@@ -1,4 +1,4 @@
-"""What `stackdsl check` tells of cases that it does not play: their names, or what statics says of them."""
+"""Lists of cases that `stackdsl check` does not play: their names, or the verdicts of statics."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ FORMAT = 1  # of what is written as JSON; raised as that of the report is
 
 
 def tell_cases(found: Surveyed, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
-    """Write the names of cases, one a line, or as JSON with all that they are selected by."""
+    """Write the names of cases, one per line, or as JSON with all properties used for selection."""
     complain(found.diagnostics)
     _write(outputs, "--list", lambda: "".join(f"{case.name}\n" for case in selected), lambda: _listed(selected))
 
@@ -38,7 +38,7 @@ def _listed(selected: Sequence[Listed]) -> Mapping[str, object]:
 
 
 def tell_statics(found: Surveyed, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
-    """Write what the proofs say of each variant; on which system it would be played makes no difference to them."""
+    """Write the verdict of statics on each variant, which does not depend on the system."""
     complain(found.diagnostics)
     variants = groupby(selected, key=lambda case: (case.scenario_name, case.parameters))
     said = [statics_summary_of(next(own).compiled()) for _, own in variants]

@@ -1,4 +1,4 @@
-"""The command line: finds the command that is called, and says with its exit code how it went."""
+"""The command line: finds the called command and returns its exit code."""
 
 import os
 import signal
@@ -74,7 +74,7 @@ class CommandsOnCall(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """The command that is called. Raises click.UsageError with the name that may be meant."""
+        """Return the called command. Raises click.UsageError with the name that may be meant."""
         name = args[0]
         if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
             from stackdsl.diagnostics import did_you_mean  # noqa: PLC0415 -- only mistakes need it
@@ -83,7 +83,7 @@ class CommandsOnCall(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list of commands in the help, each with all that is said of it; none is imported."""
+        """Write the list of commands in the help, with their summaries, without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
@@ -116,14 +116,14 @@ def main() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Interrupt once: whoever presses again and again still gets the report."""
+    """Interrupt once, so that repeated Ctrl-C does not lose the report."""
     for each in INTERRUPTS:
         signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt
 
 
 def refused_by_the_system(error: Exception) -> str:
-    """What the machine has too little of, where that is why a command ended; empty otherwise."""
+    """Return the exhausted resource of the machine that ended a command; empty otherwise."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
         return "there is too little memory: free some, raise the limit (ulimit -v), or play fewer at a time (--jobs 1)"
     if isinstance(error, OSError) and error.errno in (EMFILE, ENFILE):

@@ -1,4 +1,4 @@
-"""The frame of the commands that ask statics about one file: cases, limits, and how what is found is written."""
+"""Frame of the commands that ask statics about one file: cases, limits of work, and output."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -26,7 +26,7 @@ Found = TypeVar("Found")
 
 
 def _picture(_context: click.Context, _parameter: click.Parameter, path: Path | None) -> Path | None:
-    """Raises click.UsageError for a file that is no picture by its name."""
+    """Check the name of a picture file. Raises click.UsageError."""
     if path is not None and path.suffix.lower() not in PLOTS:
         raise click.UsageError(f"{path}: write to a file that ends in {' or '.join(PLOTS)}")
     return path
@@ -41,13 +41,13 @@ ON_PLOT: Final = click.option(
 
 
 def refuse_several(plot: Path | None, cases: int) -> None:
-    """Raise click.UsageError where more than one case would be drawn."""
+    """Raise click.UsageError if more than one case would be drawn."""
     if plot is not None and cases > 1:
         raise click.UsageError(f"--plot draws one case, and there are {cases}: choose one with -k")
 
 
 def draw(drawn: Callable[[str], bytes], path: Path) -> None:
-    """Write a picture, of the format that its name ends in. Raises click.ClickException."""
+    """Write a picture in the format of its file name. Raises click.ClickException."""
     try:
         write_user_file(path, drawn(path.suffix))
     except ModuleNotFoundError as error:
@@ -58,7 +58,7 @@ def draw(drawn: Callable[[str], bytes], path: Path) -> None:
 
 @dataclass(frozen=True)  # with slots no generic alias of it can be called
 class Writing(Generic[Found]):
-    """How what a command finds is written: text as it is found, and the others as a whole."""
+    """The output of a command: text line by line, other formats as a whole."""
 
     text: Callable[[Found], Iterable[str]]  # lines
     table: Callable[[Sequence[Found]], StudyTable]
@@ -66,7 +66,7 @@ class Writing(Generic[Found]):
 
 @dataclass
 class Request:
-    """What every one of these commands is asked."""
+    """The options that all of these commands have."""
 
     command: str
     file: Path
@@ -80,15 +80,15 @@ class Request:
         self.gathered, self.selected = selected_of(self.file, self.selection)
 
     def variants(self, but: str = "") -> Mapping[str, Case]:
-        """The cases, each variant once; whatever it has of one variable."""
+        """Return the cases, each variant once, regardless of the value of one variable."""
         return variants_of(self.selected, but)
 
     def answer(
         self, questions: Iterable[tuple[str, Iterable[Found]]], writing: Writing[Found], instead: str
     ) -> tuple[list[Found], ExitCode]:
-        """Write what is found by the questions to each case, also where that is interrupted; and the exit code.
+        """Write the results for each case, also after an interrupt; return them and the exit code.
 
-        A question that takes too much work is refused, and the others are answered; `instead` is what to ask then.
+        A case that takes too much work is refused and the others are answered; `instead` is the advice given then.
         """
         found: list[Found] = []
         code = code_without_runs(self.gathered, self.selected)
@@ -111,7 +111,7 @@ class Request:
 
 @contextmanager
 def refusing(what: str, instead: str) -> Iterator[list[str]]:
-    """Stop what takes too much work, and tell it; the list is not empty then."""
+    """Stop the block if it takes too much work, and report it; the list is not empty then."""
     refused: list[str] = []
     try:
         with limited(work.limit()):
@@ -122,7 +122,7 @@ def refusing(what: str, instead: str) -> Iterator[list[str]]:
 
 
 def statics_command(name: str, plot: bool = False) -> Callable[[Callable[..., ExitCode]], click.Command]:
-    """Make a command with the options that all of these have; the function gets a `Request`, then its own options."""
+    """Make a command with the common options; the function gets a `Request`, then its own options."""
 
     def made(asked: Callable[..., ExitCode]) -> click.Command:
         @click.pass_context

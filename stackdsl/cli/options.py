@@ -32,10 +32,10 @@ FilePath = click.Path(path_type=Path)
 
 
 class Number(click.FloatRange):
-    """A number within a range; `nan`, which is neither above a bound nor below one, is none."""
+    """A number within a range; `nan`, which no bound excludes, is refused."""
 
     def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number."""
+        """Return the number."""
         number = super().convert(value, param, ctx)
         if not isfinite(number):
             self.fail(f"'{value}' is no number that means anything", param, ctx)
@@ -43,10 +43,10 @@ class Number(click.FloatRange):
 
 
 class SystemChoice(click.Choice[str]):
-    """The name of a system: one of those that are listed, or of one that another package offers."""
+    """The name of a listed system, or of one from another package."""
 
     def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """The name. What other packages offer is looked up only if it is none of ours."""
+        """Return the name. Systems of other packages are looked up only for unknown names."""
         if value in self.choices:
             return value
         from stackdsl.simulation.plugins import ForeignSystemError, foreign_names, foreign_system  # noqa: PLC0415 -- rare
@@ -65,7 +65,7 @@ SYSTEM_CHOICE = SystemChoice(list(KNOWN))
 
 
 def playable(systems: tuple[str, ...]) -> tuple[str, ...]:
-    """The systems that were asked for, each once. Raises click.BadParameter if what one needs is not installed."""
+    """Return the requested systems, each once. Raises click.BadParameter for a missing package."""
     for name, package in needs_of(systems):
         if not package.installed:
             told = f"'{name}' needs {package.name}, which is not installed"
@@ -85,7 +85,7 @@ ON_SYSTEMS = click.option(
 
 
 def _expression(texts: tuple[str, ...]) -> str:
-    """All of the expressions that were given, as one."""
+    """Join the given expressions."""
     for text in texts:
         try:
             expression_of(text)
@@ -120,9 +120,9 @@ LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds i
 
 
 def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
-    """What one file holds, and the cases selected of it; its mistakes are told, and why nothing is selected.
+    """Return the content of a file and its selected cases; report mistakes and an empty selection.
 
-    Of what is not read here, since its author said so, nothing is known: it is told, and left out.
+    Scenarios that their author skips here are reported and left out.
     """
     gathered = gather([file])
     complain(gathered.diagnostics)
@@ -134,7 +134,7 @@ def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Ca
 
 
 def complain(diagnostics: Iterable[Diagnostic]) -> None:
-    """Tell of mistakes."""
+    """Report mistakes."""
     for diagnostic in diagnostics:
         tell(diagnostic_text(diagnostic))
 
@@ -142,20 +142,20 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
 def warn_of_nothing(
     selection: Selection, gathered: FoundCases, selected: Sequence[Selectable], paths: Sequence[Path]
 ) -> None:
-    """Tell why nothing is selected, unless mistakes are told that may be why."""
+    """Report why nothing is selected, unless mistakes were reported, which may be the reason."""
     if not selected and not gathered.diagnostics:
         tell(nothing_selected_text(selection, gathered.cases, paths))
 
 
 def code_without_runs(gathered: FoundCases, selected: Sequence[Selectable]) -> ExitCode:
-    """The exit code of a call that plays nothing."""
+    """Return the exit code of a call that plays nothing."""
     if gathered.diagnostics:
         return ExitCode.INVALID
     return ExitCode.OK if selected else ExitCode.USAGE
 
 
 def variants_of(cases: Sequence[Case], but: str = "") -> dict[str, Case]:
-    """Each variant once by its name, whatever it is played on, and whatever it has of one variable."""
+    """Return each variant once by its name, regardless of the system and of the value of one variable."""
     found: dict[tuple[object, ...], tuple[str, Case]] = {}
     for case in cases:
         fixed = tuple((name, str(value)) for name, value in case.variant.choice.items() if name != but)
@@ -172,7 +172,7 @@ VENDORED = "./vendor/stackdsl-*.whl"  # a wheel that the project brings along, w
 
 
 def requirement() -> str:
-    """The repository and commit that it came from, as pip noted them (PEP 610); else a wheel within the project."""
+    """Return the repository and commit of the installation (PEP 610), else a wheel within the project."""
     with suppress(PackageNotFoundError, ValueError, KeyError, TypeError):
         origin = json.loads(distribution("stackdsl").read_text("direct_url.json") or "{}")
         vcs = origin["vcs_info"]
@@ -185,7 +185,7 @@ def requirement() -> str:
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """What of a report is wanted as text."""
+    """The extent of a text report."""
 
     verbosity: int = 0  # -1: only what failed; 1: also what passed
     durations: int = 0  # how many of the slowest cases
@@ -217,7 +217,7 @@ FORMATS: Final[Mapping[str, Renderer]] = {
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One way to write the report."""
+    """One output of the report."""
 
     form: str
     file: Path | None = None  # None for the output stream
@@ -227,12 +227,12 @@ class Output:
 
 
 class OutputChoice(click.ParamType[Output]):
-    """The name of a format, or the name, `=` and a file."""
+    """A format name, or a format name, `=` and a file."""
 
     name = "format"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Output:
-        """The output."""
+        """Return the output."""
         if isinstance(value, Output):
             return value
         form, named, file = str(value).partition("=")
@@ -244,12 +244,12 @@ class OutputChoice(click.ParamType[Output]):
         return Output(form, Path(file) if named else None)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        """As it is shown in the help."""
+        """Return the text for the help."""
         return f"[{'|'.join(FORMATS)}][=FILE]"
 
 
 def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
-    """What is to be written: text goes to the output stream unless something else does. Raises click.UsageError."""
+    """Return the outputs: text goes to the output stream unless another format does. Raises click.UsageError."""
     streamed = [output for output in asked if output.file is None]
     if len(streamed) > 1:
         raise click.UsageError(
@@ -260,7 +260,7 @@ def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
 
 
 def write_report(report: Report, outputs: Sequence[Output], style: Style) -> None:
-    """Write a report in every way that was asked for; what goes to files comes first. Raises click.ClickException."""
+    """Write a report to all outputs, files first. Raises click.ClickException."""
     for output in sorted(outputs, key=lambda output: output.file is None):
         text = FORMATS[output.form](report, style)
         if output.file is None:

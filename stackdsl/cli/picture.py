@@ -98,7 +98,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count: int | None) -> None:
-    """Options of which one would be left out without a word."""
+    """Refuse options of which one would be ignored."""
     if time is not None and count is not None:
         raise click.UsageError("--at draws one time, and --strip several: leave one of them out")
     if moves and (time is not None or count is not None):
@@ -108,7 +108,7 @@ def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count
 
 
 def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> None:
-    """What was asked for, and cannot be seen."""
+    """Report options that have no visible effect."""
     end = run.trace.cost.simulated_time
     if time is not None and time > end:
         raise click.UsageError(f"--at {time:g}: {run.name} ends at {end:.3f} s")
@@ -129,7 +129,7 @@ def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
 
 
 def _refuse_without_film_maker() -> None:
-    """Before anything is played."""
+    """Refuse a film without a film maker, before anything is played."""
     try:
         film_maker()
     except FilmError as error:
@@ -137,7 +137,7 @@ def _refuse_without_film_maker() -> None:
 
 
 def _played(case: Case) -> RunView:
-    """The first case that is selected, played."""
+    """Play a case."""
     if why := unplayable(case.system):
         raise click.ClickException(f"{case.name} cannot be played: {why}")
     recorder = Recorder()

@@ -47,14 +47,14 @@ def new_command(name: str, folder: Path) -> None:
 
 
 def first_text(name: str, schema: str) -> str:
-    """The scenario to start from, with the path of the schema for editors, or without if that is empty."""
+    """Return the first scenario, with the path of the schema for editors unless that is empty."""
     template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8")
     first, _, rest = template.partition("\n")
     return (first.replace("SCHEMA", schema) + "\n" if schema else "") + rest.replace("NAME", name)
 
 
 def schema_seen_from(folder: Path) -> str:
-    """The relative path of the schema: the project's own, or the packaged one within it; a project may move."""
+    """Return the path of the project's schema or of the packaged one, relative so that the project can move."""
     inside = os.path.realpath(folder)
     for home in (Path(inside), *Path(inside).parents):
         if os.path.isfile(own := home / SCHEMA):
@@ -145,7 +145,7 @@ def init_command(directory: Path) -> None:
 
 
 def _texts(directory: Path) -> Mapping[Path, str]:
-    """By path, what is written there."""
+    """Return the texts of a new project by path."""
     return {
         directory / "stackdsl.toml": ROOT_FILE,
         directory / "scenarios" / f"{FIRST}.yaml": first_text(FIRST, f"../{SCHEMA}"),
@@ -169,7 +169,7 @@ OPTIONAL: Final = {
 
 
 class State(StrEnum):
-    """How it stands with one thing."""
+    """The state of a checked item."""
 
     OK = "ok"
     NOTE = "note"  # works without
@@ -178,7 +178,7 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class DoctorFinding:
-    """One thing that was looked at."""
+    """A checked item."""
 
     state: State
     text: str
@@ -202,7 +202,7 @@ def _libraries() -> Iterator[DoctorFinding]:
 
 
 def _engines() -> Iterator[DoctorFinding]:
-    """Each engine once, with the systems that it plays, also those of other packages."""
+    """Yield each engine with its systems, including those of other packages."""
     try:
         needs = needs_of([*KNOWN, *foreign_names()])
     except ForeignSystemError as error:
@@ -239,7 +239,7 @@ def _reading() -> Iterator[DoctorFinding]:
 
 
 def _project() -> Iterator[DoctorFinding]:
-    """Of the project around the directory that this was called from, or else of that directory."""
+    """Yield findings on the project around the working directory, or on that directory."""
     try:
         project = project_of(())
     except ProjectError as error:

@@ -65,7 +65,7 @@ ON_HTML = click.option("--html", type=FilePath, help="Write a page to this .html
 
 @dataclass
 class RunOutputs:
-    """What is asked for, and what was played so far."""
+    """The requested outputs of `run`, and the runs played so far."""
 
     record: Path | None
     html: Path | None
@@ -74,7 +74,7 @@ class RunOutputs:
 
     @classmethod
     def of(cls, record: Path | None, html: Path | None, glb: Path | None, selected: Sequence[Case]) -> "RunOutputs":
-        """What is asked for of these cases. Raises UsageError for what cannot be kept."""
+        """Return the outputs for these cases. Raises UsageError for an impossible output."""
         for option, path in (("--record", record), ("--glb", glb)):
             if path is not None and len(selected) > 1:
                 told = f"{option} keeps one run, and {len(selected)} are selected"
@@ -87,7 +87,7 @@ class RunOutputs:
         return cls(record, html, glb)
 
     def recorder(self) -> "Recorder | None":
-        """What records the next run, if that is needed."""
+        """Return the recorder of the next run, if one is needed."""
         if self.record is self.html is self.glb is None:
             return None
         from stackdsl.simulation.recording import Recorder  # noqa: PLC0415 -- most runs are not recorded
@@ -95,7 +95,7 @@ class RunOutputs:
         return Recorder()
 
     def played(self, case: Case, trace: Trace, recorder: "Recorder | None", result: VariantResult) -> None:
-        """Keep one run."""
+        """Store a run."""
         if recorder is None:
             return
         recording = recorder.recording()
@@ -122,7 +122,7 @@ class RunOutputs:
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """Write a file that was asked for, and say so. Raises a message for people where it cannot be written."""
+    """Write a requested file and report it. Raises click.ClickException if it cannot be written."""
     try:
         write_user_file(path, data)
     except OSError as error:
@@ -140,7 +140,7 @@ LONGEST_MARGINS = 60.0  # [s] that margins may take: of hundreds of bricks they 
 
 
 def watch_run(file: Path, selection: Selection) -> int:
-    """Play now and at every save, until interrupted; the exit code of what was played last."""
+    """Play now and at every save until interrupted; return the exit code of the last run."""
     if file == STDIN:
         raise click.UsageError("--watch needs a file that can be saved; leave one of --watch and - out")
     if not os.path.exists(file):
@@ -160,7 +160,7 @@ def watch_run(file: Path, selection: Selection) -> int:
 
 @dataclass
 class _Live:
-    """One file under watch."""
+    """A watched file."""
 
     file: Path
     selection: Selection
@@ -171,7 +171,7 @@ class _Live:
     stamps: Stamps = field(default_factory=dict)
 
     def go_on(self) -> NoReturn:
-        """Until interrupted."""
+        """Play at every save until interrupted."""
         self.files.add(self.file)
         self._read()
         while True:
@@ -182,7 +182,7 @@ class _Live:
                 sleep(INTERVAL)
 
     def _is_overtaken(self) -> bool:
-        """Whether something else is there to be played; mistakes in it are told, and end nothing that is played."""
+        """Return whether a newer save can be played; mistakes in it are reported and stop no run."""
         if not is_saved_since(self.stamps):
             return False
         tell("saved")
@@ -202,7 +202,7 @@ class _Live:
         self.page.show_mistakes(mistakes)
 
     def _play(self) -> bool:
-        """Play what there is; whether it came to its end, and nothing else is there to be played."""
+        """Play the current cases; return whether they ended and no newer save is there."""
         if not self.cases:
             return True
         self.page.expect(len(self.cases))
@@ -214,7 +214,7 @@ class _Live:
             self.code = max(self.code, exit_code(Report(results, ()))) if results else self.code
 
     def _watch_also(self, mistakes: Iterable[Diagnostic]) -> None:
-        """The files that scenarios take from, and those with mistakes, are saved as well."""
+        """Watch included files and files with mistakes, too."""
         others = {Path(part) for case in self.cases for part in case.source.parts}
         others |= {Path(mistake.span.file) for mistake in mistakes}
         self.stamps = {**stamps_of(others - self.files), **self.stamps}
@@ -227,7 +227,7 @@ def _makes_sense(gathered: Gathered) -> bool:
 
 @dataclass
 class _Playing:
-    """What a file holds now, being played."""
+    """The current content of a watched file, while it is played."""
 
     cases: Sequence[Case]
     page: RunPage
@@ -235,7 +235,7 @@ class _Playing:
     found: dict[int, VariantResult] = field(default_factory=dict)
 
     def play(self) -> bool:
-        """Preview, play and judge all cases; False if something else was there to be played before that was done."""
+        """Preview, play and judge all cases; return False if a newer save came before the end."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
         self.page.show_activity("playing" if able else "")
         for number in able[:1]:  # who works on several looks at the first
@@ -326,7 +326,7 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
-    """Play a case here, and print what happens and how it ended."""
+    """Play a case in this process and print its events and its result."""
     write(case.name)
     if case.skip is not None:
         write(f"  skipped: {case.skip}\n\n")
@@ -356,7 +356,7 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
 
 
 def _sampled(case: Case) -> VariantResult:
-    """Judge the samples of a case, and print what became of them. What is drawn of it is its design, played once."""
+    """Judge the samples of a case and print their outcomes. The recorded run is that of the design."""
     from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
     with counted(case.scenario.samples or 0, f"{case.name}: samples") as known:

@@ -1,4 +1,4 @@
-"""Commands that ask statics about one file: `survive`, `find`, `sensitivities`, `suggest`, `order`, `pull`."""
+"""Commands on the statics of one file: `survive`, `find`, `sensitivities`, `suggest`, `order`, `pull`."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -70,7 +70,7 @@ def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCod
 
 
 def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator[tuple[str, Survival]]:
-    """What a case survives; why it is not known is told."""
+    """Yield the accelerations that a case survives; report why they are unknown."""
     proofs = proofs_of(case.timeline)
     verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
     count = sum(not placement.hits for placement in case.timeline.placements)
@@ -146,7 +146,7 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _limit(name: str, case: Case, wish: LimitRequest) -> Iterator[FoundLimit]:
-    """What is found of a case that can be asked; why it cannot is told."""
+    """Yield the limit of a case; report why there is none."""
     try:
         with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:
             found = find_in(case, name, wish, tried)
@@ -183,7 +183,7 @@ def sensitivities_command(request: Request, of: str, checked: int, top: int) -> 
 
 
 def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Iterator[Sensitivities]:
-    """What is found of a case; why nothing is, is told."""
+    """Yield the sensitivities of a case; report why there are none."""
     try:
         with counted(100, f"{name}: percent") as known:
             found = sensitivities_of(case, name, of, checked, lambda done, total: known(round(100 * done / total)))
@@ -244,7 +244,7 @@ def order_command(request: Request, props: bool, most: int) -> ExitCode:
 
 
 def _finished(name: str, case: Case) -> Assembly | None:
-    """The finished structure of a case; None if nothing can be asked of it. Why, and what is left out, is told."""
+    """Return the finished structure of a case, or None; report the reason and omitted bricks."""
     found = finished_structure_of(case.timeline)
     if found.why_not:
         tell(f"{name}: {found.why_not}")
@@ -255,7 +255,7 @@ def _finished(name: str, case: Case) -> Assembly | None:
 
 
 def _order(name: str, case: Case, props: bool, most: int) -> Parts:
-    """The best order that is found, also by a search that is stopped."""
+    """Yield the best building order found, also by an interrupted search."""
     design = _finished(name, case)
     if design is None:
         return
@@ -323,7 +323,7 @@ def _one_at_a_time(name: str, design: Assembly) -> Parts:
 
 
 def _one_after_the_other(name: str, design: Assembly, bricks: Sequence[BodyId], most: int) -> Parts:
-    """The orders that are found, also by a search that is stopped."""
+    """Yield the orders of removals found, also by an interrupted search."""
     parts = Subsets(design)
     may_go = parts.part_of(bricks)
     stopped: BaseException | None = None

@@ -1,4 +1,4 @@
-"""`stackdsl sweep`: every variant and every sample, a row each, into a file that the next call goes on with."""
+"""`stackdsl sweep`: writes a row for each variant and sample to a file, which the next call continues."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -86,7 +86,7 @@ def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _playable(cases: Sequence[Case]) -> Iterator[Case]:
-    """Those that can be played here and are meant to be; of the others it is told why not."""
+    """Yield the cases that can be played here; report why the others cannot."""
     for case in cases:
         why = case.skip if case.skip is not None else unplayable(case.system)
         if why:
@@ -104,14 +104,14 @@ def _cluster(scheduler: str) -> Iterator[Workers]:
 
 
 class _UnderWay:
-    """A sweep, and what is told of it."""
+    """A running sweep, with its progress."""
 
     def __init__(self, plan: SweepPlan, out: Path, form: str) -> None:
         self.plan, self.out, self.form = plan, out, form
         self.counts = Counts()
 
     def run(self, workers: Callable[[], AbstractContextManager[Workers]]) -> ExitCode:
-        """Sweep, and tell what came of it; how it ended. Raises click.ClickException."""
+        """Run the sweep, report its summary, and return the exit code. Raises click.ClickException."""
         code = ExitCode.OK
         try:
             with counted(self.plan.total, "rows") as done:

@@ -1,6 +1,6 @@
-"""The two streams of a terminal: what is asked for goes to the output, how it goes to the error stream.
+"""Output and error stream: results go to the output, progress and remarks to the error stream.
 
-A reader may close either at any time; that ends the reading, and neither the work nor its exit code.
+A reader may close either at any time, which changes neither the work nor its exit code.
 """
 
 import os
@@ -24,34 +24,34 @@ NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
 
 
 class Told(Protocol):
-    """What progress is told of."""
+    """The properties of a result that a progress display shows."""
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Return the name for people."""
 
     @property
     def conclusion(self) -> str:
-        """What came of it, in a few words."""
+        """Return the result in a few words."""
 
 
 class Bar(Protocol):
-    """What shows how far the work is."""
+    """A progress display."""
 
     def tell(self, result: Told) -> None:
-        """One more is done."""
+        """Show one more finished case."""
 
     def wait(self) -> None:
-        """Nothing is done, yet time goes on."""
+        """Refresh the display while nothing finishes."""
 
     def drawn(self, name: str, count: int, most: int) -> None:
-        """So many samples of one are drawn, of so many at most."""
+        """Show the number of drawn samples of a case, out of the most."""
 
 
 def occupy_standard_streams() -> None:
-    """Let streams that were closed from the start lead nowhere: a pipe or file opened later would come in their place.
+    """Open standard streams that were closed at the start as null devices.
 
-    What is said to them, by native libraries too, would end up there.
+    Otherwise a pipe or file opened later would take their number and receive output, also of native libraries.
     """
     for number in range(3):
         try:
@@ -62,21 +62,21 @@ def occupy_standard_streams() -> None:
 
 
 def write(text: str) -> None:
-    """Print on the output stream what people read. Whoever wrote it, no line of it is a workflow command of GitHub."""
+    """Print text for people on the output stream; no line of it can be a workflow command of GitHub."""
     from stackdsl.shown_text import without_commands  # noqa: PLC0415 -- help does without
 
     _print(without_commands(text))
 
 
 def write_data(text: str, form: str) -> None:
-    """Print on the output stream what programs read, in a format such as `json`; they read the same from it."""
+    """Print data for programs on the output stream, in a format such as `json`; escapes do not change its meaning."""
     from stackdsl.shown_text import data_without_commands  # noqa: PLC0415 -- as in `write`
 
     _print(data_without_commands(text, form))
 
 
 def _print(text: str) -> None:
-    """A reader who has seen enough ends the reading, not the work nor its exit code."""
+    """Print text; a closed output ends neither the work nor changes its exit code."""
     try:
         click.echo(text, nl=not text.endswith("\n"))
     except BrokenPipeError:
@@ -87,7 +87,7 @@ def _print(text: str) -> None:
 
 
 def tell(text: str) -> None:
-    """Print on the error stream, as long as that takes anything."""
+    """Print on the error stream, if it is open."""
     try:
         from stackdsl.shown_text import without_commands  # noqa: PLC0415 -- help does without
 
@@ -97,19 +97,19 @@ def tell(text: str) -> None:
 
 
 def silence(stream: TextIO) -> None:
-    """Let a stream lead nowhere; closing it would fail, and so would Python's own look at it in the end."""
+    """Redirect a stream to the null device; closing it would fail, as would Python's flush at exit."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
 def _is_no_terminal(stream: TextIO | None) -> bool:
-    """Whether a stream is none, and is not to be taken for one, which rich decides by the environment."""
+    """Return whether a stream is no terminal and the environment does not force rich to treat it as one."""
     return stream is None or not (stream.isatty() or {"FORCE_COLOR", "TTY_COMPATIBLE"} & os.environ.keys())
 
 
 def paper() -> tuple[int, bool]:
-    """Width of the paper, and whether it takes colour."""
+    """Return the width of the output and whether it is in colour."""
     if _is_no_terminal(sys.stdout):
         return NO_TERMINAL, False
     from rich.console import Console  # noqa: PLC0415 -- most calls do without, and it takes a while to load
@@ -120,7 +120,7 @@ def paper() -> tuple[int, bool]:
 
 @contextmanager
 def progress(total: int) -> Iterator[Bar]:
-    """A bar on a terminal, a line a case elsewhere; both on the error stream, so that output stays clean."""
+    """Show a bar on a terminal and a line per case elsewhere, both on the error stream."""
     if _is_no_terminal(sys.stderr):
         yield _Lines(total)
         return
@@ -136,7 +136,7 @@ def progress(total: int) -> Iterator[Bar]:
 
 @contextmanager
 def counted(total: int | None, what: str) -> Iterator[Callable[[int], None]]:
-    """A bar on a terminal that is told how many are done, of how many if that is known, and nothing elsewhere."""
+    """Show a bar of the number done on a terminal, out of a total if known, and nothing elsewhere."""
     if _is_no_terminal(sys.stderr):
         yield lambda _: None
         return
@@ -169,7 +169,7 @@ def _drawn(console: "Console") -> "Progress":
 
 
 class _DrawnBar:
-    """A bar that rich draws."""
+    """A progress bar of rich."""
 
     def __init__(self, bar: "Progress", task: "TaskID") -> None:
         self._bar, self._task = bar, task
@@ -190,7 +190,7 @@ class _DrawnBar:
 
 
 class _Lines:
-    """A line for each that is done."""
+    """A progress display with a line for each finished case."""
 
     def __init__(self, total: int) -> None:
         self._total, self._done = total, 0
@@ -207,7 +207,7 @@ class _Lines:
 
 
 def show_error(error: click.ClickException) -> None:
-    """Show what was wrong with the call."""
+    """Show an error of the call."""
     shown = StringIO()
     error.show(shown)
     tell(shown.getvalue().removesuffix("\n"))
