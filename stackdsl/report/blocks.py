@@ -29,7 +29,7 @@ Row: TypeAlias = dict[str, str]  # by column
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Text that stays whole."""
+    """Text that is not wrapped."""
 
     text: str
     style: str
@@ -47,18 +47,18 @@ Block: TypeAlias = Sequence[Line | Table]
 
 
 def blocks_text(blocks: Iterable[Block], width: int, colour: bool) -> str:
-    """Blocks with a blank line between; tables keep to `width` [characters] where words let them."""
+    """Return blocks with a blank line between; tables keep to `width` [characters] if words are short enough."""
     shown = ["".join(_shown(part, width, colour) for part in block) for block in blocks]
     return "\n".join(text.rstrip() for text in "\n".join(shown).split("\n"))
 
 
 def line(text: str, style: str = "") -> Line:
-    """Text of others, such as names out of a file, kept from steering the terminal."""
+    """Return a line with control characters made visible, as text may come from a file."""
     return Line(_safe(text), style)
 
 
 def table(rows: Sequence[Row], left: Sequence[str]) -> Table:
-    """A table of rows, with these columns to the left."""
+    """Return a table of rows, with these columns aligned left."""
     return Table([{name: _safe(cell) for name, cell in row.items()} for row in rows], left)
 
 
@@ -68,7 +68,7 @@ def _safe(text: str) -> str:
 
 
 def titled(title: str, lines: Sequence[str]) -> Block:
-    """Lines below a title; nothing where there are none."""
+    """Return lines below a title; nothing without lines."""
     return [line(title, "bold"), *(line(f"  {each}") for each in lines)] if lines else []
 
 
@@ -80,7 +80,7 @@ def _shown(part: Line | Table, width: int, colour: bool) -> str:
 
 
 def plain_text(part: Line | Table, width: int) -> str | None:
-    """What has neither colours nor columns too wide, which is most: no library need be loaded. None of the rest."""
+    """Return text without colours and without wide columns, which needs no library; None for other text."""
     if isinstance(part, Line):
         return f"{part.text}\n"
     names = list(part.rows[0])
@@ -94,9 +94,9 @@ def plain_text(part: Line | Table, width: int) -> str | None:
 
 
 def folded_text(part: Table, width: int, colour: bool) -> str:
-    """A table too wide for the paper: each row, and the header, on several lines, of which the later ones are indented.
+    """Return a table wider than the output, with each row and the header on several lines, the later ones indented.
 
-    Cells stay whole: one that is wider than the paper by itself reaches beyond it.
+    Cells are not broken: one wider than the output exceeds it.
     """
     widths = _widths(part)
     groups: list[list[str]] = [[]]
@@ -132,7 +132,7 @@ def _breadth(widths: Mapping[str, int]) -> int:
 
 
 def columns_of(text: str) -> int:
-    """How many columns a text takes on a terminal."""
+    """Return the number of terminal columns of a text."""
     if text.isascii():
         return len(text)
     return sum(0 if combining(each) else 1 + (east_asian_width(each) in "WF") for each in text)
@@ -143,7 +143,7 @@ def _is_simple(cell: str) -> bool:
 
 
 def drawn_text(part: Line | Table, width: int, colour: bool) -> str:
-    """The same with colours, and with rows broken where they are too wide."""
+    """Return blocks with colours and broken rows, drawn by rich."""
     from rich.console import Console  # noqa: PLC0415 -- most output is plain, and it takes a while to load
     from rich.text import Text  # noqa: PLC0415 -- likewise
 

@@ -17,7 +17,7 @@ GUTTER: Final = 5  # [columns] for the line number; files of 99,999 lines align
 
 
 def diagnostic_text(diagnostic: Diagnostic) -> str:
-    """Several lines of text without a newline at the end."""
+    """Return a diagnostic as lines of text without a final newline."""
     where = f" ({diagnostic.span.where})" if diagnostic.span.where else ""
     key = f"`{diagnostic.span.key}`: " if diagnostic.span.key else ""
     head = f"{diagnostic.span}: {diagnostic.code} {key}{diagnostic.message}{where}"
@@ -35,13 +35,13 @@ def _excerpt_lines(span: Span) -> list[str]:
 
 
 def _visible(text: str) -> str:
-    """The text with tabs spread out, and with marks for characters that would steer the terminal."""
+    """Return text with expanded tabs and visible control characters."""
     spread = text.replace("\t", TAB).replace("\n", " ")
     return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in spread)
 
 
 def _width(text: str) -> int:
-    """Columns that the text takes on a terminal."""
+    """Return the number of terminal columns of a text."""
     return sum(_character_width(character) for character in _visible(text))
 
 
@@ -64,7 +64,7 @@ _INDENT = "    "
 
 @dataclass(frozen=True, slots=True)
 class CodeEntry:
-    """What the page says of one code."""
+    """The entry of a diagnostic code."""
 
     code: str
     title: str
@@ -72,13 +72,13 @@ class CodeEntry:
 
     @property
     def example(self) -> str | None:
-        """A scenario that gives it; None where no short one does."""
+        """Return a scenario with this mistake; None if no short one has it."""
         found = _EXAMPLE.search(self.body)
         return found["text"] if found else None
 
 
 def entries() -> Mapping[str, CodeEntry]:
-    """All codes of the page, in its order."""
+    """Return all codes in the order of the page."""
     page = files("stackdsl").joinpath("diagnostics.md").read_text(encoding="utf-8")
     return {found["code"]: CodeEntry(found["code"], found["title"], found["body"].strip()) for found in _each(page)}
 
@@ -88,7 +88,7 @@ def _each(page: str) -> Iterator[re.Match[str]]:
 
 
 def code_text(entry: CodeEntry) -> str:
-    """An entry for a terminal: without the marks of Markdown, and with its example set in."""
+    """Return an entry for a terminal, without Markdown, with its example indented."""
     plain = _EXAMPLE.sub(lambda found: _set_in(found["text"]), entry.body)
     plain = _LINK.sub(r"\1", plain).replace("**", "")
     return f"{entry.code}: {entry.title}\n\n{plain}\n"

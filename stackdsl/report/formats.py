@@ -38,7 +38,7 @@ MOST_SEEN = 3  # differences of one golden file; the rest is in the text
 
 
 class Rank(IntEnum):
-    """How bad a finding is; what makes others least trustworthy comes first."""
+    """Severity of a finding; those that make other results untrustworthy come first."""
 
     INVALID = 0
     STOPPED = 1
@@ -49,7 +49,7 @@ class Rank(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class RankedFailure:
-    """One thing to look into."""
+    """A finding of a report."""
 
     rank: Rank
     title: str
@@ -60,7 +60,7 @@ class RankedFailure:
 
 
 def ranked_failures(report: Report) -> list[RankedFailure]:
-    """All of them, worst first, and otherwise in the order of the report; what is only a warning comes last."""
+    """Return all findings, worst first, then in the order of the report; warnings come last."""
     found = [
         RankedFailure(
             Rank.INVALID, each.code, f"{each.message}{f'; {each.hint}' if each.hint else ''}", *_place(each.span)
@@ -77,7 +77,7 @@ def ranked_failures(report: Report) -> list[RankedFailure]:
 
 
 def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
-    """What one result has to be looked into for."""
+    """Yield the failures of a result."""
     if result.mistake is not None:
         yield RankedFailure(Rank.INVALID, result.name, result.mistake.message, *_place(result.mistake.span))
     elif result.status not in (RunStatus.DONE, RunStatus.SKIPPED):
@@ -99,7 +99,7 @@ def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
 
 
 def warnings_of(result: VariantResult) -> Iterator[RankedFailure]:
-    """What one result has to be looked into for that fails nothing: what is odd, and what fell unexpectedly."""
+    """Yield the warnings of a result, and an unexpected fall without expectations."""
     for odd in result.warnings:
         yield RankedFailure(
             Rank.WARNED, result.name, "; ".join(filter(None, [odd.message, odd.hint])), *_place(odd.span)
@@ -126,7 +126,7 @@ NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]") 
 
 
 def report_junit(report: Report) -> str:
-    """The whole report; mistakes of files, and golden files that are nobody's, are errors of suites of their own."""
+    """Return the report as JUnit; mistakes of files and unused golden files are errors of separate suites."""
     root = ET.Element("testsuites", name="stackdsl", time=f"{report.wall_time:.3f}")
     for file, group in groupby(report.results, key=lambda result: result.file):
         results = list(group)
@@ -194,7 +194,7 @@ MOST_SHOWN = 10  # annotations of one kind that a step shows
 
 
 def report_github(report: Report) -> str:
-    """One line a finding, and one of sums that is only in the log."""
+    """Return one annotation for each finding, and a line of sums for the log."""
     found = ranked_failures(report)
     shown = found if len(found) <= MOST_SHOWN else found[: MOST_SHOWN - 1]
     lines = [_command(finding) for finding in shown]
@@ -212,7 +212,7 @@ def _command(finding: RankedFailure) -> str:
 
 
 def _remark(finding: RankedFailure) -> str:
-    """A line of the log, and no command, whatever texts of authors are in it."""
+    """Return a line of the log that is no workflow command."""
     told = f"{finding.file}:{finding.line}:{finding.column}: {finding.title}: {finding.text}"
     return f"- {' '.join(told.split())}"
 
@@ -233,7 +233,7 @@ SPECIAL = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]
 
 
 def report_markdown(report: Report) -> str:
-    """Sums, then what failed, worst first, then all cases, folded away."""
+    """Return sums, failures with the worst first, and all cases in a folded part."""
     return "\n".join([f"**{_plain(closing_line(report))}**", "", *_failed(report), *_cases(report.results)])
 
 
@@ -272,7 +272,7 @@ def _more(count: int) -> Iterator[str]:
 
 
 def _plain(text: str) -> str:
-    """Text that means nothing else in Markdown, on one line."""
+    """Return text on one line, escaped for Markdown."""
     return " ".join(text.split()).translate(SPECIAL)
 
 
@@ -280,7 +280,7 @@ def _plain(text: str) -> str:
 
 
 def quantity_of(written: str) -> dict[str, object]:
-    """What was written, and the number, unit and SI value of it; all three None where it is a word."""
+    """Return a written value with its number, unit and SI value; these are None for a word."""
     found = QUANTITY.fullmatch(written.strip())
     if found is None:
         return {"written": written, "number": None, "unit": None, "si": None}
@@ -303,7 +303,7 @@ COSTS = ("expectations", "met", "least_margin", "least_margin_unit", "golden", "
 
 
 def report_csv(report: Report) -> str:
-    """A header and the rows; lines end as RFC 4180 says."""
+    """Return a header and rows with line ends of RFC 4180."""
     variables = list(dict.fromkeys(name for result in report.results for name, _ in result.parameters))
     out = StringIO()
     writer = csv.writer(out)
@@ -347,7 +347,7 @@ FORMAT = 1
 
 
 def report_json(report: Report) -> str:
-    """The whole report as one JSON object, in the report's order of variants."""
+    """Return the report as one JSON object, with variants in its order."""
     whole = {
         "format": FORMAT,
         "exit_code": int(exit_code(report)),

@@ -21,7 +21,7 @@ HINT: Final = "pip install 'stackdsl[plot]'"  # what brings matplotlib
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure":
-    """An empty figure of this width and height [inch], in a layout of matplotlib.
+    """Return an empty figure of a width and height [inch], in a layout of matplotlib.
 
     Raises ModuleNotFoundError without matplotlib.
 
@@ -37,7 +37,7 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure"
 
 
 def encoded(figure: "Figure", suffix: str) -> bytes:
-    """A figure as `.svg` or `.png`; the SVG is the same whenever it is drawn."""
+    """Return a figure as `.svg` or `.png`; the SVG does not depend on the time of drawing."""
     form = suffix.lower().removeprefix(".")
     file = BytesIO()
     figure.savefig(file, format=form, metadata={"Date": None} if form == "svg" else None)
@@ -105,6 +105,6 @@ def drawn_survival(name: str, survival: Survival, suffix: str) -> bytes:
 
 
 def _closed(bearings: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
-    """The line around, back to where it began; what nothing brings down is left out."""
+    """Return a closed line around; bearings that nothing brings down are left out."""
     shown = [value if value < inf else float("nan") for value in values]
     return [*bearings, bearings[0]], [*shown, shown[0]]

@@ -32,7 +32,7 @@ FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "lo
 
 
 def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
-    """Points, curve, and what is to be said of both."""
+    """Yield points, curve and remarks on them."""
     yield name
     unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
@@ -109,7 +109,7 @@ def fragility_table(curves: Sequence[tuple[str, Fragility]]) -> StudyTable:
 
 
 def as_values(fragility: Fragility) -> dict[str, Any]:
-    """A fragility curve as plain values."""
+    """Return a fragility curve as plain values."""
     curve = fragility.curve
     fitted = None
     if curve is not None:
@@ -174,7 +174,7 @@ LIMIT_COLUMNS: Final = (
 
 
 def limit_lines(finding: FoundLimit) -> Iterator[str]:
-    """What was found of one case, and how sure that is."""
+    """Yield the limit of a case and its certainty."""
     yield finding.case
     yield f"  {_limit(finding)}"
     if finding.end in (End.LIMIT, End.NOWHERE) and finding.why:
@@ -211,7 +211,7 @@ def _limit(finding: FoundLimit) -> str:
 
 
 def _remarks(finding: FoundLimit) -> Iterator[str]:
-    """What the limit is worth."""
+    """Yield remarks on the validity of a limit."""
     if finding.written is not None:
         where = f" at {finding.place}" if finding.place else ""
         yield f"in place of {_text(finding, finding.written)}{where}" + (f"; {finding.others}" * bool(finding.others))
@@ -230,7 +230,7 @@ def _remarks(finding: FoundLimit) -> Iterator[str]:
 
 
 def _contradicting(finding: FoundLimit) -> Iterator[str]:
-    """What came of numbers that are other than on the rest of their side of the limit."""
+    """Yield numbers whose verdict contradicts their side of the limit."""
     for answer, group in groupby(finding.contradicting, key=lambda each: each[1]):
         values = [_text(finding, value) for value, _ in group]
         ends = (
@@ -248,7 +248,7 @@ def _text(finding: FoundLimit, value: float | None) -> str:
 
 
 def _digits(finding: FoundLimit) -> int:
-    """As many as tell one side of the limit from the other."""
+    """Return the digits that tell both sides of a limit apart."""
     least, most = DIGITS
     if finding.stands is None or finding.beyond is None or finding.stands == finding.beyond:
         return least
@@ -299,7 +299,7 @@ SENSITIVITY_COLUMNS: Final = (
 
 
 def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
-    """The margin, and a line for each number that it depends on, the most first."""
+    """Yield the margin and a line for each number that it depends on, the largest effect first."""
     yield found.case
     unit = UNITS[found.of]
     what = "least friction" if found.of is MarginKind.FRICTION else "acceleration"
@@ -358,7 +358,7 @@ SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_w
 
 
 def survival_lines(name: str, survival: Survival) -> Iterator[str]:
-    """One line where the same gives way, and the number for all bearings."""
+    """Yield one line for neighbouring bearings with the same failure, and the value for all bearings."""
     yield name
     worst = survival.worst
     if worst.survived == inf:
@@ -379,7 +379,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
 
 
 def _alike(along: Sequence[BearingSurvival]) -> list[list[BearingSurvival]]:
-    """Neighbours at which the same gives way; those around +x come first, as one."""
+    """Return groups of neighbouring bearings with the same failure; the group around +x comes first."""
     runs = [list(rows) for _, rows in groupby(along, key=lambda each: each.gives_way)]
     if len(runs) > 1 and runs[0][0].gives_way == runs[-1][0].gives_way:
         runs = [[*runs[-1], *runs[0]], *runs[1:-1]]
@@ -435,7 +435,7 @@ FEW: Final = 3  # reasons of failures that are told
 
 
 def sweep_lines(cases: Sequence[SweptCase]) -> Iterator[str]:
-    """A line a case; below it how that is known, and what failed. Rows may be of whoever sent the project."""
+    """Yield a line for each case, with evidence and failures below. Rows may come with a project."""
     yield from map(visible, _lines(cases))
 
 
@@ -496,7 +496,7 @@ def _verdicts(each: SweptCase) -> str:
 
 
 def _once(each: SweptCase) -> str:
-    """What became of a case that is played once."""
+    """Return the result of a case that is played once."""
     kind = next(iter(each.kinds))
     return f"{kind.verdict}{f' at level {kind.level}' if kind.level is not None else ''} ({kind.how})"
 
@@ -508,7 +508,7 @@ ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
 
 
 def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
-    """The same keys for every kind; nothing where a kind has none."""
+    """Return the same keys for every kind; a value is None if the kind has none."""
     keys = ("kind", "bricks", "amount", "unit", "fails_with")
     return {**dict(zip(keys, _amounts(suggestion), strict=True)), "text": suggestion_text(suggestion)}
 
@@ -530,7 +530,7 @@ def _amounts(suggestion: Suggestion) -> tuple[str, str, float | None, str, float
 
 
 def suggestion_text(suggestion: Suggestion) -> str:
-    """What to do, in words."""
+    """Return the suggestion in words."""
     match suggestion:
         case BrickShift(brick, shift):
             return f"move {brick} by {_shift(shift)}, with what rests on it"
@@ -547,7 +547,7 @@ def suggestion_text(suggestion: Suggestion) -> str:
 
 
 def _shift(shift: tuple[float, float]) -> str:
-    """Rounded up, in five digits, so that it is enough."""
+    """Return a shift rounded up to five digits, so that it suffices."""
     bearing = round(degrees(atan2(shift[1], shift[0])), 2)
     towards = ALONG.get(int(bearing)) if bearing == int(bearing) else None
     return f"{1e3 * hypot(*shift):.5g} mm towards {towards or f'{bearing:g} deg'}"
@@ -560,14 +560,14 @@ ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls", Stability.UN
 
 
 def pull_row(pull: Pull) -> dict[str, Any]:
-    """One brick that was pulled out of the whole."""
+    """Return the row of a brick that was pulled out of the whole structure."""
     verdict = pull.verdict
     why = verdict.reason or (f"{verdict.stage}" if verdict.stage is not None else "")
     return {"brick": pull.brick, "carries": pull.carries, "rest": ANSWERS[verdict.stability], "proof": why}
 
 
 def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
-    """How many can be pulled, and each with its proof."""
+    """Yield the number of removable bricks, and each with its proof."""
     counts = {answer: sum(p.verdict.stability is answer for p in pulls) for answer in ANSWERS}
     told = ", ".join(f"{count} {ANSWERS[answer]}" for answer, count in counts.items() if count)
     yield f"  pulled one at a time, the rest: {told}"
@@ -578,7 +578,7 @@ def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
 
 
 def longest_lines(longest: Longest) -> Iterator[str]:
-    """The longest order of pulls."""
+    """Yield the longest order of removals."""
     if longest.proven:
         bound = "no order is longer, which is proven"
     else:
@@ -590,7 +590,7 @@ def longest_lines(longest: Longest) -> Iterator[str]:
 
 
 def soonest_line(soonest: Soonest) -> str:
-    """The worst case."""
+    """Return the order of removals with the earliest fall."""
     if not soonest.order:
         return (
             f"  no {soonest.at_least - 1} pulls bring it down" if soonest.at_least > 1 else "  no worst case was found"
@@ -601,7 +601,7 @@ def soonest_line(soonest: Soonest) -> str:
 
 
 def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
-    """A row a step."""
+    """Return a row for each step."""
     return [
         {"step": n, "brick": step.brick, "prop": step.propped, "struck": " ".join(step.struck)}
         for n, step in enumerate(order.steps, 1)
@@ -609,7 +609,7 @@ def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
 
 
 def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str]:
-    """An order, and how many props it needs; if it was interrupted, the best by then."""
+    """Yield a building order and its props; after an interrupt, the best by then."""
     unpropped = order.without is not None and order.without.order is not None
     if interrupted:
         yield "  interrupted: this is what was known by then"

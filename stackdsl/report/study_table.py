@@ -14,7 +14,7 @@ Row: TypeAlias = Mapping[str, Any]  # by column
 
 @dataclass(frozen=True, slots=True)
 class StudyTable:
-    """Results of a study: rows for CSV, and the same with all details for JSON."""
+    """Results of a study: rows for CSV, and the results with all details for JSON."""
 
     columns: Sequence[str]  # of CSV; without any, no header is written
     rows: Sequence[Row]  # which may have more than the columns; None is an empty cell
@@ -45,7 +45,7 @@ def rows_within(cases: Iterable[Row], key: str) -> list[Row]:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Some rows of the answer to a case, which comes part by part."""
+    """Some rows of the result of a case, which arrives in parts."""
 
     case: str
     lines: Sequence[str] = ()  # of text

@@ -12,21 +12,21 @@ from stackdsl.wording import mm
 
 
 def wrong_edges_text(wrong: WrongEdges, collapse: Collapse | None) -> str:
-    """How many, which one most, when and by how much, and what that leaves in doubt."""
+    """Return the number of wrong normals, the worst one, its time and error, and the doubtful results."""
     worst = f"{wrong.upper} on {wrong.lower}, {degrees(wrong.angle):.0f} deg off at {wrong.time:.1f} s"
     contacts = f"1 contact ({worst})" if wrong.contacts == 1 else f"{wrong.contacts} contacts (worst: {worst})"
     return f"wrong edge normals in {contacts}; {_doubt(wrong, collapse)}"
 
 
 def wrong_edges(results: Iterable[VariantResult]) -> Iterator[str]:
-    """A line for each run that had some."""
+    """Yield a line for each run with wrong normals."""
     for result in results:
         if result.wrong_edges is not None:
             yield f"{result.name}: {wrong_edges_text(result.wrong_edges, result.collapse)}"
 
 
 def _doubt(wrong: WrongEdges, collapse: Collapse | None) -> str:
-    """What was seen only after a collapse cannot have caused it."""
+    """Return the doubtful results; an error seen only after a collapse cannot have caused it."""
     if collapse is not None and wrong.first > collapse.time:
         return "where this debris comes to lie is not to be trusted"
     return "unless proven, whether these bricks stand or fall is not to be trusted"
@@ -36,7 +36,7 @@ def _doubt(wrong: WrongEdges, collapse: Collapse | None) -> str:
 
 
 def wrong_friction_text(wrong: WrongFriction) -> str:
-    """Between whom, how far off, when, and what that leaves in doubt."""
+    """Return the pair, the error of friction, its time, and the doubtful results."""
     bodies = f"{wrong.first} and {wrong.second}"
     pair = f"{bodies} had {wrong.actual:.3g} in place of {wrong.requested:.3g} at {wrong.time:.1f} s"
     reason = "an engine with one factor a body has none that does for all that touched"
@@ -44,7 +44,7 @@ def wrong_friction_text(wrong: WrongFriction) -> str:
 
 
 def wrong_frictions(results: Iterable[VariantResult]) -> Iterator[str]:
-    """A line for each run that had one."""
+    """Yield a line for each run with a wrong friction."""
     for result in results:
         if result.wrong_friction is not None:
             yield f"{result.name}: {wrong_friction_text(result.wrong_friction)}"
@@ -54,7 +54,7 @@ def wrong_frictions(results: Iterable[VariantResult]) -> Iterator[str]:
 
 
 def modified_text(modified: str) -> str:
-    """What they are, and of what the result tells."""
+    """Return the changed constants, and the scene that the result describes."""
     return f"played with {modified}, so nothing is said of the scene as written; lengths are told as written"
 
 
@@ -62,7 +62,7 @@ def modified_text(modified: str) -> str:
 
 
 def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
-    """What became of them; then how that is known, and what it cost."""
+    """Yield the outcomes of samples, their evidence and cost."""
     parts = [f"{ensemble.stood} stand"]
     if ensemble.fell:
         parts.append(f"{sum(ensemble.fell.values())} fall{levels_told(ensemble.fell)}")
@@ -77,14 +77,14 @@ def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
 
 
 def samples_told(results: Iterable[VariantResult]) -> Iterator[str]:
-    """A line a result of samples."""
+    """Yield a line for each result of samples."""
     for result in results:
         if result.ensemble is not None:
             yield f"{result.name}: {'; '.join(ensemble_lines(result.ensemble))}"
 
 
 def levels_told(fell: Mapping[int, int]) -> str:
-    """At which levels, and half of them by which."""
+    """Return the levels of the falls, and their median."""
     low, high = min(fell), max(fell)
     if low == high:
         return f" at level {low}"
@@ -100,7 +100,7 @@ def levels_told(fell: Mapping[int, int]) -> str:
 
 
 def passed_text(passed: PassedThrough) -> str:
-    """Which through which, why, and what that leaves in doubt."""
+    """Return both bricks of a tunnelling, its cause, and the doubtful results."""
     seen = (
         f"{passed.brick} passed through {passed.through} by {passed.time:.3f} s, {mm(passed.travel)} from look to look"
     )
@@ -109,7 +109,7 @@ def passed_text(passed: PassedThrough) -> str:
 
 
 def passed_through(results: Iterable[VariantResult]) -> Iterator[str]:
-    """A line for each run in which that happened."""
+    """Yield a line for each run with tunnelling."""
     for result in results:
         if result.passed_through is not None:
             yield f"{result.name}: {passed_text(result.passed_through)}"
