@@ -1,4 +1,4 @@
-"""Bricks as arrays of numpy, and arrays as bricks: for packers and robots, who have many of them.
+"""Conversion between bricks and numpy arrays, for packers and robots with many bricks.
 
 All is in SI units, in W, z up. A quaternion is x, y, z, w: the real part last, as ROS, PyBullet and SciPy have it, and
 not as MuJoCo and Drake have.
@@ -51,8 +51,8 @@ def bricks_in_poses(
 
     `shapes` are shapes, or (n, 3) lengths, widths and thicknesses of boxes [m], or one (3,) for all; `masses` (n,) or
     one for all [kg]; `positions` (n, 3) of centres of mass [m]; `orientations` (n, 4) unit quaternions x, y, z, w, or
-    one (4,) for all, and none is no turn. Raises ValueError for arrays of other shapes; what is in them `add_all`
-    judges.
+    one (4,) for all, and None is no turn. Raises ValueError for arrays of other shapes; `add_all` checks the
+    values.
     """
     if isinstance(names, str):
         raise TypeError(f"give a sequence of names, such as ['{told(names)[1:-1]}']")
@@ -76,7 +76,7 @@ def pose_of(position: ArrayLike, orientation: ArrayLike = IDENTITY) -> Pose:
 
 
 def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
-    """Where all bricks of an assembly are. Raises TypeError for what is none."""
+    """Return the poses of all bricks of an assembly. Raises TypeError for anything else."""
     _admit_assembly(assembly)
     placed = list(assembly.bricks.values())
     count = len(placed)
@@ -90,9 +90,9 @@ def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
 
 
 def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
-    """The forces that prove that an assembly stands, as `Assembly.forces` gives them; None unless it does.
+    """Return the forces that prove that an assembly stands, as `Assembly.forces`; None unless it does.
 
-    Raises TypeError for what is no assembly.
+    Raises TypeError for anything but an assembly.
     """
     _admit_assembly(assembly)
     found = assembly.forces()

@@ -1,4 +1,4 @@
-"""An assembly of bricks and what is proven of it: the public API of statics."""
+"""An assembly of bricks with its proofs: the public API of statics."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
@@ -56,7 +56,7 @@ WEAKEST, STRONGEST = 1e-60, 1e60  # [m/s2] of gravity
 
 
 def admit_brick(placed: Placed) -> None:
-    """Raise ValueError for a brick whose size, mass or place means nothing, TypeError for what is none."""
+    """Raise ValueError for an invalid size, mass or place of a brick, TypeError for anything but a brick."""
     try:
         if _is_usual(placed):
             return
@@ -96,7 +96,7 @@ def _is_usual(placed: Placed) -> bool:
 
 
 def _admit_kinds(placed: object) -> None:
-    """Raise TypeError for what is no brick in a pose."""
+    """Raise TypeError for anything but a brick in a pose."""
     if not isinstance(placed, Placed):
         raise TypeError(f"expected Placed(brick, pose), not {told(placed)}")
     if not isinstance(placed.brick, Brick):
@@ -107,13 +107,13 @@ def _admit_kinds(placed: object) -> None:
 
 
 def admit_name(what: str, name: object) -> None:
-    """Raise TypeError for what is no name."""
+    """Raise TypeError for anything but a name."""
     if not isinstance(name, str):
         raise TypeError(f"{what} is called {told(name)}; write its name as a text")
 
 
 def admit_place(placed: Placed) -> None:
-    """Raise ValueError for a pose that means nothing, TypeError for what is none."""
+    """Raise ValueError for an invalid pose, TypeError for anything but a pose."""
     name, pose = placed.brick.id, placed.pose
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
@@ -124,7 +124,7 @@ def admit_place(placed: Placed) -> None:
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
-    """Raise ValueError for fixed bodies, a friction or a gravity that mean nothing, TypeError for what is none."""
+    """Raise ValueError for invalid fixed bodies, friction or gravity, TypeError for other types."""
     admit_friction(friction)
     remedy = f"write m/s2, as a number that is more than 0, from {WEAKEST:g} to {STRONGEST:g}; it points down"
     admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, remedy)
@@ -139,19 +139,19 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
 
 
 def admit_problem(problem: object) -> None:
-    """Raise TypeError for what is no problem of statics."""
+    """Raise TypeError for anything but a problem of statics."""
     if not isinstance(problem, Problem):
         raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {told(problem)}")
 
 
 def admit_forces(forces: object) -> None:
-    """Raise TypeError for what are no forces of a proof; None is none that are known."""
+    """Raise TypeError for anything but forces of a proof; None stands for unknown forces."""
     if forces is not None and not isinstance(forces, Forces):
         raise TypeError(f"expected the forces of an assembly, assembly.forces(), not {told(forces)}")
 
 
 def admit_overlap(overlap: float) -> None:
-    """Raise ValueError for a depth that means nothing, TypeError for what is none."""
+    """Raise ValueError for an invalid depth, TypeError for anything but a number."""
     admit_number("the overlap is", overlap, "write metres, as a number")
     if not overlap >= 0.0:
         raise ValueError(f"the overlap is {overlap} m; it is 0 or more")
@@ -344,16 +344,16 @@ class AssemblyAnswers:
         return forces
 
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
-        """The forces of the proof on these bricks and all that they carry, as they are now, by contact.
+        """Return the forces of the proof on these bricks and all that they carry, by contact.
 
-        Such forces are not unique, and these are not checked. `among`: of what load cores carry, the weights of these
-        bricks only.
+        Such forces are not unique, and these are not checked. `among`: load cores carry the weights of these bricks
+        only.
         """
         weighed = self.with_all_above(bricks) if among is None else among
         return tallied(self._structure, self._prover.ledger, weighed)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
-        """What a brick rests on, and which part of its load goes there; see `brick_graph` on what these mean."""
+        """Return the supports of a brick with their shares of its load; `brick_graph` defines them."""
         self._reject_unknown([brick])
         return self.all_shares(self._structure.with_all_above([brick]))[brick]
 
@@ -395,7 +395,7 @@ def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: flo
 
 
 def _shrunk(low_W: Vec3, high_W: Vec3, by: float) -> tuple[Vec3, Vec3]:
-    """A box within another: what does not meet it is not deeper than this in the other, along some axis."""
+    """Return a smaller bounding box: a body that does not meet it overlaps the brick by less than a depth."""
     a, b, c = (min(by, 0.25 * side) for side in subtract(high_W, low_W))
     return add(low_W, (a, b, c)), subtract(high_W, (a, b, c))
 
@@ -539,34 +539,34 @@ class Assembly(AssemblyAnswers):
     # --- changes ------------------------------------------------------------------------------------------------------
 
     def add(self, brick: Brick, pose: Pose) -> Verdict:
-        """Set down one brick, at rest; the verdict is that of all there is. Raises ValueError for what is no brick."""
+        """Set down one brick at rest and return the verdict on all bricks. Raises ValueError for an invalid brick."""
         return self._set_down((Placed(brick, pose),), names_smallest=True)
 
     def add_all(self, bricks: Iterable[Placed], *, names_smallest: bool = True) -> Verdict:
-        """Set down bricks together, at rest. Raises ValueError, before anything has changed, for what is no brick.
+        """Set down bricks together, at rest. Raises ValueError, before any change, for an invalid brick.
 
-        With `names_smallest` an UNSTABLE verdict names as few bricks as are found to fall without the rest: of a heap
-        that takes seconds.
+        With `names_smallest` an UNSTABLE verdict names the smallest set found that falls without the rest; this takes
+        seconds for a heap.
         """
         return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest)
 
     def would(self, brick: Brick, pose: Pose) -> Verdict:
-        """What `add` would say, and nothing is changed."""
+        """Return the verdict of `add` without a change."""
         return self._set_down((Placed(brick, pose),), names_smallest=True, keep=False)
 
     def would_all(self, bricks: Iterable[Placed], *, names_smallest: bool = True) -> Verdict:
-        """What `add_all` would say, and nothing is changed."""
+        """Return the verdict of `add_all` without a change."""
         return self._set_down(listed(bricks, "bricks, such as [Placed(brick, pose)]"), names_smallest, keep=False)
 
     def would_without(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
-        """What `remove` would say, and nothing is changed."""
+        """Return the verdict of `remove` without a change."""
         return self._removed(bricks, names_smallest, keep=False)
 
     @contextmanager
     def _changing(self) -> Iterator[Prover]:
         """Make a change that takes effect only when the journal keeps it.
 
-        An interrupt that comes while this undoes what was broken off leaves the rest to whoever asks next.
+        If an interrupt stops the undoing of an interrupted change, the next call continues it.
         """
         working = self._prover
         try:
@@ -605,7 +605,7 @@ class Assembly(AssemblyAnswers):
             return self._judged(prover, started, [placed.brick.id for placed in coming], names_smallest, keep)
 
     def remove(self, bricks: Collection[BodyId], *, names_smallest: bool = True) -> Verdict:
-        """Take bricks away. What they carried, or held by their weight, is judged again; see `add_all`."""
+        """Remove bricks. Bricks that they carried, or held by their weight, are judged again; see `add_all`."""
         return self._removed(bricks, names_smallest)
 
     @one_thread()
@@ -636,7 +636,7 @@ class Assembly(AssemblyAnswers):
     def _judged(
         self, prover: Prover, started: float, changed: Sequence[BodyId], names_smallest: bool, keep: bool = True
     ) -> Verdict:
-        """Prove what is not proven yet, as far as it can be, and let it all take effect if that is wanted."""
+        """Prove the unproven bricks as far as possible, and commit the change if requested."""
         found = None if prover.all_proven() else prover.prove(names_smallest)
         if found is None:
             found = Verdict(Stability.STABLE, prover.dearest(changed), gaps=self._gap_question(prover.structure))

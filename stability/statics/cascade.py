@@ -29,10 +29,10 @@ LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
 def little_fall(
     structure: Structure, doubted: Collection[BodyId], first: BodyId, most: int
 ) -> tuple[Problem, Motion] | None:
-    """A fall of few bricks: of one of the doubted and all that it carries; its problem, and a motion that proves it.
+    """Find a fall of one unproven brick with all that it carries. Return its problem and the proving motion.
 
-    In a load that falls, most often little falls at first. To find that costs less than to judge the whole. Of the
-    `first`, what it carries may be up to so many bricks.
+    In a falling load, most often few bricks fall at first, and finding them costs less than judging the whole. `first`
+    limits the number of carried bricks.
     """
     from stability.statics.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
 
@@ -96,7 +96,7 @@ MUCH_LESS = 0.5  # share of a group, or of all that is connected: so much less i
 
 @dataclass(frozen=True, slots=True)
 class StageAnswer:
-    """What the cascade says of one brick: the group that proves it, or a verdict that is not STABLE."""
+    """The result of the cascade for a brick: the group that proves it, or a verdict other than STABLE."""
 
     group: ProofGroup | None = None
     verdict: Verdict | None = None
@@ -146,9 +146,9 @@ def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "
 def _with_next_above(
     structure: Structure, bricks: Collection[BodyId], partners: "Partners", whole: int
 ) -> ProofGroup | None:
-    """Prove the same with no more counterweights than what lies on the bricks directly, if that is much less to ask.
+    """Prove the same with only those counterweights that lie directly on the bricks, if this is much less work.
 
-    What lies above these is proven by cores that stay as they are, so it needs no place in the group.
+    Bricks above these are proven by unchanged cores, so they need no place in the group.
     """
     next_above = {upper for brick in bricks for upper in structure.carried[brick]}
     group = partners.with_partners({*bricks, *structure.below(bricks), *next_above})
@@ -196,7 +196,7 @@ class Partners:
     with_partners: Callable[[Collection[BodyId]], set[BodyId]]
 
     def of(self, group: set[BodyId]) -> set[BodyId]:
-        """The least group that holds these, with whom they were proven, and what these can carry."""
+        """Return the least group of these bricks, those they were proven with, and the bricks that these can carry."""
         while True:
             larger = self.structure.with_all_above(self.with_partners(group))
             if len(larger) == len(group):
@@ -208,7 +208,7 @@ class Partners:
 
 
 def _tips(structure: Structure, brick: BodyId) -> StageAnswer | None:
-    """Whether a brick, or a smaller part of what it carries, tips as one body with all above it."""
+    """Prove that a brick, or a smaller part of its load, tips as one body with all above it; None if it does not."""
     fall = fall_of(structure, brick)
     if fall is None:
         return None
@@ -219,14 +219,14 @@ def _tips(structure: Structure, brick: BodyId) -> StageAnswer | None:
 
 
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
-    """What moves and how, and whether a brick that nothing carries lies too deep in another body to touch it."""
+    """Return the moving bricks and their motion in words; note an unsupported brick that overlaps a body."""
     loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
     overlaps = [told for name in loose if (told := overlap_in_words(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
 
 
 def _smaller_falls(structure: Structure, fall: Fall) -> Iterator[Fall | None]:
-    """The falls of parts of what tips, the smallest part first, ties by name."""
+    """Yield the falls of parts of a tipping group, the smallest part first, ties by name."""
     parts = sorted((len(structure.with_all_above([name])), name) for name in fall.bricks)
     return (fall_of(structure, name) for size, name in parts if size < len(fall.bricks))
 
@@ -268,7 +268,7 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAn
 
 @dataclass(frozen=True, slots=True)
 class _Careful:
-    """What became of a group that may lean on the others only where they carry whatever comes."""
+    """The result for a group that may lean on the others only at load cores."""
 
     problem: Problem
     balance: "Balance"

@@ -46,7 +46,7 @@ class Tally:
         return _summed(contact, noted)
 
     def onto(self, lower: BodyId) -> list[tuple[Contact, ConeForces]]:
-        """What a body carries: the contacts whose lower body it is, and the sums at their points."""
+        """Return the contacts whose lower body is this one, with the sums of forces at their points."""
         return [(contact, _summed(contact, noted)) for contact, noted in self._noted.get(lower, {}).values()]
 
 
@@ -153,7 +153,7 @@ Shares = Mapping[BodyId, float]
 
 
 def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]) -> dict[BodyId, Shares]:
-    """What some bricks rest on, and the share of each support in their weight and in that of the others among them."""
+    """Return the supports of some bricks, with the share of each in their weight and in that of the bricks above."""
     group = set(bricks)
     leaning = {name: bodies for name in group if (bodies := _leans_on(structure, ledger, name)) is not None}
     loads: dict[BodyId, VerticalLoad | None] = {

@@ -21,11 +21,11 @@ SOLVED, NEARLY_SOLVED = "Solved", "AlmostSolved"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConicProgram:
-    """Least `cost @ x` such that `offset - matrix @ x` is nothing in the first `equal` rows, then in each cone.
+    """Minimise `cost @ x` with `offset - matrix @ x` zero in the first `equal` rows, and in the cones after these.
 
     With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
     first is at least the norm of the others. A semidefinite cone has the upper triangle of a symmetric matrix, by
-    columns, with what is off the diagonal times the root of two.
+    columns, with the entries off the diagonal times the root of two.
     """
 
     cost: Array  # (columns,)
@@ -73,9 +73,9 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> SolverP
 
 
 class QuickSeries:
-    """Solves programs quickly that differ in the values of their matrices alone, not in where these have entries.
+    """Solves programs quickly whose matrices differ in values but not in sparsity.
 
-    What the first takes to be made ready, a tenth of its time, the others do not.
+    Only the first needs preparation, a tenth of its time.
     """
 
     def __init__(self, accuracy: float) -> None:

@@ -1,16 +1,15 @@
-"""Forces that loads alone bring forth: those under which contacts that give a little bring a structure to rest.
+"""Load-induced forces: those under which slightly elastic contacts bring a structure to rest.
 
-Every point of a contact is a spring that presses the more the further it is closed, and never pulls, beside one that
-resists a slip until friction is used up. Loads that grow from nothing, on contacts that nothing has pressed yet, lead
-to a rest or to none. A wedge pulls itself tight between steep walls; a plank between upright ones does not, though both
-would hold if they were squeezed. So Kao et al. (2022), "Coupled Rigid-Block Analysis", couple forces with a small
-motion, which they bound where this has a stiffness; any stiffness that leads to rest will do.
+Every contact point is a normal spring, which presses and never pulls, and a tangential spring, which resists a slip up
+to the friction limit. Loads that grow from zero, on unstressed contacts, lead to rest or to none. A wedge tightens
+itself between steep walls; a plank between vertical walls does not, although both would hold if squeezed. Kao et al.
+(2022), "Coupled Rigid-Block Analysis", likewise couple forces with a small motion, which they bound; here contacts have
+a stiffness instead, and any stiffness that leads to rest will do.
 
-There may be rests to which loads do not lead: a row of blocks between upright walls would hold if it were thrown up
-into an arch, but falls as one and presses nothing. So it is followed how the structure gives way from where nothing has
-moved, each brick dragged back as its mass says, so that what falls freely falls together. Every step is implicit, a
-root that Newton's method finds, and steps get longer as long as it does. What is found in the end is checked; nothing
-follows from a failure.
+There may be states of rest to which loads do not lead: a row of blocks between vertical walls would hold as an arch,
+but falls as one body and presses nothing. Therefore the motion is followed from the initial state, with a drag on each
+brick proportional to its mass, so that freely falling bricks fall together. Every step is implicit: Newton's method
+finds a root, and steps grow while it converges. The final forces are checked; a failure proves nothing.
 """
 
 from dataclasses import dataclass
@@ -50,7 +49,7 @@ class _Pressed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Moved:
-    """How far bricks have moved, and what comes of it."""
+    """Displacements of bricks, and the resulting forces."""
 
     motion: Array  # (columns,)
     pressed: _Pressed
@@ -74,7 +73,7 @@ def elastic_rest(
 
 
 def load_induced_forces(problem: Problem) -> Array:
-    """(cones, 3) the forces that loads bring forth [N]; where nothing comes to rest, those of what was tried last."""
+    """Return the load-induced forces (cones, 3) [N]; without rest, those of the last attempt."""
     system = wrench_matrix(problem)
     return system.forces_W(_given_way(problem, system).pressed.rows)
 

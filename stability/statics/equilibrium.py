@@ -87,7 +87,7 @@ def _rising(problem: Problem, ranks: Mapping[BodyId, int], spread: float) -> Mot
 
 
 def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
-    """One more than the highest rank of what a brick rests on, by the height of centres where bricks lean in a ring."""
+    """Return ranks: one above the highest rank of the supports; by height of centres in a ring of leaning bricks."""
     heights = {name: placed.pose.position_W[2] for name, placed in problem.bricks.items()}
     below: dict[BodyId, list[BodyId]] = {name: [] for name in heights}
     for contact in problem.contacts:
@@ -103,9 +103,9 @@ def stack_ranks(problem: Problem) -> Mapping[BodyId, int]:
 
 
 def layers(problem: Problem) -> Mapping[BodyId, int]:
-    """Which layer of centres each brick is in, from the lowest on.
+    """Return the layer of each brick by the height of its centre, from the lowest on.
 
-    Side by side, bricks of one layer rise alike, whether or not what they rest on is a part of the problem.
+    Bricks of one layer rise alike, even if their supports are not part of the problem.
     """
     ranks: dict[BodyId, int] = {}
     rank, top = 0, -inf
@@ -310,7 +310,7 @@ def proven_motion(
 
 
 def nudged_motions(problem: Problem, motion: Motion) -> Iterator[Motion]:
-    """The motion, then with more of a separating motion mixed in each time, to open what rounding may have closed."""
+    """Yield the motion, then mixtures with more of a separating motion, which opens contacts closed by rounding."""
     yield motion
     separating = separating_velocities(problem, motion.velocity) if motion.velocity else None
     if separating is not None:

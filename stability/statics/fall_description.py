@@ -41,7 +41,7 @@ class _Slip:
 
 
 def described(problem: Problem, motion: Motion) -> str:
-    """What moves, and how: "L5.1, L5.2 tip over L4.1", "plank slides on ground", "top falls: nothing is under it"."""
+    """Return moving bricks and motion, such as "L5.1, L5.2 tip over L4.1" or "plank slides on ground"."""
     motion = Motion({name: motion.velocity[name] for name in really_moving(problem, motion)})
     groups = _groups(problem, motion)
     return "; ".join(_of_group(problem, motion, group) for group in groups)
@@ -172,7 +172,7 @@ SIDEWAYS = 0.05  # of the mean speed: what goes to a side more slowly goes down
 
 @dataclass(frozen=True, slots=True)
 class FallSide:
-    """Each None where there is none: what drops goes to no side."""
+    """The direction of a fall; fields are None for bricks that drop straight down."""
 
     bearing: float | None = None  # from +x towards +y [rad]
     overhang: float | None = None  # of the common centre of mass beyond the edge, in plan [m]; of what tips as one body

@@ -111,7 +111,7 @@ def _mass(placed: list[Placed], units: tuple[float, float, float]) -> Array:
 
 
 def _slip_row(problem: Problem, names: tuple[BodyId, ...], contact: Contact, point: Vec3, length: float) -> Array:
-    """(3, D) what gives the relative acceleration at a point from those of all bricks."""
+    """Return the matrix (3, D) from the accelerations of all bricks to the relative acceleration at a point."""
     found = np.zeros((3, 6 * len(names)))
     for name, sign in _bodies(contact):
         if name in problem.bricks:
@@ -160,7 +160,7 @@ class _Root:
     rate: Array  # (points, 1) the r of each point
 
     def rest(self, forces: Array) -> tuple[Array, Array]:
-        """What is left of the root (3 points,), and its derivative by the forces."""
+        """Return the residual (3 points,) and its derivative by the forces."""
         slip = (self.response @ forces.ravel() + self.free).reshape(-1, 3)
         speed = np.hypot(slip[:, 1], slip[:, 2])
         along = slip[:, 1:] / np.where(speed > 0.0, speed, 1.0)[:, None]
@@ -261,7 +261,7 @@ def check_start(problem: Problem, start: InitialMotion, tolerances: Tolerances) 
 
 
 def _with_inertia(problem: Problem, acceleration: Motion) -> Iterator[tuple[BodyId, Wrench]]:
-    """Loads less what the accelerations of the bricks take of them."""
+    """Yield the loads minus mass times acceleration of the bricks."""
     for name, placed in problem.bricks.items():
         load = problem.loads.get(name, Wrench(ZERO))
         linear, angular = acceleration.velocity.get(name, (ZERO, ZERO))

@@ -1,8 +1,8 @@
-"""Changes that take effect at once or not at all, wherever an interrupt comes.
+"""Atomic changes: an interrupt at any place leaves the whole change or none of it.
 
-Before anything is written, the journal notes how to undo it. A change ends with one assignment, that of an empty
-journal; whoever finds one that is not empty undoes what a change that was broken off has left. Each note may be obeyed
-twice: an interrupt may break off the undoing as well, which then begins anew.
+Before each write, the journal notes how to undo it. A change ends with one assignment, that of an empty journal; the
+next access undoes an interrupted change if the journal is not empty. Undoing may itself be interrupted and start again,
+so that each note can be applied twice.
 """
 
 from collections.abc import Callable, Mapping, MutableMapping, Sequence
@@ -23,7 +23,7 @@ class _Notes:
 
 
 class Journal:
-    """How to undo what has been written since the last change that took effect."""
+    """The notes that undo all writes since the last completed change."""
 
     def __init__(self) -> None:
         """Nothing has been written."""
@@ -53,12 +53,12 @@ class Journal:
 
 
 class Kept(dict[K, V]):
-    """A dict that notes in a journal what it held before. Values must not be changed in place."""
+    """A dict that notes previous values in a journal. Values must not be changed in place."""
 
     __slots__ = ("_journal", "_ordered")
 
     def __init__(self, journal: Journal, *, ordered: bool = False) -> None:
-        """Empty; with `ordered`, what is taken out and put back by the journal has its place among the others again."""
+        """Make an empty dict; with `ordered`, an item that the journal restores gets its old position."""
         self._journal = journal
         self._ordered = ordered
 
@@ -108,7 +108,7 @@ def _refill(held: dict[K, V], items: Mapping[K, V]) -> None:
 
 
 def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -> None:
-    """Give a dict its order again; `found` has what is in it from the first time on, however that is broken off."""
+    """Restore the order of a dict; `found` keeps its items from the first call on, so that it can be repeated."""
     if not found:
         found.append({key: held[key] for key in order})
     _refill(held, found[0])

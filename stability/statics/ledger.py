@@ -75,7 +75,7 @@ class Ledger:
             self._touching[body] = self._touching.get(body, frozenset()) | {number}
 
     def strike(self, bricks: Iterable[BodyId]) -> set[BodyId]:
-        """Strike the groups of these bricks, and all whose forces act on one of them; returns who lost its proof."""
+        """Remove the groups of these bricks and those with forces on them; return the bricks that lost their proof."""
         lost: set[BodyId] = set()
         for brick in bricks:
             if brick in self._by_core:

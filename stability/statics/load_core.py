@@ -1,8 +1,8 @@
-"""The load core of a brick: where, in plan, any upright load on it is carried to the ground by what stands.
+"""The load core of a brick: the region in plan where the bricks below carry any vertical load to the ground.
 
 K(plane) is the whole plane. K(brick) is the hull, over the bodies that carry it, of contact patch cut with their own
 core. A load inside K is a mean of loads at points that the brick below takes inside its core, and so on down to the
-ground: forces that push, upright and within the friction cones. Forces add, so such a load never spoils what carries
+ground: vertical pushing forces within the friction cones. Forces add, so such a load does not affect the support of
 other loads, and a brick whose own centre of mass lies in its core may be added to any assembly that stands. Nothing
 above the brick is used, so stepped and counterweighted stacks need another proof.
 """

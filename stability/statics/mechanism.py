@@ -1,10 +1,10 @@
-"""Which part falls? From a motion that proves a fall, this finds one that moves as few bricks as possible.
+"""Reduction of a proven fall to a motion of as few bricks as possible.
 
 Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, as many of
 the slowest bricks as possible are held fixed, and of few bricks as many of the lowest before; then the motion of least
-sum of speeds is asked for, which leaves at rest what need not move; then each brick is held by itself, from the lowest
-on: one without which nothing falls is needed in every smaller set too. Last, of all motions of the bricks that are
-left, the one that they would start with is taken (Gauss: of least energy for what the loads gain).
+sum of speeds is computed, which leaves at rest all bricks that need not move; then each brick is held fixed by itself,
+from the lowest on: a brick without which nothing falls is needed in every smaller set too. Last, of all motions of the
+remaining bricks, the initial one is taken (Gauss: least energy for the power of the loads).
 """
 
 from collections.abc import Collection, Iterator, Sequence, Set
@@ -99,9 +99,9 @@ class _Search:
         )
 
     def sparse(self, motion: Motion) -> Motion:
-        """A motion within the given one, of the least sum of speeds for what the loads gain, slow bricks counting more.
+        """Return a motion within the given one of least sum of speeds per power of the loads; slow bricks weigh more.
 
-        So what hardly moves comes to rest where it can.
+        Bricks that hardly move come to rest where possible.
         """
         if not FEW < len(motion.velocity) <= LARGE:
             return motion
@@ -159,18 +159,18 @@ class _Search:
         return self.alone(found) if found is not None and self._proven(found) else None
 
     def upwards(self, motion: Motion) -> list[BodyId]:
-        """What moves, from the lowest centre on."""
+        """Return the moving bricks, the lowest centre first."""
         heights = {name: self.problem.bricks[name].pose.position_W[2] for name in motion.velocity}
         return sorted(heights, key=lambda name: (heights[name], name))
 
 
 def _slowest(motion: Motion) -> list[BodyId]:
-    """What moves, from the slowest centre on."""
+    """Return the moving bricks, the slowest centre first."""
     return sorted(motion.velocity, key=lambda name: (hypot(*motion.velocity[name][0]), name))
 
 
 def _by_slowness(system: WrenchMatrix, columns: Array) -> Array:
-    """What turns columns into speeds, each brick's over that which it has in a motion; up to a factor."""
+    """Return the scales from columns to speeds relative to those of a motion, up to a factor."""
     weights = _by_speed(system)
     speeds = np.linalg.norm((weights * columns).reshape(-1, 6), axis=1)
     slowness = 1.0 / (speeds / speeds.max() + SLOW)
@@ -179,14 +179,14 @@ def _by_slowness(system: WrenchMatrix, columns: Array) -> Array:
 
 
 def _by_speed(system: WrenchMatrix) -> Array:
-    """What turns columns, which are speeds times what each brick carries, into speeds; up to a factor."""
+    """Return the scales from columns, which are speeds times carried loads, to speeds, up to a factor."""
     force = np.repeat(system.column_scale[0::6], 6)
     weights: Array = force.min() / force
     return weights
 
 
 def _by_energy(system: WrenchMatrix, problem: Problem) -> Array:
-    """What turns columns into speeds times roots of mass, spins as those of a ball; up to a factor."""
+    """Return the scales from columns to speeds times roots of mass, with spins as of a ball, up to a factor."""
     masses = np.array([problem.bricks[name].brick.mass for name in system.names])
     spins = np.tile([1.0, 1.0, 1.0, *[3.0**-0.5] * 3], len(masses))
     weights: Array = np.repeat(np.sqrt(masses / masses.max()), 6) * spins * _by_speed(system)

@@ -1,12 +1,13 @@
 """Checks by plain arithmetic whether forces balance a problem or a motion lowers it, trusting nothing but the problem.
 
-Forces prove that a problem can stand: the contact can bear each, on every brick the sum is nothing. A motion proves
-that it cannot: the loads gain more by it than any forces of the contacts can take from it. Then none balance the loads:
-the power of all would be nothing, and more than nothing. What a contact can bear, and what it can take, its law says.
+Forces prove that a problem can stand: each contact can bear them, and their sum on every brick is zero. A motion proves
+that it cannot: the loads gain more power by it than any contact forces can take. Then no forces balance the loads, as
+their total power would be both zero and positive. The law of a contact says which forces it can bear and which power it
+can take.
 
-Rounding never decides. A residual counts relative to what its own brick carries, so that a light brick is not hidden
-by a heavy one. A violated contact counts relative to the speed of its own two bodies, and what its force could gain
-by that, were it to carry all that the moving bricks carry, is taken from the power before that is called positive.
+Rounding never decides. A residual is relative to the load of its own brick, so that a heavy brick does not hide a light
+one. A violated contact is relative to the speed of its two bodies; the power that its force could gain, were it to
+carry the load of all moving bricks, is subtracted before the power counts as positive.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -238,7 +239,7 @@ def _finite(rows: Sequence[Sequence[float]], width: int) -> Array | None:
 
 
 def _cone_violation(cones: ProofCones, pressed: Array, carried: Array) -> float:
-    """The largest violation of a law, relative to its force and to what the lighter of its bricks carries."""
+    """Return the largest violation of a law, relative to its force and to the load of the lighter brick."""
     normal = np.einsum("ij,ij->i", cones.normals, pressed)
     tangential = _size(pressed - normal[:, None] * cones.normals)
     outside = cones.laws.violation(normal, tangential)

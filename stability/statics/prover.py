@@ -1,7 +1,7 @@
-"""Keeps every brick of a structure proven, as far as it can be, while bricks come and go.
+"""Keeps the bricks of a structure proven, as far as possible, while bricks are added and removed.
 
-A brick that comes is asked whether its weight lies in its own load core, which costs next to nothing. Only what is not
-proven so is put to the cascade, and what the cascade finds of it is remembered until something near it changes.
+A new brick is proven if its weight lies in its own load core, which costs little. Other bricks go through the cascade,
+whose result is remembered until something near them changes.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -77,7 +77,7 @@ class Prover:
         return ProverState(self.structure.state(), self.ledger.state(), *known)
 
     def restore(self, state: ProverState) -> None:
-        """Know again what was known, of bricks that are where they were."""
+        """Restore the results of bricks that have not moved."""
         self.structure.restore(state.structure)
         self.ledger.restore(state.ledger)
         self._unproven.replace(dict.fromkeys(state.unproven))
@@ -149,7 +149,7 @@ class Prover:
             self._unproven.pop(name, None)
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
-        """Forget what was found of all bricks that are connected with these."""
+        """Forget the results of all bricks connected with these."""
         left = set(names) if self._in_doubt else set()
         while left:
             connected = self.structure.component(left.pop())

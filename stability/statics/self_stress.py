@@ -1,9 +1,9 @@
-"""Does a verdict rest on self-stress? Coulomb equilibrium is necessary for rest, but not sufficient.
+"""Verdicts without self-stress: Coulomb equilibrium is necessary for rest, but not sufficient.
 
-A plank between two walls is balanced by friction if the walls press it hard enough, but nothing says that they do. Such
-forces that balance each other without any load are self-stress. Where some motion opens every contact strictly there is
-none, and balance is honest. Where there is none, contacts are left out until there is: if the rest still balances the
-loads, the structure stands without what may be or may not be pressed together. So it does if forces along normals alone
+Friction balances a plank between two walls if the walls press it hard enough, but nothing ensures that they do. Forces
+that balance each other without a load are self-stress. If some motion strictly opens every contact, there is none.
+Otherwise contacts are left out until there is such a motion: if the rest still balances the loads, the structure stands
+without the contacts that may or may not be pressed together. So it does if forces along normals alone
 balance it, or forces that its loads alone bring forth.
 """
 

@@ -39,9 +39,9 @@ class StructureState:
 
 @dataclass
 class Structure:
-    """Bricks and fixed bodies. Cores depend on the order in which bricks came: only earlier ones carry later ones.
+    """Bricks and fixed bodies. Cores depend on the order of placement: only earlier bricks carry later ones.
 
-    What is kept of one brick is never changed in place, so that a copy of all of it costs little.
+    Data of a brick are never changed in place, so that a copy of the tables costs little.
     """
 
     planes: tuple[Plane, ...]
@@ -97,7 +97,7 @@ class Structure:
         self._part(filled)
 
     def _found(self, own: Solid) -> list[Contact]:
-        """Where a body is as near to others as what touches is."""
+        """Return the contacts of a body within the reach of contact."""
         law, near = self._law, self.tolerances
         found = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
         for other in self._neighbours.around(own.low_W, own.high_W, reach_between(own.shortest, share=near.gap)):
@@ -106,7 +106,7 @@ class Structure:
         return [contact for contact in found if contact is not None]
 
     def _unfilled(self, contacts: Iterable[Contact], coming: Sequence[Contact]) -> list[Contact]:
-        """Those whose gaps nothing fills, of what touches by now and of what is coming to."""
+        """Return the old and new contacts whose gaps no body fills."""
         if not self._may_fill(self._thinnest):
             return list(contacts)
 
@@ -191,7 +191,7 @@ class Structure:
         return [name for name in self._neighbours.neighbours(brick, within) if name in self.bricks]
 
     def take(self, brick: BodyId) -> None:
-        """Take a brick away. The cores of what it carried still count on it: find them anew."""
+        """Remove a brick. The cores of the bricks that it carried still include it and must be computed again."""
         touched = self.touching.pop(brick)
         for contact in touched.values():
             self.across_gaps.pop((contact.lower, contact.upper), None)

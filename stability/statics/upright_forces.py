@@ -1,7 +1,7 @@
-"""Can upright forces alone balance a group of bricks? A linear program over what each contact may carry.
+"""Balance of a group of bricks by vertical forces alone: a linear program over the forces of the contacts.
 
-Upright forces are within the friction cones of contacts that are no steeper than their friction. They may end on load
-cores of bricks outside the group, which carry them to the ground whatever else they carry.
+Vertical forces are within the friction cones of contacts that are no steeper than their friction. They may end on load
+cores of bricks outside the group, which carry them to the ground regardless of other loads.
 """
 
 from collections.abc import Collection, Iterator, Sequence

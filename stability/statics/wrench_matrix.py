@@ -1,8 +1,8 @@
 """The matrix between contact forces and wrenches on bricks, and its transpose: between velocities and slips.
 
 Scaled so that a conic solver sees numbers near one, whatever the size, density, gravity and place of the structure: the
-balance of a brick is divided by what it may carry, torques also by its half diagonal, and a contact force by what its
-upper body may carry. All positions are relative to the bricks' centres. `proof` shares nothing with this.
+balance of a brick is divided by the load it may carry, torques also by its half diagonal, and a contact force by the
+load that its upper body may carry. All positions are relative to the bricks' centres. `proof` shares nothing with this.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -105,9 +105,9 @@ class WrenchMatrix:
 
 
 def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId, float] | None = None) -> WrenchMatrix:
-    """The matrix of a problem; if `whole`, with all columns, for other loads than its own.
+    """Return the matrix of a problem; if `whole`, with all columns, for other loads than its own.
 
-    `carried` is what each brick may carry [N], if not what is passed down to it.
+    `carried` is the load that each brick may carry [N]; by default the load passed down to it.
     """
     names = tuple(sorted(problem.bricks))
     add_matrix(sum(len(c.points_W) * len(c.normals_W) for c in problem.contacts))
@@ -191,7 +191,7 @@ def _kept(
 
 
 def _brick_scales(problem: Problem, names: Sequence[BodyId], weights: Mapping[BodyId, float]) -> tuple[Array, Array]:
-    """For each brick a force [N] and a length [m]: what it may carry, and its half diagonal."""
+    """Return for each brick the load it may carry [N] and its half diagonal [m]."""
     force = np.array([weights[name] for name in names], dtype=float)
     largest = force.max(initial=0.0)
     force = np.where(force > 0.0, force, largest if largest > 0.0 else 1.0)
@@ -199,7 +199,7 @@ def _brick_scales(problem: Problem, names: Sequence[BodyId], weights: Mapping[Bo
 
 
 def passed_down(problem: Problem) -> dict[BodyId, float]:
-    """What each brick may carry [N]: its load, and from above what is passed down in equal shares. An estimate."""
+    """Return an estimate of the load of each brick [N]: its own, and the loads from above in equal shares."""
     heights = {name: placed.pose.position_W[2] for name, placed in problem.bricks.items()}
     below: dict[BodyId, list[BodyId]] = {name: [] for name in heights}
     for contact in problem.contacts:
