@@ -141,7 +141,7 @@ class Shaken:
         return check_forces(self.loaded(x, y), self.system.forces(rows), self.tolerances, self.cones).holds
 
     def falls(self, x: float, y: float, motion: Motion) -> MotionCheck:
-        """Whether a motion is proven to lower what an acceleration pulls at."""
+        """Check whether a motion is proven to gain power from the loads under an acceleration."""
         return check_motion(self.loaded(x, y), motion, self.tolerances, self.cones)
 
 
@@ -157,7 +157,7 @@ class Cut:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Heading:
-    """What was found in one direction."""
+    """The result in one direction."""
 
     angle: float  # bearing from x towards y [rad]
     reach: float  # [g] proven by forces
@@ -174,10 +174,10 @@ class Heading:
 def shaken(
     problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float = ACCURACY
 ) -> Shaken | None:
-    """The problem ready to be accelerated; None if it is not proven to stand.
+    """Prepare a problem for accelerations; None if it is not proven to stand.
 
-    What stands without its slivers is not asked to lean on them (`without_slivers`). Without `gravity` every brick is
-    taken to weigh what its load pulls down with. `accuracy` is asked of the solver.
+    A structure that stands without its slivers does not lean on them (`without_slivers`). Without `gravity` the weight
+    of a brick is the vertical part of its load. `accuracy` is that of the solver.
     """
     sure = without_slivers(problem)
     case = _shaken(sure, gravity, tolerances, accuracy)
@@ -245,9 +245,9 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
 
 
 def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanced: Array) -> tuple[float, Array]:
-    """The reach where what is at the brink already leaves contacts that press with nothing, whatever is mixed in.
+    """Return the reach for a structure at its limit, where mixing cannot correct contacts with zero pressure.
 
-    There forces are brought into their cones one by one, and balanced anew by those that press.
+    There forces are projected into their cones one by one and balanced again by the pressing contacts.
     """
     for share in AT_THE_BRINK:
         x, y = ((1.0 - share) * value * part for part in along)
@@ -269,7 +269,7 @@ def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
 
 
 def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
-    """The nearest forces that balance the loads, cones or no cones; what presses more gives more."""
+    """Return the nearest balancing forces, ignoring cones; contacts with higher pressure change more."""
     from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 

@@ -176,7 +176,7 @@ def _blocks(values: ConeRows) -> Places:
 
 
 def _barrier(values: Array, rows: ConeRows, at: Places) -> tuple[Array, Sparse]:
-    """The gradient of minus the logarithm of what is to spare, and the inverse of its Hessian.
+    """Return the gradient of the negative logarithm of the slacks, and the inverse of its Hessian.
 
     `at` are the places of the entries of the latter, which stay the same from step to step.
     """
@@ -315,7 +315,7 @@ def _parts(width: float) -> Array:
 
 
 def _balance(case: Shaken, acceleration: float, middle: float, cones: Indices, parts: Array) -> tuple[Sparse, Array]:
-    """The matrix, and what its product with forces at the three corners must be; scaled as a `WrenchMatrix` is.
+    """Return the matrix and the required product with the forces at the three corners, scaled as in `WrenchMatrix`.
 
     `parts`: n_0 and n_1 from the forces at the corners, in axes of which the first points to the middle of the arc.
     """
@@ -344,7 +344,7 @@ def _balance(case: Shaken, acceleration: float, middle: float, cones: Indices, p
 
 
 def _sums(arms: Array, acceleration: float) -> Array:
-    """(n, 11, 3) what n_0 and the two parts of n_1 of a force add to each of the sums."""
+    """Return the contributions (n, 11, 3) of n_0 and the two parts of n_1 of a force to each of the sums."""
     sums = np.zeros((len(arms), EQUATIONS, 3))
     x, y, z = arms.T
     for part in range(3):
@@ -358,7 +358,7 @@ def _sums(arms: Array, acceleration: float) -> Array:
 
 
 def _pushes(matrix: Sparse, loads: Array) -> Array | None:
-    """(cones, 3) forces at the corners, in units of what upper bricks may carry; None if some pull."""
+    """Return forces (cones, 3) at the corners, in units of the loads of upper bricks; None if some pull."""
     from scipy.sparse import diags, identity, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 
@@ -471,11 +471,11 @@ def acceleration(
     gravity: float | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> AccelerationMargin | None:
-    """The acceleration survived in the worst direction, to a relative `tolerance`; None if it is not proven to stand.
+    """Return the acceleration survived in the worst direction, to a relative `tolerance`; None if not proven to stand.
 
     Ten directions are enough for it where bodies tip; four to eight where they slide alike in all directions.
-    `gravity` [m/s2] is needed where loads are more than weights; else every brick weighs what its load pulls down with.
-    What does not touch is solved apart: together it survives what the weakest does.
+    `gravity` [m/s2] is needed where loads are more than weights; else the weight of a brick is the vertical part of its
+    load. Groups that do not touch are solved separately, and the weakest determines the result.
     """
     weakest: AccelerationMargin | None = None
     for part in groups_apart(problem):
@@ -487,7 +487,7 @@ def acceleration(
 
 
 def _weaker(one: AccelerationMargin, other: AccelerationMargin) -> AccelerationMargin:
-    """What two groups survive together, and what ends it."""
+    """Return the weaker of two margins."""
     first = other if other.upper < one.upper * (1.0 - ALIKE) else one
     return replace(first, value=min(one.value, other.value), headings=one.headings + other.headings)
 
@@ -547,7 +547,7 @@ def _first_alike(case: Shaken, nearest: Cut, upper: float, solved: Sequence[Head
 
 
 def _turn(cut: Cut) -> float:
-    """The bearing of a cut, from 0 to 2 pi [rad]; what is +x but for rounding is 0."""
+    """Return the bearing of a cut from 0 to 2 pi [rad]; +x within rounding is 0."""
     return round(atan2(cut.normal[1], cut.normal[0]), SAME_BEARING) % (2.0 * pi)
 
 

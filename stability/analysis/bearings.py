@@ -141,7 +141,7 @@ def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
 
 
 def _powers(case: Shaken, motion: Motion) -> tuple[tuple[float, float], float, float]:
-    """What an acceleration of 1 g along x and y gains by a motion, what loads lose, and the sum of all sizes [W]."""
+    """Return the power of a motion under 1 g along x and y, the loss of the loads, and the sum of sizes [W]."""
     gained, resisted, size = np.zeros(2), 0.0, 0.0
     for name, (velocity, spin) in sorted(motion.velocity.items()):
         weight, load = case.weights.get(name, 0.0), case.problem.loads.get(name, Wrench(ZERO))
@@ -166,7 +166,7 @@ EIGHTH = pi / 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Symmetry:
-    """A turn or mirror about an upright axis, and what it maps each brick and each cone of a structure onto."""
+    """A turn or mirror about a vertical axis, with the images of all bricks and cones of a structure."""
 
     matrix: Array  # (3, 3)
     bricks: Indices  # (bricks,) the image of each
@@ -174,7 +174,7 @@ class Symmetry:
     signs: Array  # (cones,) -1 where the image is of the force on the other body
 
     def image(self, case: Shaken, one: Heading, angle: float) -> Heading | None:
-        """What was found in one direction as it holds in its image, at this angle; None if it is not proven there."""
+        """Return the result of a direction in its image at this angle; None if it is not proven there."""
         x, y = one.reach * cos(angle), one.reach * sin(angle)
         rows = self._rows(case, one.rows)
         if not case.holds(x, y, rows):
@@ -262,9 +262,9 @@ def _loads(case: Shaken, size: float) -> tuple[Array, Array, Array]:
 
 
 def _cones_onto(cones: Cones, matrix: Array, points: Array, image: Indices) -> Indices | None:
-    """Which cone each is mapped onto; further on by the number of cones where lower and upper body are exchanged.
+    """Return the image of each cone, plus the number of cones if lower and upper body are exchanged.
 
-    `image` is the image of each brick, and of what is fixed, which has the number after the last.
+    `image` has the image of each brick and, as its last entry, of the fixed bodies.
     """
     normals, lower, upper, friction = cones.axes_W[:, 0], cones.lower, cones.upper, cones.friction
     mapped = np.column_stack([points @ matrix.T, normals @ matrix.T, image[lower], image[upper], friction])
@@ -314,11 +314,11 @@ def by_bearing(
     gravity: float | None = None,
     known: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
-    """What is survived along `count` bearings around, from x on, each to a relative `tolerance`.
+    """Return the survived accelerations along `count` bearings, from x on, each to a relative `tolerance`.
 
-    None if the problem is not proven to stand. `gravity` [m/s2] is needed where loads are more than weights; else every
-    brick weighs what its load pulls down with. Where no motion is proven, `upper` stays further off. `known` is
-    told of how many bearings enough is known, as it goes on.
+    None if the problem is not proven to stand. `gravity` [m/s2] is needed where loads are more than weights; else the
+    weight of a brick is the vertical part of its load. Without a proven motion, `upper` is further off. `known` is
+    called with the number of finished bearings.
     """
     return along_bearings(problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, known)
 
@@ -348,7 +348,7 @@ def along_bearings(
 
 @one_thread()
 def along_bearing(problem: Problem, bearing: float, gravity: float | None = None) -> Survived | None:
-    """What is survived along one bearing; None if the problem is not proven to stand."""
+    """Return the survived acceleration along one bearing; None if the problem is not proven to stand."""
     weakest = Survived(bearing, inf, inf, None)
     for part in groups_apart(problem):
         case = shaken(part, gravity, Tolerances())
@@ -365,14 +365,14 @@ def _told(known: Callable[[int], None], before: int, parts: int, done: int) -> N
 
 
 def _weaker(one: Survived, other: Survived) -> Survived:
-    """What both survive together, and what ends it."""
+    """Return the weaker of two results."""
     first = other if other.upper < one.upper * (1.0 - ALIKE) else one
     return replace(first, value=min(one.value, other.value))
 
 
 @dataclass
 class _Found:
-    """What is known of the accelerations that one group survives."""
+    """Proven bounds on the accelerations that one group survives."""
 
     case: Shaken
     enough: Mapping[float, float] = field(default_factory=dict)  # [g] by bearing: others are proven to survive no more
@@ -435,7 +435,7 @@ class _Found:
             self.cuts.append((proven_distance(self.case, one.cut), one.cut))
 
     def survived(self, bearing: float) -> Survived:
-        """What is known of one bearing."""
+        """Return the bounds for one bearing."""
         value, (upper, cut) = self._proven(bearing), self._bound(bearing)
         if value >= 0.5 * FURTHEST:
             return Survived(bearing, inf, inf, None)
@@ -484,7 +484,7 @@ class _Found:
         return max(_chord(one, other, bearing) for one, other in pairwise(around))
 
     def _bound(self, bearing: float) -> tuple[float, Cut | None]:
-        """How far off the nearest cut is along a bearing [g]; that of what slides is as far off in all directions."""
+        """Return the distance of the nearest cut along a bearing [g], which uniform sliding has in all directions."""
         x, y = cos(bearing), sin(bearing)
         nearest: tuple[float, Cut | None] = (inf, None)
         for distance, cut in self.cuts:

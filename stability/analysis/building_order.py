@@ -66,7 +66,7 @@ def building_order(parts: Subsets, most: int, known: Known = nobody) -> Building
 
 
 class OrderSearch:
-    """A search for an order with the fewest props, which may be interrupted: `best` is what is known by then."""
+    """A search for an order with the fewest props; after an interrupt `best` has the best result so far."""
 
     def __init__(self, parts: Subsets, most: int, known: Known = nobody) -> None:
         """`most` verdicts are asked, besides those for a first order with props under all; `known` is told of them."""
@@ -191,7 +191,7 @@ def _would_help(parts: Subsets, search: Descent) -> Part:
 
 
 def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step, ...]:
-    """The steps, each prop for as short as what comes later stands without it."""
+    """Return the steps, with each prop removed as soon as all later steps stand without it."""
     present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
     held = [parts.propped & part for part in present]
     struck: list[list[BodyId]] = [[] for _ in order]

@@ -49,7 +49,7 @@ class FrictionMargin:
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """What was proven at one factor."""
+    """The proof at one factor."""
 
     forces: Forces | None
     motion: Motion | None
@@ -102,7 +102,7 @@ def _with_friction(problem: Problem, factor: float) -> Problem:
 
 
 def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
-    """What one factor proves, and the next guess of the least factor."""
+    """Return the proof at one factor, with the next guess of the least factor."""
     scaled = _with_friction(problem, factor)
     system = wrench_matrix(scaled)
     found = least_prestress(system)

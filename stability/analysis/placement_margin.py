@@ -128,7 +128,7 @@ FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be disp
 
 @dataclass(frozen=True, slots=True)
 class PlacementAnswer:
-    """What loads survive where patches are inset by an error."""
+    """The displacement that loads survive with patches inset by an error."""
 
     displacement: float  # of all loads at once [m], as the solver has it; inf where nothing limits it
     survives: bool  # by plain arithmetic: a displacement of loads by the error itself
@@ -245,7 +245,7 @@ def _solved(balance: Sparse) -> Array | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edges:
-    """The border lines of all patches, inset: what must not be negative."""
+    """The inset borders of all patches as linear functions that must not be negative."""
 
     patch: NDArray[np.int64]  # (edges,)
     rows: Sparse  # (edges, 3 patches) what a patch's force has to spare at a line
@@ -266,7 +266,7 @@ def _edges(rule: Recourse, error: float) -> _Edges:
 
 
 def _lengths(rule: Recourse, of_moments: Array) -> Array:
-    """(rows, bricks) by answers to moments: what a unit of force displaced by 1 m on a brick takes, at worst."""
+    """Return (rows, bricks) the worst effect of a unit force displaced by 1 m on a brick."""
     pairs = of_moments.reshape(len(of_moments), of_moments.shape[1] // 3, 3)[:, :, 1:]
     return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
 
@@ -309,11 +309,11 @@ def _frictional(rule: Recourse, problem: Problem, error: float) -> _Frictional:
 
 
 def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer:
-    """The largest displacement of all loads at once that is survived where patches are inset by `error`.
+    """Return the largest common displacement of all loads that is survived with patches inset by `error`.
 
-    The unknowns are the patch forces, the frictional forces, for each brick on a plane a bound on what it carries, and
-    the displacement. What a brick on a plane carries takes the place of its weight, but depends on the answer itself:
-    a bound that holds for what it implies holds (the answer is a fixed point within the bound).
+    The unknowns are the patch forces, the frictional forces, for each brick on a plane a bound on its load, and
+    the displacement. The load of a brick on a plane replaces its weight, but depends on the result itself: a bound that
+    holds for its own consequences holds (the result is a fixed point within the bound).
     """
     from scipy.sparse import block_array, csc_matrix, diags  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
@@ -352,7 +352,7 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer
 
 
 def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> PlacementAnswer:
-    """What a point is worth, by plain arithmetic: whether it survives `error` itself, and where it only just does."""
+    """Evaluate a solution by plain arithmetic: whether it survives `error`, and the error at which it just does."""
     count = 3 * len(rule.patches)
     forces = _inside(frictional, x[count : count + len(frictional.rows)])
     left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
@@ -372,7 +372,7 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
 
 
 def _inside(frictional: _Frictional, forces: Array) -> Array:
-    """The forces, those outside their cones taken to the nearest below: what is then left over shows in the balance."""
+    """Return forces with those outside their cones reduced to the nearest inside; the balance shows the residual."""
     triples = frictional.rows.triples(forces).copy()
     triples[:, 0] = np.maximum(triples[:, 0], 0.0)
     tangential = np.hypot(triples[:, 1], triples[:, 2])
@@ -386,7 +386,7 @@ def _share(spare: Array, taken: Array) -> Array:
 
 
 def _carried(rule: Recourse, patches: Array, error: float) -> Array:
-    """(planar bricks,) a bound on what each carries, wherever it is; infinite if there is none."""
+    """Return a bound on the load of each brick on a plane (planar bricks,); infinite if there is none."""
     planar, on_plane = rule.planar, rule.on_plane
     bound = np.zeros(np.count_nonzero(planar))
     if len(bound):
@@ -465,7 +465,7 @@ def _pushed_sideways(problem: Problem) -> bool:
 
 
 def _answer(problem: Problem, patches: list[PlanPatch], error: float) -> PlacementAnswer | None:
-    """What is survived by the patches that are left where every brick is off its place by `error`."""
+    """Return the result for the patches that remain with every brick displaced by `error`."""
     rule = recourse(problem, [patch for patch in patches if patch.moving or inset(patch.corners, error)])
     return None if rule is None else displaced(rule, problem, error)
 
@@ -477,9 +477,9 @@ def _survives(answer: PlacementAnswer | None) -> bool:
 def _crossing(
     problem: Problem, patches: list[PlanPatch], whole: PlacementAnswer, most: float, tolerance: float
 ) -> tuple[float, tuple[BodyId, BodyId] | None]:
-    """The largest error that is survived, and what limits it: where it equals the displacement that loads survive.
+    """Return the largest survived error and its limiting contact: the error equals the displacement that loads survive.
 
-    That displacement falls with the error, mostly along a straight line: hence chords, and halves where they fail.
+    That displacement decreases with the error, mostly linearly: hence the secant method, with bisection where it fails.
     """
     low, high, limit = 0.0, most, whole.limit
     over = (min(whole.displacement, 2.0 * most), -inf)  # displacement less error, at `low` and `high`

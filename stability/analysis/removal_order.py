@@ -1,9 +1,9 @@
-"""Pulling bricks out of what stands: which can be, how many one after the other, and how soon it may fall.
+"""Removals from a standing structure: possible single removals, the longest order, and the earliest fall.
 
-The longest order is bounded from both sides. From below by orders that were found, each part on the way proven. From
-above by the least that must stay: whatever stays must stand, so each fall that is proven rules out all parts that it
-holds for, and the smallest set of bricks that none of them rules out has as few bricks as any part that stands, or
-fewer. Such sets are asked, and what falls of them adds to what is ruled out, until one stands or nothing is left.
+The longest order is bounded from both sides: from below by orders found, with each intermediate part proven; from above
+by the least remainder. A remainder must stand, so each proven fall rules out all parts for which it holds, and the
+smallest set of bricks that no fall rules out has at most as many bricks as any standing part. Such sets are judged, and
+their falls rule out more, until one stands or none is left.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ MOST_DESCENTS = 20  # sets of bricks that may stay for which an order is looked 
 
 @dataclass(frozen=True, slots=True)
 class Pull:
-    """What comes of pulling one brick out of the whole."""
+    """The result of removing one brick from the whole structure."""
 
     brick: BodyId
     carries: bool  # whether another brick rests on it
@@ -77,7 +77,7 @@ def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = nobody
 
 
 class LongestSearch:
-    """A search for the longest order, from both sides, which may be interrupted: `best` is what is known by then."""
+    """A search for the longest order from both sides; after an interrupt `best` has the bounds so far."""
 
     def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> None:
         """Of pulls of some bricks, by at most so many verdicts, of which `known` is told."""
@@ -93,7 +93,7 @@ class LongestSearch:
 
     @property
     def best(self) -> Longest:
-        """What is known so far."""
+        """Return the bounds so far."""
         reason = self.reason or ("" if self.closed else "the bound was not closed")
         return Longest(self.order, max(self.at_most, len(self.order)), reason)
 
@@ -171,7 +171,7 @@ class LongestSearch:
 
 
 def _learn_of_rows(parts: Subsets, last: int) -> None:
-    """Learn that what nothing is under falls: bricks by themselves, and two or three side by side."""
+    """Learn the falls of unsupported bricks: single ones, and two or three side by side."""
     beside = {name: parts.part_of(_beside(parts, name)) for name in parts.names}
     rows = {parts.part_of([name]) for name in parts.names}
     for _ in range(MOST_ABREAST - 1):

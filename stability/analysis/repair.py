@@ -28,7 +28,7 @@ Shift: TypeAlias = tuple[float, float]  # along the ground, towards +x and +y [m
 
 @dataclass(frozen=True, slots=True)
 class Piling:
-    """What is set down together, in order, on which fixed bodies, and what is pulled out again."""
+    """A build: groups of bricks placed together in order, fixed bodies, and removals."""
 
     planes: Sequence[Plane]
     friction: GivenFriction
@@ -43,7 +43,7 @@ class Piling:
         return [placed for stage in self.stages for placed in stage]
 
     def states(self) -> Iterator[frozenset[BodyId]]:
-        """What is there, after each time that something was set down or pulled out."""
+        """Yield the present bricks after each placement or removal."""
         there: frozenset[BodyId] = frozenset()
         for turn, stage in enumerate(self.stages):
             if turn in self.pulled:
@@ -54,7 +54,7 @@ class Piling:
                 yield there
 
     def there(self, turn: int) -> frozenset[BodyId]:
-        """What is there with a stage, unless it is pulled out by then."""
+        """Return the bricks present at a stage."""
         gone = {name for before, names in self.pulled.items() if before <= turn for name in names}
         return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - gone
 
@@ -70,7 +70,7 @@ class Piling:
         return whole
 
     def assembly(self) -> Assembly:
-        """Nothing but what is fixed."""
+        """Return an assembly of the fixed bodies only."""
         return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
@@ -125,9 +125,9 @@ class Piling:
         return frozenset((contact.lower, contact.upper) for contact in self.whole().all_contacts())
 
     def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
-        """Whether a brick that was moved is in another body, or grazes one that it did not touch before.
+        """Return whether a moved brick overlaps another body or grazes one that it did not touch before.
 
-        What is so near counts as touching, and might hold by that alone.
+        Such a near body would count as touching and might hold the brick by that alone.
         """
         moving = [placed for placed in self.bricks if placed.brick.id in moved]
         others = [placed for placed in self.bricks if placed.brick.id not in moved]
@@ -183,9 +183,9 @@ class Propping:
 
 
 def propping(piling: Piling, known: Known = nobody) -> Propping | None:
-    """The fewest props with which all of it stands, or what falls first; None if none are found.
+    """Return the fewest props with which the whole build stands, or else its first fall; None if none are found.
 
-    `known` is told how many verdicts were asked.
+    `known` is called with the number of verdicts.
     """
     whole = piling.whole()
     parts = Subsets(whole, props_of(whole))
@@ -252,7 +252,7 @@ class SeveralShifts:
 
 
 class Shifting:
-    """A build that falls, and what shifts make of it."""
+    """A falling build and the effect of shifts."""
 
     def __init__(self, piling: Piling, known: Callable[[], None] = lambda: None) -> None:
         """`known` is told of each verdict."""
@@ -264,7 +264,7 @@ class Shifting:
         self._lengths = {placed.brick.id: placed.brick.shape.length for placed in piling.bricks}
 
     def stands(self, shifts: Mapping[BodyId, Shift], upto: int | None = None) -> bool | None:
-        """Whether it does with these bricks and what they carry moved; None if that is not known, or it cannot be."""
+        """Return whether the build stands with these bricks and their load moved; None if undecided or impossible."""
         self.asked += 1
         self._known()
         sums: dict[BodyId, Shift] = {}
@@ -319,7 +319,7 @@ class Shifting:
     def _halved(
         fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
     ) -> tuple[float, float, float]:
-        """What fails and what holds along a bearing, close to each other, and the bearing."""
+        """Return a failing and a sufficient shift along a bearing, close to each other, and the bearing."""
         while held - fails > 0.5 * CLOSE * held:
             middle = 0.5 * (fails + held)
             answer = holds(middle, bearing)
@@ -349,7 +349,7 @@ class Shifting:
         return best
 
     def candidates(self, turn: int, verdict: Verdict) -> list[BodyId]:
-        """The bricks whose shift could change a fall at a stage: those that move or touch what does, or carry such."""
+        """Return the bricks whose shift could change a fall at a stage: moving ones, neighbours, bricks above."""
         whole, there = self.piling.whole(), self.piling.there(turn)
         moving = set(verdict.moving)
         near = moving | {b for name in moving for c in whole.contacts(name) for b in (c.lower, c.upper)}

@@ -24,7 +24,7 @@ from stability.statics.tipping import Fall, tipping
 
 @dataclass(frozen=True, slots=True)
 class SampleSite:
-    """What bricks are built on and of, and what pulls at them."""
+    """Ground, friction and gravity of sampled bricks."""
 
     planes: Sequence[Plane]
     friction: GivenFriction  # of brick on brick
@@ -51,7 +51,7 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleS
 
 
 def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite) -> list[Contact]:
-    """The contacts of what moves with what does not."""
+    """Return the contacts between moving and resting bodies."""
     if not rest:
         return []
     reach = reach_between(max(p.brick.shape.least_thickness for p in (*moving, *rest)), share=site.tolerances.gap)
@@ -119,7 +119,7 @@ class FlatSamples:
 
 
 def _common(half: float, middle: Array, other: Array) -> tuple[Array, Array]:
-    """Both ends of what two stretches have in common, of which one is about 0."""
+    """Return both ends of the intersection of two intervals, one of them centred at 0."""
     return np.maximum(-half, middle - other), np.minimum(half, middle + other)
 
 
@@ -194,7 +194,7 @@ class PassedDown:
         self.carried = np.ones(self.samples.x.shape[1], dtype=bool)
 
     def add(self, brick: int) -> None:
-        """Let a brick come, with its weight; what it rests on is there."""
+        """Add a brick with its weight; its supports are present."""
         supports, samples = self.supports[brick], self.samples
         self.carried &= np.logical_or.reduce([s.touches for s in supports] or [np.zeros_like(self.carried)])
         if len(supports) > 1:
@@ -244,7 +244,7 @@ class PassedDown:
         return found
 
     def _handed(self, upper: int, load: Array) -> list[Array]:
-        """What a load on a brick comes to on each of its supports."""
+        """Return the share of a load on each support of a brick."""
         if len(self.supports[upper]) <= 1:
             return [load] * len(self.supports[upper])
         x, y, scale = self.samples.x[upper], self.samples.y[upper], hypot(*self.samples.half[upper])

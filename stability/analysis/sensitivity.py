@@ -1,14 +1,13 @@
-"""How does a margin change with what an assembly is made of? From the forces and the motion at its limit.
+"""Sensitivity of a margin to the data of an assembly, from the forces and the motion at its limit.
 
-At the limit forces balance the loads, and a motion is about to gain: neither gains nor loses. Of another problem that
-is nearly the same, the same forces, each at its point and within its cone, leave a residual, whose power along the
-motion the margin has to make good: its change is that power, over what the motion loses by a unit of the margin. This
-is the envelope theorem: how forces and motion change themselves has no part in it at first order. Only the data of two
-problems are compared, and no program is solved anew.
+At the limit forces balance the loads, and a motion neither gains nor loses power. In a slightly changed problem the
+same forces, each at its point and within its cone, leave a residual. The change of the margin is the power of the residual
+along the motion, over the power that the motion loses per unit of the margin. By the envelope theorem, changes of
+forces and motion do not contribute at first order. Only the data of two problems are compared; no program is solved.
 
-A margin with several motions at its limit is the least of all that they bound, so it goes with the one that falls most:
-it has a kink, and another slope to one side than to the other. One where forces or motion of one limit are not unique
-has a kink as well, which is not seen here: whoever needs to know asks for the margin of both problems.
+A margin with several motions at its limit is the least of their bounds, so it follows the steepest decrease: it has a
+kink, with different slopes on both sides. Non-unique forces or motions at one limit cause a kink as well, which is not
+detected here: compute the margin of both problems to find it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +31,7 @@ ASIDE = 0.01  # of the size of a contact: points that are further apart are not 
 
 @dataclass(frozen=True, slots=True)
 class MarginLimit:
-    """What a margin ends at: forces that balance, and a motion that is about to gain."""
+    """The limit of a margin: balancing forces, and a motion that neither gains nor loses power."""
 
     problem: Problem
     forces: Forces
@@ -43,7 +42,7 @@ class MarginLimit:
 
 @dataclass(frozen=True, slots=True)
 class Slopes:
-    """How a margin changes, by a unit of what is changed: to the side of less of it, and of more."""
+    """Slopes of a margin per unit of a number, towards less and towards more of it."""
 
     less: float
     more: float
@@ -73,7 +72,7 @@ def acceleration_limits(
 
 
 def _aligned(case: Shaken, angle: float) -> Iterator[Heading]:
-    """What limits a direction, in the direction in which it does so first."""
+    """Yield the limits of a direction, each at the direction in which it is reached first."""
     one = heading(case, angle)
     if one.cut is None:
         return

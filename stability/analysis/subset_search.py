@@ -120,7 +120,7 @@ Flat = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Prop:
-    """What may prop one brick."""
+    """Possible props of a brick."""
 
     brick: BodyId
     contacts: tuple[Contact, ...]  # with a fixed body; `upper` is the brick
@@ -143,7 +143,7 @@ def props_of(design: Assembly) -> dict[BodyId, Prop]:
 
 
 def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ...]]]:
-    """The normals and corners of convex pieces that cover what is free of the underside of a brick [in W, m]."""
+    """Yield normals and corners of convex pieces that cover the free underside of a brick [in W, m]."""
     placed = design.bricks[name]
     corners = corners_W(placed.brick.shape, placed.pose)
     for face in placed.brick.shape.faces:
@@ -169,7 +169,7 @@ def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ..
 
 
 def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence[Vec3]]:
-    """The patches on a face of a brick, by its normal; what lies on top of a flat one takes none of its underside."""
+    """Yield the contact patches on a face of a brick, by its normal; bricks on top of a flat one cover no underside."""
     for contact in design.contacts(name):
         outward = 1.0 if contact.lower == name else -1.0
         on_it = any(outward * dot(n, normal) > PARALLEL for n in contact.normals_W)
@@ -178,7 +178,7 @@ def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence
 
 
 def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: float) -> list[list[Flat]]:
-    """Convex pieces that cover what of others lies beside a patch, the largest first, each of some area."""
+    """Return convex pieces that cover the parts of others beside a patch, the largest first, without empty ones."""
     if doubled_area(patch)[0] < 0.0:
         patch = patch[::-1]
     found = []
@@ -220,14 +220,14 @@ class SubsetFall:
 
 @dataclass(frozen=True, slots=True)
 class SubsetAnswer:
-    """What is known of a part."""
+    """The verdict on a part."""
 
     stability: Stability
     fall: SubsetFall | None = None  # of what is UNSTABLE
 
 
 class Subsets:
-    """A design that stands, or is to stand, and what is known of its parts."""
+    """A design and the verdicts on its parts."""
 
     def __init__(self, design: Assembly, props: Mapping[BodyId, Prop] | None = None) -> None:
         """Nothing is asked yet. `props`: those that may be used; none are, unless `propped` says so."""
@@ -248,7 +248,7 @@ class Subsets:
         return self.part_of(others - {name})
 
     def part_of(self, bricks: Iterable[BodyId]) -> Part:
-        """The part that some bricks are; what is no brick is passed over."""
+        """Return the part that consists of some bricks; other names are ignored."""
         part = 0
         for name in bricks:
             part |= self._bit.get(name, 0)
@@ -349,9 +349,9 @@ class Subsets:
         return fall
 
     def learn(self, part: Part) -> None:
-        """Learn from all falls of a part that does not stand, each of as few bricks as are found.
+        """Learn all falls of a part that does not stand, each reduced to few bricks.
 
-        What was found to fall is taken away before the next is looked for.
+        Fallen bricks are removed before the next fall is searched.
         """
         while part:
             fall = next((fall for fall in self.falls if fall.settles(part, 0)), None)
@@ -381,7 +381,7 @@ def nobody(_: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Descent:
-    """What came of a search."""
+    """The result of a search."""
 
     order: tuple[BodyId, ...] | None  # in which bricks go; None if none was found
     exhausted: bool = True  # whether every way was gone that there is
@@ -424,7 +424,7 @@ def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = n
 
 
 def _next(parts: Subsets, part: Part, goal: Part) -> Iterator[tuple[BodyId, Part]]:
-    """The bricks that may go, from the top down, and what is left without each."""
+    """Yield the removable bricks, from the top down, with the remainder without each."""
     for name in from_the_top(parts, part & ~goal):
         yield name, part & ~parts.part_of([name])
 

@@ -72,7 +72,7 @@ def searched(
     solver: Solver = clarabel_solve,
     most: int = MOST_COLUMNS,
 ) -> Searched:
-    """What was found of the starts of a group that can rest."""
+    """Return the result on the starts of a group that can rest."""
     start = first_start(problem, equations, tolerances)
     if start is not None:
         return Searched(None, start, 0)
@@ -151,7 +151,7 @@ def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Ar
 
 
 def _any_guess(equations: StartEquations) -> Guess:
-    """What splits branches where the solver says nothing."""
+    """Return a guess that splits branches if the solver gives none."""
     size, points = len(equations.loads), len(equations.normals)
     return Guess(np.identity(size), np.zeros(size), np.ones((points, 3)))
 
@@ -209,7 +209,7 @@ class Braced:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RestOutcome:
-    """What can happen to bricks that can rest."""
+    """The possible motions of bricks that can rest."""
 
     guaranteed: bool  # rest is all that can
     normal: Forces | None = None  # forces along normals alone that balance everything, if that is why
@@ -240,11 +240,10 @@ def outcome(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     most: int = MOST_COLUMNS,
 ) -> RestOutcome:
-    """What can happen to a problem that is proven to stand; `known` are forces that balance it.
+    """Return whether rest is the only possibility for a problem proven to stand; `known` are balancing forces.
 
-    `most` bounds the work that is spent on each group that needs friction, in unknowns of its programs.
-    Rest is guaranteed only if it is so without the points of contacts at which there is a gap.
-    Raises TypeError for what is no problem, or no forces.
+    `most` limits the work for each group that needs friction, in unknowns of its programs. Rest is guaranteed only if
+    it is so without the contact points that have a gap. Raises TypeError for other types.
     """
     admit_problem(problem)
     admit_forces(known)
@@ -258,7 +257,7 @@ def outcome(
 
 
 def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
-    """What can happen to a problem whose groups need friction, or some of them."""
+    """Return the possible motions of a problem of which some groups need friction."""
     leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
     found = [_of_group(group, tolerances, most) for group in leaning]
     if not found:

@@ -26,7 +26,7 @@ SHUT = 1e-9  # share of the largest: a combination of normal accelerations that 
 
 
 class How(StrEnum):
-    """What is taken to be so at a point."""
+    """The assumption about a contact point in a branch."""
 
     OPENS = "opens"  # the normal acceleration is not negative, and no force acts
     SHUT = "stays shut"  # the normal acceleration is nothing
@@ -43,7 +43,7 @@ class Condition:
 
     @property
     def opposite(self) -> "Condition":
-        """What is so if this is not."""
+        """Return the opposite condition."""
         if self.how is How.TOWARDS:
             x, y, z = self.towards
             return Condition(self.point, How.TOWARDS, (-x, -y, -z))
@@ -55,7 +55,7 @@ Branch: TypeAlias = tuple[Condition, ...]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownAccelerations:
-    """What is known of accelerations in a branch: they are `basis @ b`, and none of `rows @ b` is negative."""
+    """Constraints on accelerations in a branch: they are `basis @ b`, and no entry of `rows @ b` is negative."""
 
     basis: Array  # (D, d)
     rows: Array  # (l, d)
@@ -64,7 +64,7 @@ class KnownAccelerations:
 
 
 def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
-    """What is known in a branch: the last row says that the loads gain, without which nothing starts from rest."""
+    """Return the constraints of a branch; the last row says that the loads gain, as every start from rest requires."""
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     shut = [each.point for each in branch if each.how is How.SHUT]
     opened = {each.point for each in branch if each.how is How.OPENS}
@@ -130,7 +130,7 @@ class ColumnOffsets:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PowerProgram:
-    """The program of a branch, and what its columns and equalities are."""
+    """The program of a branch, with the meaning of its columns and equalities."""
 
     equations: StartEquations
     places: ColumnOffsets
@@ -233,7 +233,7 @@ def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis
 
 
 def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
-    """Three rows for each round cone: of what friction brakes, then of the multipliers of forces."""
+    """Return three rows for each round cone: of braking by friction, then of the multipliers of forces."""
     blocks = [
         (places.of_contacts + 3 * number, np.diag([equations.law_of_contact(contact).friction or 1.0, 1.0, 1.0]))
         for number, contact in enumerate(places.contacts)
@@ -253,7 +253,7 @@ def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
 
 
 def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
-    """(3, 3) what turns a multiplier along the axes of a point into one whose first part is not less than the rest."""
+    """Return the map (3, 3) of a multiplier along the axes of a point to cone form: the first part bounds the rest."""
     own: Array = frame(normal) @ equations.axes[point].T
     return own * row_units(equations.law.friction[point : point + 1]).T
 
@@ -343,7 +343,7 @@ def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
 
 
 def lack(equations: StartEquations, proven: ProvenBranch) -> float:
-    """What rounding leaves of the proof: the largest sum of what coefficients differ by and what signs are short of."""
+    """Return the error of a proof by rounding: the largest sum of coefficient differences and sign violations."""
     left, multipliers = known(equations, proven.branch), proven.multipliers
     if not all(np.isfinite(each).all() for each in _arrays(multipliers)) or not _definite_power(
         equations, left, multipliers
@@ -440,7 +440,7 @@ class Guess:
 
 
 def multipliers(program: PowerProgram, point: SolverPoint) -> Iterator[Multipliers]:
-    """What the solver found, then this corrected again and again; none of it is proven."""
+    """Yield the multipliers of the solver, then repeated corrections of them, all unproven."""
     if not np.isfinite(point.x).all():
         return
     matrix = program.equalities.toarray()

@@ -32,7 +32,7 @@ class Weakest:
 
 
 def weakest(problem: Problem, gravity: float | None = None) -> Weakest | None:
-    """The first mechanism; None of what is held on all sides, or is not proven to stand. See `acceleration`."""
+    """Return the first mechanism; None if it is held on all sides or not proven to stand. See `acceleration`."""
     from stability.analysis.acceleration_margin import acceleration  # noqa: PLC0415 -- it brings numpy
 
     margin = acceleration(problem, gravity=gravity)
