@@ -1,8 +1,8 @@
 """Sensitivity of a margin to the data of an assembly, from the forces and the motion at its limit.
 
 At the limit forces balance the loads, and a motion neither gains nor loses power. In a slightly changed problem the
-same forces, each at its point and within its cone, leave a residual. The change of the margin is the power of the residual
-along the motion, over the power that the motion loses per unit of the margin. By the envelope theorem, changes of
+same forces, each at its point and within its cone, leave a residual. The change of the margin is the power of the
+residual along the motion, over the power that the motion loses per unit of the margin. By the envelope theorem, changes of
 forces and motion do not contribute at first order. Only the data of two problems are compared; no program is solved.
 
 A margin with several motions at its limit is the least of their bounds, so it follows the steepest decrease: it has a
