@@ -24,10 +24,10 @@ ALL = [need for group in needs().values() for need in group]
 
 # What waits for something, or starts several programs; tests of the room of each say the same without waiting.
 SLOW = (
-    "watch files and run again",
-    "a crash costs one test",
-    "a hang costs one test",
-    "Ctrl-C leaves a report of what is done",
+    "watch files and rerun",
+    "a crash fails one test only",
+    "a hang fails one test only",
+    "Ctrl-C leaves a report of finished tests",
     "write tests in a programming language",
 )
 
