@@ -10,6 +10,7 @@ from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.bodies import StoredBodies
 from stability.engines.protocol import (
+    NOTHING_PRESCRIBED,
     EngineSettings,
     FrictionRecord,
     OpensWorlds,
@@ -48,7 +49,6 @@ class NearEngine:
 
     stored: StoredBodies
     opening: Opening
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion)
     frictions: FrictionRecord = field(default_factory=FrictionRecord)
     clock: float = 0.0  # [s] while no engine is open
     world: World | None = field(default=None, init=False)
@@ -245,7 +245,6 @@ class NearEngine:
                 return self.world
             self._take_back(self.world)
         world, self._heaviest = self.opening.opened(settings, heaviest), heaviest
-        world.prescribed = self.prescribed
         if isinstance(world, ReportsFriction):
             world.frictions = self.frictions
         for plane in self.stored.own.planes.values():
@@ -294,14 +293,13 @@ class RestingWorld:
     """World that opens an engine on demand, for the moving part of the scene."""
 
     opening: Opening
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _stored: StoredBodies = field(init=False)
     engine: NearEngine = field(init=False)  # for the moving bricks; may be closed, or take over that of another world
 
     def __post_init__(self) -> None:
         self._stored = StoredBodies()
-        self.engine = NearEngine(self._stored, self.opening, self.prescribed, self.frictions)
+        self.engine = NearEngine(self._stored, self.opening, self.frictions)
 
     @property
     def settings(self) -> EngineSettings:
@@ -310,8 +308,8 @@ class RestingWorld:
     def time(self) -> float:
         return self.engine.clock if self.engine.world is None else self.engine.world.time()
 
-    def step(self) -> None:
-        self.engine.ready().step()
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        self.engine.ready().step(prescribed)
 
     def set_max_speed(self, fastest: float) -> None:
         self.engine.set_max_speed(fastest)

@@ -117,14 +117,17 @@ class Guided:
         return add_scaled(across_W, along, self.free_W), add_scaled(own.angular_velocity_W, -about, self.free_W)
 
 
-@dataclass
+@dataclass(frozen=True, slots=True)
 class PrescribedMotion:
-    """Motion that the caller prescribes; a world reads it before each step."""
+    """Motion of the ground and of guided bricks that the caller prescribes for one step."""
 
     # [m/s2] of all fixed bodies. States are relative to them, so each body feels its mass times the opposite.
     acceleration_W: Vec3 = AT_REST
     # None of these bricks is frozen or welded. A brick that leaves this mapping keeps its velocity and moves freely.
-    guided: dict[BodyId, Guided] = field(default_factory=dict)
+    guided: Mapping[BodyId, Guided] = field(default_factory=dict)
+
+
+NOTHING_PRESCRIBED: Final = PrescribedMotion()
 
 
 # The protocols of worlds. SI units, world frame W, z up.
@@ -208,14 +211,12 @@ class AcceptsForces(Protocol):
 class World(Engine, Joining, AcceptsForces, Protocol):
     """World of bricks and planes that an engine steps."""
 
-    prescribed: PrescribedMotion  # read before each step
-
     @property
     def settings(self) -> EngineSettings:
         """Numerical settings of the world."""
 
-    def step(self) -> None:
-        """Advance by one time step of the settings."""
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        """Advance by one time step of the settings, with prescribed motions of the ground and of bricks."""
 
     def set_max_speed(self, fastest: float) -> None:
         """Set the maximum speed of the bodies in the next steps [m/s], so that none passes through another."""

@@ -8,7 +8,14 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 
 from stability.dynamics.rigid_body import AppliedForce
-from stability.engines.protocol import EngineSettings, FrictionRecord, PrescribedMotion, ReportsFriction, World
+from stability.engines.protocol import (
+    NOTHING_PRESCRIBED,
+    EngineSettings,
+    FrictionRecord,
+    PrescribedMotion,
+    ReportsFriction,
+    World,
+)
 from stability.geometry.convex_solid import scaled
 from stability.geometry.vectors import scale
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
@@ -20,7 +27,6 @@ class ResizedWorld:
 
     engine: World
     factor: float  # engine length per caller length
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _masses: Mapping[BodyId, float] = field(default_factory=dict, init=False)
@@ -34,15 +40,14 @@ class ResizedWorld:
     def time(self) -> float:
         return self.engine.time()
 
-    def step(self) -> None:
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         if isinstance(self.engine, ReportsFriction):
             self.engine.frictions = self.frictions
-        self.engine.prescribed.acceleration_W = scale(self.factor, self.prescribed.acceleration_W)
-        self.engine.prescribed.guided = {
+        guided = {
             name: replace(motion, velocity_W=scale(self.factor, motion.velocity_W))
-            for name, motion in self.prescribed.guided.items()
+            for name, motion in prescribed.guided.items()
         }
-        self.engine.step()
+        self.engine.step(PrescribedMotion(scale(self.factor, prescribed.acceleration_W), guided))
 
     def set_max_speed(self, fastest: float) -> None:
         self.engine.set_max_speed(self.factor * fastest)

@@ -1,6 +1,6 @@
 """Moves hands, the bricks in them, and the shaking ground during a run."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import hypot, inf
 
@@ -181,7 +181,6 @@ class HandMover:
         """End the motion of a brick, at the end of its course."""
         guided = self._moving.pop(brick, None)
         self._guidance.pop(brick, None)
-        self.world.prescribed.guided.pop(brick, None)
         if guided is None or guided.move.free_W is not None:
             return
         self.world.freeze(brick)
@@ -190,11 +189,12 @@ class HandMover:
 
     # --- motion -------------------------------------------------------------------------------------------------------
 
-    def guide(self) -> None:
-        """Prescribe the velocities of guided bricks for the next step."""
+    def guided(self) -> Mapping[BodyId, Guided]:
+        """Return the prescribed motions of guided bricks in the next step."""
         now, step = self.world.time(), self.world.settings.time_step
         names = [name for name in self._moving if not self.world.holds(name)]
         states = self.world.states(names)
+        motions = {}
         for name in names:
             guided, centre_W = self._moving[name], states[name].pose.position_W
             velocity_W = scale(1.0 / step, subtract(guided.at(now + step), centre_W))
@@ -202,7 +202,8 @@ class HandMover:
                 lost_W = self._guidance[name].lost(centre_W, step) if name in self._guidance else AT_REST
                 velocity_W = add(velocity_W, lost_W)
                 self._guidance[name] = _Guidance(centre_W, velocity_W, lost_W)
-            self.world.prescribed.guided[name] = Guided(velocity_W, guided.move.free_W)
+            motions[name] = Guided(velocity_W, guided.move.free_W)
+        return motions
 
     def look(self) -> None:
         """Put lowered bricks at their current place on the course, and wake bricks that others may reach soon."""
@@ -273,7 +274,7 @@ class HandMover:
             raise BlockedPlacementError(Blocked(by, self.world.time(), other, -gap, pressed=brick))
 
 
-# The ground of one run, which may shake: its acceleration is prescribed to the world before each step.
+# The ground of one run, which may shake.
 
 
 @dataclass
@@ -291,14 +292,9 @@ class ShakingGround:
             return self.gravity
         return hypot(self.gravity, *self.motion.extremes(self.world.time()))
 
-    def shake(self) -> bool:
-        """Prescribe the acceleration of the ground for the next step; return whether the ground moves."""
-        if self.motion is None:
-            return False
+    def acceleration_W(self) -> Vec3 | None:
+        """Return the mean acceleration of the ground in the next step [m/s2]; None while it does not shake."""
         now = self.world.time()
-        if now >= self.motion.ends:
+        if self.motion is not None and now >= self.motion.ends:
             self.motion = None
-            self.world.prescribed.acceleration_W = AT_REST
-            return False
-        self.world.prescribed.acceleration_W = self.motion.mean_W(now, self.world.settings.time_step)
-        return True
+        return self.motion.mean_W(now, self.world.settings.time_step) if self.motion is not None else None

@@ -7,10 +7,10 @@ from math import hypot, inf
 from typing import Final, TypeAlias
 
 from stability.engines.lazy_world import RestingWorld
-from stability.engines.protocol import World, WrongFriction, wrong_friction_of
+from stability.engines.protocol import PrescribedMotion, World, WrongFriction, wrong_friction_of
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add_scaled, dot, subtract
-from stability.model import BodyId, BodyState, Brick, Plane, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Stabilizer, SupportsMerging
@@ -253,15 +253,14 @@ class Island:
 
     def pass_on(self, most: int) -> None:
         """Advance by one time step of the engine, or by at most `most` steps of a motion without one."""
-        shaken = self.ground.shake()
-        passed = self.falling.advance(most, driven=shaken or self.hands.busy)
+        acceleration_W = self.ground.acceleration_W()
+        passed = self.falling.advance(most, driven=acceleration_W is not None or self.hands.busy)
         self.ticks += passed or 1
         self.known += passed
         if passed:
             self.stabilizer.landed(self.falling.landed)
             return
-        self.hands.guide()
-        self.world.step()
+        self.world.step(PrescribedMotion(acceleration_W or AT_REST, self.hands.guided()))
         self.steps += 1
         self.stabilizer.judge()
 

@@ -11,7 +11,7 @@ from stability.engines.bodies import OwnBodies
 from stability.engines.mujoco.model import MjBody, MjScene, Model, build_model
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.pressing import Presses
-from stability.engines.protocol import PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
 
 # The bodies of a MuJoCo world, across its models.
@@ -127,7 +127,6 @@ class MuJoCoWorld:
     own: OwnBodies
     bodies: RemadeBodies
     clock: StepClock
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     presses: Presses = field(default_factory=Presses, init=False)
     _stepped: Model | None = field(default=None, init=False)  # model of the last step
 
@@ -164,12 +163,12 @@ class MuJoCoWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body)
 
-    def step(self) -> None:
-        self.bodies.carry({name for name, motion in self.prescribed.guided.items() if motion.carried})
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        self.bodies.carry({name for name, motion in prescribed.guided.items() if motion.carried})
         self._stepped = self.bodies.model()
-        self._stepped.pull(self.bodies.gravity, self.prescribed.acceleration_W)
+        self._stepped.pull(self.bodies.gravity, prescribed.acceleration_W)
         parts = self.clock.pass_step()
-        self._stepped.step(self.settings.time_step, parts, self.presses, self.prescribed.guided)
+        self._stepped.step(self.settings.time_step, parts, self.presses, prescribed.guided)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         return {body: self.bodies.state(body) for body in bodies}

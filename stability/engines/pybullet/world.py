@@ -11,7 +11,7 @@ from typing import Self, TypeAlias
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
-from stability.engines.protocol import FrictionRecord, PrescribedMotion
+from stability.engines.protocol import NOTHING_PRESCRIBED, FrictionRecord, PrescribedMotion
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import BodyMaker, BrickBodies, Planes
 from stability.engines.pybullet.client import ClientBodies
@@ -38,7 +38,6 @@ class PyBulletWorld:
     groups: JoinedGroups
     edges: EdgeMonitor
     cones: FrictionCones
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     guided: GuidedBricks = field(init=False)
     own: OwnBodies = field(init=False)
@@ -82,10 +81,10 @@ class PyBulletWorld:
     def time(self) -> float:
         return self.stepper.time
 
-    def step(self) -> None:
-        self.stepper.fall.acceleration_W = self.prescribed.acceleration_W
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        self.stepper.fall.acceleration_W = prescribed.acceleration_W
         self.edges.look()
-        self.guided.follow(self.prescribed.guided)
+        self.guided.follow(prescribed.guided)
         if self.stepper.update(self.groups.mass_ratio):
             self.bricks.anchors.choose(self.stepper.lively)
             self.planes.choose(self.stepper.lively)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
 from stability.engines.bodies import OwnBodies
-from stability.engines.protocol import EngineSettings, Package, PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, EngineSettings, Package, PrescribedMotion, StepClock
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add_scaled
@@ -36,7 +36,6 @@ class ExampleWorld:
     settings: ExampleSettings
     gravity: float  # [m/s2]
     clock: StepClock
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion)
     own: OwnBodies = field(default_factory=OwnBodies)
     _states: dict[BodyId, BodyState] = field(default_factory=dict)
     _held: set[BodyId] = field(default_factory=set)
@@ -58,8 +57,8 @@ class ExampleWorld:
 
     def substep_next_contact(self) -> None: ...
 
-    def step(self) -> None:
-        if self.prescribed != PrescribedMotion():
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        if prescribed != NOTHING_PRESCRIBED:
             raise NotImplementedError("nothing moves here but by its weight")
         parts = self.clock.pass_step()
         for _ in range(parts):

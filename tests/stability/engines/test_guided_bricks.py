@@ -3,7 +3,7 @@
 import pytest
 
 from stability.engines.lazy_world import stepped_world
-from stability.engines.protocol import Guided, World
+from stability.engines.protocol import Guided, PrescribedMotion, World
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stackdsl.simulation.known_systems import system_named
@@ -22,9 +22,9 @@ def world_of(system: str, *centres: Vec3) -> World:
     return world
 
 
-def passed(world: World, seconds: float) -> World:
+def passed(world: World, seconds: float, **guided: Guided) -> World:
     for _ in range(round(seconds / world.settings.time_step)):
-        world.step()
+        world.step(PrescribedMotion(guided=guided))
     return world
 
 
@@ -40,8 +40,7 @@ def in_a_step(world: World) -> float:
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_a_carried_brick_has_no_weight_and_pushes_others(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.03), (0.05, 0.0, 0.02))
-    world.prescribed.guided["b0"] = Guided((0.05, 0.0, 0.0))
-    passed(world, 0.5)
+    passed(world, 0.5, b0=Guided((0.05, 0.0, 0.0)))
     assert centre(world, "b0") == pytest.approx((0.025, 0.0, 0.03), abs=2e-4)  # in the air, and in no way held up
     assert centre(world, "b1")[0] == pytest.approx(0.065, abs=5e-4)
     world.close()
@@ -50,10 +49,8 @@ def test_a_carried_brick_has_no_weight_and_pushes_others(system: str) -> None:
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.3))
-    world.prescribed.guided["b0"] = Guided((0.0, 0.0, 0.0))
-    passed(world, 0.2)
+    passed(world, 0.2, b0=Guided((0.0, 0.0, 0.0)))
     assert centre(world, "b0")[2] == pytest.approx(0.3, abs=1e-5)
-    del world.prescribed.guided["b0"]
     passed(world, 0.1)
     assert centre(world, "b0")[2] == pytest.approx(0.3 - 0.5 * 9.81 * 0.1**2, abs=in_a_step(world))
     world.close()
@@ -63,9 +60,7 @@ def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
 def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
     #   Two cubes of equal mass: after a hit at v both move at v / 2 and slide v^2 / 8 mu g.
     world = world_of(system, (0.0, 0.0, 0.02), (0.0401, 0.0, 0.02))
-    world.prescribed.guided["b0"] = Guided((0.0, 0.0, 0.0))
-    passed(world, 0.05)
-    del world.prescribed.guided["b0"]
+    passed(world, 0.05, b0=Guided((0.0, 0.0, 0.0)))
     world.push("b0", (MASS * 0.4, 0.0, 0.0), centre(world, "b0"))
     passed(world, 0.5)
     assert centre(world, "b1")[0] - 0.0401 == pytest.approx(0.4**2 / (8.0 * 0.5 * 9.81), rel=0.35)
@@ -75,8 +70,7 @@ def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_what_is_slid_keeps_its_weight_and_falls_off_an_edge(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.3))
-    world.prescribed.guided["b0"] = Guided((0.05, 0.0, 0.0), free_W=UP)
-    passed(world, 0.1)
+    passed(world, 0.1, b0=Guided((0.05, 0.0, 0.0), free_W=UP))
     x, _, z = centre(world, "b0")
     assert x == pytest.approx(0.005, abs=1e-5)
     assert z == pytest.approx(0.3 - 0.5 * 9.81 * 0.1**2, abs=in_a_step(world))

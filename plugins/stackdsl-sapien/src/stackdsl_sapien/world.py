@@ -10,7 +10,7 @@ from stability.contact_law import Friction, GivenFriction, Surface, as_friction
 from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.engines.bodies import OwnBodies
 from stability.engines.pressing import shortest_turn
-from stability.engines.protocol import Guided, PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, Guided, PrescribedMotion, StepClock
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.box import MIDDLE, box_of
 from stability.geometry.convex_solid import half_lengths
@@ -345,7 +345,6 @@ class SapienWorld:
     own: OwnBodies
     bodies: SceneBodies
     clock: StepClock
-    prescribed: PrescribedMotion = field(default_factory=PrescribedMotion, init=False)
 
     @classmethod
     def opened(
@@ -378,8 +377,8 @@ class SapienWorld:
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body)
 
-    def step(self) -> None:
-        self.bodies.step(self.clock.pass_step(), self.prescribed)
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        self.bodies.step(self.clock.pass_step(), prescribed)
 
     def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
         planes = self.own.planes
