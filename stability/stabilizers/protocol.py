@@ -2,7 +2,8 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, Self, runtime_checkable
+from math import inf
+from typing import ClassVar, Protocol, Self
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
@@ -39,6 +40,8 @@ class Update:
 
 class Stabilizer(Protocol):
     """Stabilizer: freezes the bricks of one engine that stand, and wakes those that no longer do."""
+
+    proves: ClassVar[bool] = False  # freezes by proofs, which also cover known motions and shaking ground
 
     def awake(self) -> list[BodyId]:
         """Return the bricks that the engine moves, sorted by name."""
@@ -79,26 +82,7 @@ class Stabilizer(Protocol):
     def giving_way(self) -> Mapping[BodyId, str]:
         """Return the reasons why awake bricks are proven not to stand, possibly before they visibly move."""
 
-
-@runtime_checkable
-class SupportsLandings(Protocol):
-    """Stabilizer that supports motions without an engine."""
-
-    def landed(self, bricks: Iterable[BodyId]) -> Update:
-        """Judge bricks that have come to rest, as if they were set down."""
-
-
-@runtime_checkable
-class SupportsMerging(Protocol):
-    """Stabilizer that can take over the bricks of another one, when islands merge."""
-
-    def absorb(self, other: Self) -> None:
-        """Take over the bricks of another stabilizer, which are in this one's engine already."""
-
-
-@runtime_checkable
-class SupportsHands(Protocol):
-    """Stabilizer that supports hands, which move or hold bricks regardless of contacts."""
+    # --- hands, which move or hold bricks regardless of contacts ------------------------------------------------------
 
     def taken(self, brick: BodyId) -> Update:
         """Handle a hand taking a brick: the brick is no longer judged, and bricks that it supported wake."""
@@ -112,16 +96,23 @@ class SupportsHands(Protocol):
     def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Set the bricks that hands may move or press: they wake, and are not judged until a later call omits them."""
 
+    # --- by proofs only: the defaults are those of a stabilizer without proofs ----------------------------------------
 
-@runtime_checkable
-class SupportsShaking(Protocol):
-    """Stabilizer that supports shaking ground."""
+    def landed(self, bricks: Iterable[BodyId]) -> Update:
+        """Judge bricks that have come to rest after a motion without an engine, as if they were set down."""
+        return Update()
 
     def shaken(self, motion: GroundMotion) -> None:
         """Set the motion of the ground."""
+        return
 
     def holds_until(self) -> float:
         """Return the time until which all frozen bricks provably move with the ground [s]; inf for the whole motion."""
+        return inf
+
+    def absorb(self, other: Self) -> None:
+        """Take over the bricks of another stabilizer, which are in this one's engine already."""
+        raise TypeError(f"{type(self).__name__} cannot take over bricks")
 
 
 # Life cycle of a brick, as events to observers.

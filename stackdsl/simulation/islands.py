@@ -13,7 +13,7 @@ from stability.geometry.vectors import add_scaled, dot, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Stabilizer, SupportsMerging
+from stability.stabilizers.protocol import Stabilizer
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, CombinedStabilizer, EventLog, TrackedBrick
@@ -300,7 +300,7 @@ class Island:
         other.falling.end()
         if isinstance(self.world, RestingWorld) and isinstance(other.world, RestingWorld):
             self.world.engine.absorb(other.world.engine)
-        if isinstance(self.extension, SupportsMerging) and other.extension is not None:
+        if self.extension is not None and other.extension is not None:
             self.extension.absorb(other.extension)
         self.stabilizer.absorb(other.stabilizer)
         self.steps += other.steps

@@ -13,7 +13,7 @@ from stability.geometry.vectors import dot
 from stability.model import BodyId, BodyState, Vec3
 from stability.problem import Stability, Verdict
 from stability.stabilizers.known_motion import FallingParts
-from stability.stabilizers.protocol import Stabilizer, SupportsHands, SupportsLandings, SupportsShaking, Update
+from stability.stabilizers.protocol import Stabilizer, Update
 from stackdsl.simulation.brick_tracks import EventLog
 from stackdsl.simulation.measurements import RunMeasurements
 from stackdsl.trace import Updates
@@ -153,35 +153,35 @@ class StabilizerDriver:
 
     def shaken(self, motion: GroundMotion) -> None:
         """Begin to shake the ground."""
-        if isinstance(self.extension, SupportsShaking):
+        if self.extension is not None and self.extension.proves:
             self.extension.shaken(motion)
             self.judge()
 
     def taken(self, brick: BodyId) -> None:
         """Give a brick into a hand."""
-        if isinstance(self.extension, SupportsHands):
+        if self.extension is not None:
             self._apply(self.clock.timed(self.extension.taken, brick))
 
     def held(self, bricks: Collection[BodyId]) -> None:
         """Hold bricks at rest in hands."""
-        if isinstance(self.extension, SupportsHands):
+        if self.extension is not None:
             self._process(self.clock.timed(self.extension.held, bricks))
 
     def handled(self, bricks: Collection[BodyId], reason: str) -> None:
         """Set the bricks that hands may push now, in place of those before."""
-        if isinstance(self.extension, SupportsHands):
+        if self.extension is not None:
             self._apply(self.clock.timed(self.extension.handled, bricks, reason))
 
     def let_go_by_hands(self, bricks: Collection[BodyId], set_down: bool) -> None:
         """Let bricks go; `set_down` if hands brought them."""
-        if isinstance(self.extension, SupportsHands):
+        if self.extension is not None:
             self._process(self.clock.timed(self.extension.let_go, bricks, set_down))
             while self.judge():
                 pass
 
     def still_for(self) -> float:
         """Return how long all frozen bricks stay at rest [s]; inf if forever."""
-        if not isinstance(self.extension, SupportsShaking):
+        if self.extension is None:
             return inf
         return max(0.0, self.extension.holds_until() - self.world.time())
 
@@ -199,7 +199,7 @@ class StabilizerDriver:
 
     def landed(self, bricks: Collection[BodyId]) -> None:
         """Judge bricks that came to rest after a motion without an engine."""
-        if bricks and isinstance(self.extension, SupportsLandings):
+        if bricks and self.extension is not None and self.extension.proves:
             update = self.clock.timed(self.extension.landed, bricks)
             self._process(update)
             if len(update.frozen) < len(bricks):
@@ -207,7 +207,7 @@ class StabilizerDriver:
 
     def let_go(self) -> None:
         """Start falls of bricks that the last action may have let go in the air."""
-        if isinstance(self.extension, SupportsLandings):
+        if self.extension is not None and self.extension.proves:
             self.falling.let_go(self.moving())
 
     def judge(self) -> bool:

@@ -64,10 +64,10 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
     scene = timeline.world
     match system.method:
         case Method.PROVEN:
-            from stability.stabilizers.exact.variants import ShakenStability  # noqa: PLC0415 -- other systems need no statics
+            from stability.stabilizers.exact.stabilizer import ProvenStability  # noqa: PLC0415 -- imports statics
 
             limits = RestLimits().scaled(lengths=1.0, times=scale_of(timeline).times(1.0))
-            return ShakenStability(
+            return ProvenStability(
                 world,
                 scene.planes,
                 scene.friction,
@@ -79,10 +79,10 @@ def extension_for(timeline: Timeline, system: System, world: World) -> Stabilize
                 tolerances=scene.tolerances,
             )
         case Method.PUBLISHED:
-            from stability.stabilizers.published.stabilizer import HandledStack  # noqa: PLC0415 -- likewise
+            from stability.stabilizers.published.stabilizer import StackStability  # noqa: PLC0415 -- likewise
             from stability.stabilizers.published.support import AS_READ  # noqa: PLC0415 -- likewise
 
-            return HandledStack(
+            return StackStability(
                 world,
                 rest_limits(timeline),
                 guard=False,

@@ -1,10 +1,12 @@
 """Exact stabilizer: freezes bricks that statics proves to stand, and wakes those that it proves to fall."""
 
 from collections.abc import Collection, Container, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
+from typing import ClassVar, Self
 
 from stability.contact_law import GivenFriction
+from stability.dynamics.ground_motion import GroundMotion
 from stability.engines.protocol import AcceptsForces, Engine, Joining
 from stability.geometry.vectors import norm, scale
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
@@ -18,9 +20,10 @@ from stability.stabilizers.exact.candidates import (
     solids,
 )
 from stability.stabilizers.exact.hits import Disturbances, Disturbed, UnionContainer, hit_by_bricks, is_level
+from stability.stabilizers.exact.shaking import ROUNDING, Shaking
 from stability.stabilizers.exact.woken_region import DeadLoads, RigidGroups, region, wake
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
-from stability.stabilizers.protocol import Observers, Update
+from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.rest import LimitsBySize, RestLimits
 from stability.statics.assembly import Assembly
 
@@ -74,8 +77,10 @@ def _moves(state: BodyState) -> bool:
 
 
 @dataclass
-class ProvenStability:
+class ProvenStability(Stabilizer):
     """Exact stabilizer of the bricks of one engine. Call `update` after each of its steps."""
+
+    proves: ClassVar[bool] = True
 
     engine: Engine
     # The fixed bodies; None: the half-spaces and convex solids that are fixed in the engine.
@@ -92,6 +97,8 @@ class ProvenStability:
     presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
     assembly: Assembly = field(init=False)
+    _in_hands: dict[BodyId, Placed | None] = field(default_factory=dict, init=False)  # with its pose if held at rest
+    _shaking: Shaking = field(init=False)
     _awake: AwakeBricks = field(init=False)
     _verdict: Verdict | None = field(default=None, init=False)  # when bricks were last set down or removed
     _held: HeldBodies = field(init=False)
@@ -102,6 +109,7 @@ class ProvenStability:
 
     def __post_init__(self) -> None:
         gravity = gravity_of(self.engine, self.gravity)
+        self._shaking = Shaking(self.engine)
         self._held = HeldBodies(self.engine)
         self._rigid_groups = RigidGroups(self.joiner)
         self._dead_loads = DeadLoads(self.engine, self.presser)
@@ -150,7 +158,13 @@ class ProvenStability:
         return Update((), woken, judgement.lowest, judgement.first.reason if woken else "")
 
     def update(self) -> Update:
-        """Judge external changes, disturbances, and bricks that have come to rest."""
+        """Judge external changes, disturbances, bricks that have come to rest, and the motion of the ground."""
+        if self._shaking.has_just_ended():
+            self._awake.allow_judgement()  # for bricks woken by the ground alone, or refused while others moved
+        return self._wake_shaken(self._update_at_rest())
+
+    def _update_at_rest(self) -> Update:
+        """Judge as if the ground were at rest."""
         lost = self._judge_changes() if self.guard else Update()
         self._notice_bricks()
         lost = lost.then(self._wake_disturbed(states := self._awake.follow()))
@@ -233,21 +247,112 @@ class ProvenStability:
             self.assembly.restore(before)
         return {name: reason for name, reason in reasons.items() if name in self._awake.names}
 
+    # --- hands --------------------------------------------------------------------------------------------------------
+    #
+    # A brick in a hand is not judged. While it moves, no brick on it is proven. At rest it carries like the ground, as
+    # the force of a hand is unlimited (docs/design/hands-and-shaking.md).
+
+    def taken(self, brick: BodyId) -> Update:
+        """Handle a hand taking a brick: bricks that cannot stand without it wake."""
+        woken: tuple[BodyId, ...] = ()
+        if brick in self._rigid_groups:
+            self._rigid_groups.unweld(brick)
+        if self.is_frozen(brick):
+            judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
+            woken = self._wake_released(judgement.released)
+            self._awake.rest_poses.store_driven(judgement.released)
+        self._observers.gone([brick])
+        self._in_hands[brick] = None
+        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
+
+    def held(self, bricks: Collection[BodyId]) -> Update:
+        """Handle bricks that hands hold at rest: they carry like the ground."""
+        self.assembly.remove([brick for brick in bricks if self.is_frozen(brick)])
+        self._observers.gone([brick for brick in bricks if brick not in self._in_hands])
+        self._in_hands |= dict(solids(self.engine, self.engine.states(sorted(bricks))))
+        return self._judge_again(())
+
+    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
+        """Handle hands releasing bricks: those held at rest are judged immediately, with the bricks on them."""
+        resting = [placed for brick in sorted(bricks) if (placed := self._in_hands.pop(brick)) is not None]
+        if set_down or resting:
+            self.set_down(bricks)
+        if not resting:
+            return Update()
+        self._awake.clear_announced()
+        return self._judge_again(resting)
+
+    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+        """Set the bricks that hands may move: they wake, and are not judged until a later call omits them."""
+        self._awake.handled(bricks)
+        for brick in bricks:
+            if brick in self._rigid_groups:
+                self._rigid_groups.unweld(brick)
+        woken = self.wake([brick for brick in bricks if self.is_frozen(brick)])
+        self._awake.rest_poses.store_driven({brick: s.pose for brick, s in self.engine.states(woken).items()})
+        return Update((), woken, reason=reason if woken else "")
+
+    def _judge_again(self, added: Sequence[Placed]) -> Update:
+        """Judge all frozen bricks and `added` on the ground and the bricks that hands hold at rest."""
+        tables = [placed for placed in self._in_hands.values() if placed is not None]
+        planes = self.planes if self.planes is not None else fixed_bodies(self.engine, self.friction)[0]
+        standing = tuple(self.assembly.bricks.values())
+        self.assembly = Assembly(planes, self.friction, self.assembly.gravity, self.tolerances, tables, overlap=inf)
+        judgement = release_until_stable(self.assembly, self.assembly.add_all([*standing, *added]))
+        self._verdict = judgement.first
+        names = [placed.brick.id for placed in added]
+        return self._apply(judgement, names, set(names))
+
+    # --- shaking ground -----------------------------------------------------------------------------------------------
+
+    def shaken(self, motion: GroundMotion) -> None:
+        """Set the motion of the ground."""
+        self._shaking.begin(motion)
+
+    def holds_until(self) -> float:
+        """Return the time until which all frozen bricks provably move with the ground [s]; inf if to the end."""
+        return min((held.until for held in self._shaking.held_parts(self.assembly)), default=inf)
+
+    def _wake_shaken(self, update: Update) -> Update:
+        """Wake bricks whose proven range the ground acceleration leaves, and add them to an update."""
+        now = self.engine.time()
+        shaken = [held for held in self._shaking.held_parts(self.assembly) if held.until <= now + ROUNDING]
+        if not shaken:
+            return update
+        woken = tuple(brick for held in shaken for brick in self.wake(held.bricks))
+        reasons = dict.fromkeys(filter(None, (update.reason, *(held.reason for held in shaken))))
+        return replace(update, woken=(*update.woken, *woken), reason="; ".join(reasons), by=())
+
+    # --- merging islands ----------------------------------------------------------------------------------------------
+
+    def absorb(self, other: Self) -> None:
+        """Take over the bricks of another stabilizer, which are in this one's engine already.
+
+        A proof stays valid beside other bricks that its bricks do not touch.
+        """
+        self._observers.absorb(other._observers)
+        standing = [other.assembly.bricks[name] for name in sorted(other.assembly.bricks)]
+        if standing:
+            self._wake_released(release_until_stable(self.assembly, self.assembly.add_all(standing)).released)
+
     # --- selection of bricks to judge ---------------------------------------------------------------------------------
 
     def _notice_bricks(self) -> None:
         bricks = self.engine.masses()
-        apart = set(self._excluded())
+        apart = self._in_hands.keys()
         # Without a guard all additions are announced, so counting suffices.
         if self.guard or len(bricks) != len(self._awake.names) + len(self.assembly.bricks) + len(apart):
             self._awake.notice([name for name in bricks if name not in apart], self.assembly.bricks.keys())
 
-    def _excluded(self) -> Collection[BodyId]:
-        """Return the bricks that are neither moved by the engine alone nor judged."""
-        return ()
-
     def _judgeable(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
-        """Return the resting bricks that touch only bodies that statics supports."""
+        """Return the resting bricks that touch only bodies that statics supports.
+
+        On shaking ground return all awake bricks once all are at rest: a moving brick shakes its support as well.
+        """
+        judgeable = self._on_supported_bodies(resting)
+        return judgeable if not self._shaking.shakes or len(judgeable) == len(self._awake.names) else []
+
+    def _on_supported_bodies(self, resting: Mapping[BodyId, Placed]) -> list[Placed]:
         if not resting:
             return []
         if self.planes is not None and len(resting) == len(self._awake.names):

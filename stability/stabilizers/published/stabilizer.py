@@ -9,7 +9,7 @@ from stability.graph import with_all_above
 from stability.model import BodyId, BodyState, Plane, Vec3
 from stability.problem import Verdict
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
-from stability.stabilizers.protocol import Observers, Update
+from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.published.impacts import (
     DirectHits,
     ImpactEnergy,
@@ -54,7 +54,7 @@ SUPPORT_REMOVED = "support removed"
 
 
 @dataclass
-class StackStability:
+class StackStability(Stabilizer):
     """Published method on the bricks of one engine. Call `update` after each of its steps."""
 
     engine: Engine
@@ -185,6 +185,42 @@ class StackStability:
         """Wake these bricks and all that rest on them (section 3.3.7); return the woken bricks."""
         return self._wake([brick for brick in bricks if brick in self.stack]) + self._wake_failing()[1]
 
+    # --- hands --------------------------------------------------------------------------------------------------------
+    #
+    # In the publication the engine moves a brick that a user moves: neither this brick nor the bricks on it are part of
+    # the stack. Bricks that it touches wake only if it hits hard enough (section 3.6), so that a slow brick would pass
+    # through the stack; here all bricks that a hand may move wake, with those on them.
+
+    def taken(self, brick: BodyId) -> Update:
+        """Handle a hand taking a brick: it wakes with all bricks on it (section 3.3.7)."""
+        woken = self.wake([brick])
+        self.engine.freeze(brick)
+        self.in_hands.add(brick)
+        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
+
+    def held(self, bricks: Collection[BodyId]) -> Update:
+        """Handle hands holding bricks: neither these nor the bricks on them are part of the stack."""
+        update = Update()
+        for brick in bricks:
+            update = update.then(self.taken(brick))
+        return update
+
+    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
+        """Handle hands releasing bricks; `set_down` if the hands placed them: they may be tested immediately."""
+        self.in_hands.difference_update(bricks)
+        if set_down:
+            self.set_down(bricks)
+        return Update()
+
+    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+        """Set the bricks that hands may move: they wake, and are not tested until a later call omits them."""
+        self._stillness.handled = bricks
+        frozen = [brick for brick in bricks if brick in self.stack]
+        woken = self.wake(frozen) if frozen else ()
+        return Update((), woken, reason=reason if woken else "")
+
+    # --- judgement ----------------------------------------------------------------------------------------------------
+
     def _wake_failing(self) -> tuple[tuple[BodyId, ...], tuple[BodyId, ...]]:
         """Repeat the stack test until all remaining bricks pass; return the failed and the woken bricks."""
         all_failed: tuple[BodyId, ...] = ()
@@ -300,43 +336,3 @@ def stacked_brick(brick: BodyId, mass: float, com_W: Vec3, points: Mapping[BodyI
     """Return a brick with its contact areas, sorted by support; without areas if it rests on no body."""
     areas: tuple[ContactArea, ...] = tuple(contact_area(on, points[on]) for on in sorted(points))
     return StackedBrick(brick, mass, com_W, areas, main_contact(areas) if areas else ())
-
-
-# Hands that take, move, hold and release bricks.
-#
-# In the publication the engine moves a brick that a user moves: neither this brick nor the bricks on it are part of the
-# stack. Bricks that it touches wake only if it hits hard enough (section 3.6), so that a slow brick would pass through
-# the stack; here all bricks that a hand may move wake, with those on them.
-
-
-@dataclass
-class HandledStack(StackStability):
-    """Published method on bricks that hands may take, move, hold and release; see `StackStability`."""
-
-    def taken(self, brick: BodyId) -> Update:
-        """Handle a hand taking a brick: it wakes with all bricks on it (section 3.3.7)."""
-        woken = self.wake([brick])
-        self.engine.freeze(brick)
-        self.in_hands.add(brick)
-        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
-
-    def held(self, bricks: Collection[BodyId]) -> Update:
-        """Handle hands holding bricks: neither these nor the bricks on them are part of the stack."""
-        update = Update()
-        for brick in bricks:
-            update = update.then(self.taken(brick))
-        return update
-
-    def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
-        """Handle hands releasing bricks; `set_down` if the hands placed them: they may be tested immediately."""
-        self.in_hands.difference_update(bricks)
-        if set_down:
-            self.set_down(bricks)
-        return Update()
-
-    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
-        """Set the bricks that hands may move: they wake, and are not tested until a later call omits them."""
-        self._stillness.handled = bricks
-        frozen = [brick for brick in bricks if brick in self.stack]
-        woken = self.wake(frozen) if frozen else ()
-        return Update((), woken, reason=reason if woken else "")

@@ -2,18 +2,18 @@
 
 from stability.model import BodyState, Pose
 from stability.problem import Stability
-from stability.stabilizers.exact.variants import MergedStability
+from stability.stabilizers.exact.stabilizer import ProvenStability
 from stability.stabilizers.protocol import BrickObserver
 from tests.stability.stabilizers.exact.test_proven_stability import GROUND_PLANE, PLANK, STEP, BoxEngine
 
 HEIGHT = PLANK[2]
 
 
-def watched(places: dict[str, tuple[float, float]]) -> tuple[BoxEngine, MergedStability]:
+def watched(places: dict[str, tuple[float, float]]) -> tuple[BoxEngine, ProvenStability]:
     """Level planks at these places along x and of these heights, set down and judged."""
     engine = BoxEngine()
     engine.bricks |= {name: BodyState(Pose((x, 0.0, z))) for name, (x, z) in places.items()}
-    extension = MergedStability(engine, (GROUND_PLANE,), guard=False)
+    extension = ProvenStability(engine, (GROUND_PLANE,), guard=False)
     extension.set_down(places)
     extension.update()
     return engine, extension

@@ -1,0 +1,105 @@
+"""Shaking ground: bricks stay frozen as long as the ground acceleration is within their proven range.
+
+The accelerations that a structure withstands form a convex set around 0 (`analysis/acceleration_margin.py`), so a proof
+in both directions covers all accelerations between. Beyond it all connected bricks wake, as a brick that slides on top
+loads those below less, and they are judged again when all are at rest. Frozen bricks move with the ground, and states
+are relative to it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import atan2, pi
+from typing import NamedTuple
+
+from stability.dynamics.ground_motion import GroundMotion
+from stability.engines.protocol import Engine
+from stability.graph import components
+from stability.model import BodyId
+from stability.problem import Placed, Tolerances
+from stability.statics.assembly import Assembly
+
+ROUNDING = 1e-9  # [s] of clocks, which are sums of steps
+
+
+class Bounds(NamedTuple):
+    """Proven range of ground accelerations along a line [m/s2]."""
+
+    least: float
+    most: float
+
+
+class HeldPart(NamedTuple):
+    """Connected frozen bricks with their proven range."""
+
+    bricks: frozenset[BodyId]
+    bounds: Bounds
+    until: float  # time at which the acceleration leaves the range [s]; inf if it does not
+
+    @property
+    def reason(self) -> str:
+        """Reason for waking the bricks at that time."""
+        least, most = self.bounds
+        return f"ground acceleration outside the proven range, {least:.3g} to {most:.3g} m/s2"
+
+
+def proven_range(assembly: Assembly, bricks: frozenset[BodyId], motion: GroundMotion) -> Bounds:
+    """Prove the range of ground accelerations that connected bricks, proven to stand, withstand along a motion."""
+    from stability.analysis.acceleration_cut import heading, shaken  # noqa: PLC0415 -- slow to import
+
+    case = shaken(assembly.problem(bricks), assembly.gravity, Tolerances())
+    if case is None:
+        return Bounds(0.0, 0.0)
+    along = atan2(motion.direction_W[1], motion.direction_W[0])
+    # The inertial acceleration is opposite to that of the ground.
+    least, most = (assembly.gravity * heading(case, angle).reach for angle in (along, along + pi))
+    return Bounds(-least, most)
+
+
+@dataclass
+class Shaking:
+    """Motion of the ground, and the frozen bricks that provably move with it."""
+
+    engine: Engine
+    _motion: GroundMotion | None = field(default=None, init=False)
+    _judged_bricks: Mapping[BodyId, Placed] = field(default_factory=dict, init=False)  # the bricks of `_parts`
+    _parts: list[HeldPart] = field(default_factory=list, init=False)
+    _shook: bool = field(default=False, init=False)  # whether the ground shook at the last call of `has_just_ended`
+
+    def begin(self, motion: GroundMotion) -> None:
+        """Set the motion of the ground."""
+        self._motion, self._judged_bricks, self._parts = motion, {}, []
+
+    @property
+    def shakes(self) -> bool:
+        """Whether the ground shakes now."""
+        return self._motion is not None and self.engine.time() < self._motion.ends
+
+    def has_just_ended(self) -> bool:
+        """Return whether the ground has come to rest since the last call."""
+        shook, self._shook = self._shook, self.shakes
+        return shook and not self._shook
+
+    def held_parts(self, assembly: Assembly) -> list[HeldPart]:
+        """Return the connected parts of the frozen bricks with their proven ranges; none on ground at rest."""
+        motion, now = self._motion, self.engine.time()
+        if motion is None or not self.shakes:
+            return []
+        if self._judged_bricks != assembly.bricks:
+            unchanged = {held.bricks: held for held in self._parts if self._is_unchanged(held, assembly)}
+
+            def touching(brick: BodyId) -> set[BodyId]:
+                return {body for contact in assembly.contacts(brick) for body in (contact.lower, contact.upper)}
+
+            parts = map(frozenset, components(assembly.bricks, touching))
+            self._parts = [unchanged.get(part) or _held_from(now, assembly, part, motion) for part in parts]
+            self._judged_bricks = dict(assembly.bricks)
+        return self._parts
+
+    def _is_unchanged(self, held: HeldPart, assembly: Assembly) -> bool:
+        bricks = assembly.bricks
+        return all(brick in bricks and bricks[brick] is self._judged_bricks[brick] for brick in held.bricks)
+
+
+def _held_from(now: float, assembly: Assembly, bricks: frozenset[BodyId], motion: GroundMotion) -> HeldPart:
+    bounds = proven_range(assembly, bricks, motion)
+    return HeldPart(bricks, bounds, motion.leaves(*bounds, since=now))
