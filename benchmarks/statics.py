@@ -81,7 +81,7 @@ def one_more() -> Iterable[Line]:
     top_is_turned = (MANY // 2) % 2 == 0
     at = (0.0, 0.048) if top_is_turned else (0.048, 0.0)
     more = plank_at("more", at, MANY // 2 + 1, yaw=0.0 if top_is_turned else 0.5 * pi)
-    yield _one_more("that others' weight must hold", four_stack(MANY, NARROW), more, 1e-3)
+    yield _one_more("held by the weight of others", four_stack(MANY, NARROW), more, 1e-3)
 
 
 def _one_more(how: str, tower: Sequence[Placed], more: Placed, target: float) -> Line:
@@ -127,13 +127,13 @@ def random_placements() -> Iterable[Line]:
             wrong += checked is not None and verdict.stability not in (checked, Stability.UNDECIDED)
             while verdict.stability is not Stability.STABLE:
                 verdict = assembly.remove(verdict.moving)
-    of = f"wrong, {undecided} undecided of {len(seconds)}; {unknown} the check cannot tell"
+    of = f"wrong, {undecided} undecided of {len(seconds)}; the check could not judge {unknown}"
     for name, value, target in (
         ("mean", mean(seconds), 0.5e-3),
         ("median", median(seconds), inf),
         ("99 %", float(np.quantile(seconds, 0.99)), 10e-3),
     ):
-        yield Line(f"random piles of {PILE}, a placement, {name}", value, target, wrong, of)
+        yield Line(f"random piles of {PILE}, one placement, {name}", value, target, wrong, of)
 
 
 def cold() -> Iterable[Line]:
@@ -179,7 +179,7 @@ def checked_record() -> Iterable[Line]:
     for _ in range(3):
         whole.append(_command("check", "scenarios/record-tower.yaml"))
         started.append(_command("--version"))
-    yield Line("check of the record tower, with the start of Python", median(whole), inf, 0.0, "drift")
+    yield Line("check of the record tower, including the start of Python", median(whole), inf, 0.0, "drift")
     yield Line("check of the record tower", median(whole) - median(started), inf, 0.0, "drift")
 
 
