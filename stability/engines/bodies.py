@@ -1,11 +1,11 @@
 """Planes, bricks and states of a world, stored outside the engine."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from stability.engines.protocol import World
+from stability.engines.protocol import Clock, World, WrongFriction
 from stability.model import AT_REST, BodyId, BodyState, Brick, HalfSpace, Plane, Pose, Shape, Vec3
 
 if TYPE_CHECKING:
@@ -136,3 +136,40 @@ class StoredBodies:
         for name in entering:
             if name in self.frozen:
                 world.freeze(name)
+
+
+class EngineWorld:
+    """Base of an engine's world, with the methods that depend on its clock and on the declared bodies only."""
+
+    own: OwnBodies
+    clock: Clock
+
+    def time(self) -> float:
+        return self.clock.time
+
+    def skip(self, duration: float) -> None:
+        self.clock.time += duration
+
+    def set_max_speed(self, fastest: float) -> None:
+        self.clock.set_max_speed(fastest)
+
+    def substep_next_contact(self) -> None:
+        """Do nothing: settings with enough steps for impacts need no sub-steps for new contacts."""
+        return
+
+    def masses(self) -> Mapping[BodyId, float]:
+        return self.own.masses
+
+    def fixed(self) -> Set[BodyId]:
+        return self.own.fixed
+
+    def shape(self, body: BodyId) -> Shape:
+        return self.own.shape(body)
+
+    def gravity_W(self) -> Vec3 | None:
+        """Return None: the caller that opens the world knows its gravity."""
+        return None
+
+    def wrong_friction(self) -> WrongFriction | None:
+        """Return None: the engine has the requested coefficients."""
+        return None

@@ -15,8 +15,8 @@ from stability.engines.protocol import (
     FrictionRecord,
     OpensWorlds,
     PrescribedMotion,
-    ReportsFriction,
     World,
+    WrongFriction,
 )
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.placed_shape import bounds_W
@@ -49,7 +49,7 @@ class NearEngine:
 
     stored: StoredBodies
     opening: Opening
-    frictions: FrictionRecord = field(default_factory=FrictionRecord)
+    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     clock: float = 0.0  # [s] while no engine is open
     world: World | None = field(default=None, init=False)
     _inside: dict[BodyId, None] = field(default_factory=dict, init=False)
@@ -72,6 +72,12 @@ class NearEngine:
         if self._settings is None:
             self._settings = self.opening.settings_for([self.stored.own.bricks[name] for name in self.stored.loose])
         return self._settings
+
+    def wrong_friction(self) -> WrongFriction | None:
+        """Return the largest friction error of all engines so far."""
+        if self.world is not None:
+            self.frictions.note(self.world.wrong_friction())
+        return self.frictions.worst
 
     def world_of(self, brick: BodyId) -> World | None:
         """Return the engine's world if it contains a brick."""
@@ -133,8 +139,7 @@ class NearEngine:
         for group in groups:
             self.world_for_group(group).weld(group)
         self._fastest = max(self._fastest, other._fastest)
-        if other.frictions.worst is not None:
-            self.frictions.note(other.frictions.worst)
+        self.frictions.note(other.wrong_friction())
         if was_open or self.world is not None:
             self.ready().substep_next_contact()
 
@@ -245,8 +250,6 @@ class NearEngine:
                 return self.world
             self._take_back(self.world)
         world, self._heaviest = self.opening.opened(settings, heaviest), heaviest
-        if isinstance(world, ReportsFriction):
-            world.frictions = self.frictions
         for plane in self.stored.own.planes.values():
             world.add_plane(plane)
         world.skip(self.clock)
@@ -260,7 +263,8 @@ class NearEngine:
         return world
 
     def _take_back(self, world: World) -> None:
-        """Copy the states out of the engine, and close it."""
+        """Copy the states and the friction error out of the engine, and close it."""
+        self.frictions.note(world.wrong_friction())
         self.clock = world.time()
         for name, state in world.states(self._inside).items():
             if name in self.stored.frozen:
@@ -289,17 +293,16 @@ class NearEngine:
 
 
 @dataclass
-class RestingWorld:
+class RestingWorld(World):
     """World that opens an engine on demand, for the moving part of the scene."""
 
     opening: Opening
-    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _stored: StoredBodies = field(init=False)
     engine: NearEngine = field(init=False)  # for the moving bricks; may be closed, or take over that of another world
 
     def __post_init__(self) -> None:
         self._stored = StoredBodies()
-        self.engine = NearEngine(self._stored, self.opening, self.frictions)
+        self.engine = NearEngine(self._stored, self.opening)
 
     @property
     def settings(self) -> EngineSettings:
@@ -352,6 +355,9 @@ class RestingWorld:
         self._stored.remove(brick)
         if world is not None:
             world.remove_brick(brick)
+
+    def wrong_friction(self) -> WrongFriction | None:
+        return self.engine.wrong_friction()
 
     def close(self) -> None:
         if self.engine.world is not None:

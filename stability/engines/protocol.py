@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from math import ceil
-from typing import ClassVar, Final, Protocol, Self, TypeVar, runtime_checkable
+from typing import ClassVar, Final, Protocol, Self, TypeVar
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce
@@ -130,6 +130,37 @@ class PrescribedMotion:
 NOTHING_PRESCRIBED: Final = PrescribedMotion()
 
 
+# Friction errors of an engine.
+
+
+@dataclass(frozen=True, slots=True)
+class WrongFriction:
+    """Largest friction error of an engine between two bodies that press on each other."""
+
+    first: BodyId
+    second: BodyId
+    requested: float  # requested coefficient
+    actual: float  # coefficient in the engine
+    time: float  # on the engine's clock [s]
+
+    @property
+    def error(self) -> float:
+        """Absolute error of the coefficient."""
+        return abs(self.actual - self.requested)
+
+
+@dataclass
+class FrictionRecord:
+    """Largest friction error of a world so far."""
+
+    worst: WrongFriction | None = None
+
+    def note(self, wrong: WrongFriction | None) -> None:
+        """Record an error if it is the largest."""
+        if wrong is not None and (self.worst is None or wrong.error > self.worst.error):
+            self.worst = wrong
+
+
 # The protocols of worlds. SI units, world frame W, z up.
 
 
@@ -175,13 +206,9 @@ class Engine(Protocol):
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         """Move a frozen brick to another pose."""
 
-
-@runtime_checkable
-class ReportsGravity(Protocol):
-    """Engine that reports its gravity, so that a stabilizer can read it and reject unsupported values."""
-
-    def gravity_W(self) -> Vec3:
-        """Return the acceleration of free fall [m/s2]."""
+    def gravity_W(self) -> Vec3 | None:
+        """Return the acceleration of free fall [m/s2]; None if the engine does not report it."""
+        return None
 
 
 class Joining(Protocol):
@@ -242,6 +269,10 @@ class World(Engine, Joining, AcceptsForces, Protocol):
     def remove_brick(self, brick: BodyId) -> None:
         """Remove a brick and free its name; the rest of its welded group is unwelded."""
 
+    def wrong_friction(self) -> WrongFriction | None:
+        """Return the largest friction error so far; None if the engine is exact or does not report errors."""
+        return None
+
     def close(self) -> None:
         """Close the world and release its resources."""
 
@@ -257,6 +288,15 @@ class OpensWorlds(Protocol[Settings_contra]):
         Gravity [m/s2] acts along -z. `friction` is that of brick on brick: a number, or a law if the scene has several
         coefficients. `heaviest` is the largest mass of a brick [kg], if known.
         """
+
+
+class Clock(Protocol):
+    """Clock of a world, which also selects the sub-steps."""
+
+    time: float  # [s]
+
+    def set_max_speed(self, fastest: float) -> None:
+        """Set the maximum speed of the bodies in the next steps [m/s], so that none passes through another."""
 
 
 @dataclass
@@ -275,43 +315,3 @@ class StepClock:
         """Advance the clock by a step; return its number of sub-steps."""
         self.time += self.settings.time_step
         return self.parts
-
-
-@dataclass(frozen=True, slots=True)
-class WrongFriction:
-    """Largest friction error of an engine between two bodies that press on each other."""
-
-    first: BodyId
-    second: BodyId
-    requested: float  # requested coefficient
-    actual: float  # coefficient in the engine
-    time: float  # on the engine's clock [s]
-
-    @property
-    def error(self) -> float:
-        """Absolute error of the coefficient."""
-        return abs(self.actual - self.requested)
-
-
-@dataclass
-class FrictionRecord:
-    """Largest friction error of a world so far."""
-
-    worst: WrongFriction | None = None
-
-    def note(self, wrong: WrongFriction) -> None:
-        """Record an error if it is the largest."""
-        if self.worst is None or wrong.error > self.worst.error:
-            self.worst = wrong
-
-
-@runtime_checkable
-class ReportsFriction(Protocol):
-    """World whose engine may miss requested friction coefficients, and which records its errors."""
-
-    frictions: FrictionRecord
-
-
-def wrong_friction_of(world: object) -> WrongFriction | None:
-    """Return the largest friction error of a world; None without errors or without a record."""
-    return world.frictions.worst if isinstance(world, ReportsFriction) else None

@@ -11,10 +11,9 @@ from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.protocol import (
     NOTHING_PRESCRIBED,
     EngineSettings,
-    FrictionRecord,
     PrescribedMotion,
-    ReportsFriction,
     World,
+    WrongFriction,
 )
 from stability.geometry.convex_solid import scaled
 from stability.geometry.vectors import scale
@@ -22,12 +21,11 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Hal
 
 
 @dataclass
-class ResizedWorld:
+class ResizedWorld(World):
     """Adapter that converts lengths, masses and forces between the caller and an engine's world."""
 
     engine: World
     factor: float  # engine length per caller length
-    frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     _bricks: dict[BodyId, Brick] = field(default_factory=dict, init=False)
     _masses: Mapping[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -41,8 +39,6 @@ class ResizedWorld:
         return self.engine.time()
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
-        if isinstance(self.engine, ReportsFriction):
-            self.engine.frictions = self.frictions
         guided = {
             name: replace(motion, velocity_W=scale(self.factor, motion.velocity_W))
             for name, motion in prescribed.guided.items()
@@ -143,6 +139,9 @@ class ResizedWorld:
 
     def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
         return self.engine.unweld(brick)
+
+    def wrong_friction(self) -> WrongFriction | None:
+        return self.engine.wrong_friction()
 
     def close(self) -> None:
         self.engine.close()

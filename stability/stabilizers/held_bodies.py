@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import hypot, isclose
 from typing import Self
 
-from stability.engines.protocol import Engine, ReportsGravity
+from stability.engines.protocol import Engine
 from stability.geometry.vectors import admit_number
 from stability.model import EARTH, BodyId, BodyState
 from stability.stabilizers.protocol import BrickObserver
@@ -105,9 +105,9 @@ def gravity_of(engine: Engine, given: float | None) -> float:
         raise TypeError(f"expected an engine, such as PyBulletBodies(client), not {engine!r}")
     if given is not None:
         admit_number("the gravity is", given, "write m/s2, as a number that is more than 0")
-    if not isinstance(engine, ReportsGravity):
+    if (reported_W := engine.gravity_W()) is None:
         return EARTH if given is None else given
-    x, y, z = engine.gravity_W()
+    x, y, z = reported_W
     if x == y == z == 0.0:
         if given is None:
             raise ValueError("the engine has no gravity: set it first (in PyBullet: p.setGravity(0, 0, -9.81))")

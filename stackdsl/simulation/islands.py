@@ -7,7 +7,7 @@ from math import hypot, inf
 from typing import Final, TypeAlias
 
 from stability.engines.lazy_world import RestingWorld
-from stability.engines.protocol import PrescribedMotion, World, WrongFriction, wrong_friction_of
+from stability.engines.protocol import PrescribedMotion, World, WrongFriction
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add_scaled, dot, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Vec3
@@ -605,7 +605,7 @@ class Islands:
 
     def friction(self) -> WrongFriction | None:
         """Return the wrong friction with the largest error of all islands."""
-        errors = filter(None, (wrong_friction_of(island.world) for island in self.islands))
+        errors = filter(None, (island.world.wrong_friction() for island in self.islands))
         return max(errors, key=lambda wrong: wrong.error, default=None)
 
     @property

@@ -1,18 +1,18 @@
 """MuJoCo world, in which bricks can be welded into rigid groups."""
 
-from collections.abc import Collection, Container, Mapping, Sequence, Set
+from collections.abc import Collection, Container, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Self
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce, pushed
 from stability.dynamics.rigid_group import RigidGroup, grouped, member_state
-from stability.engines.bodies import OwnBodies
+from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.mujoco.model import MjBody, MjScene, Model, build_model
 from stability.engines.mujoco.settings import MuJoCoSettings
 from stability.engines.pressing import Presses
 from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
 # The bodies of a MuJoCo world, across its models.
 #
@@ -120,7 +120,7 @@ class RemadeBodies:
 
 
 @dataclass
-class MuJoCoWorld:
+class MuJoCoWorld(EngineWorld):
     """MuJoCo world of bricks and planes; create it by `opened`."""
 
     settings: MuJoCoSettings
@@ -141,27 +141,6 @@ class MuJoCoWorld:
     def close(self) -> None:
         self.bodies.take_over()
         self._stepped = None
-
-    def time(self) -> float:
-        return self.clock.time
-
-    def skip(self, duration: float) -> None:
-        self.clock.time += duration
-
-    def set_max_speed(self, fastest: float) -> None:
-        self.clock.set_max_speed(fastest)
-
-    def substep_next_contact(self) -> None:
-        """Do nothing: the settings need no sub-steps for new contacts."""
-
-    def masses(self) -> Mapping[BodyId, float]:
-        return self.own.masses
-
-    def fixed(self) -> Set[BodyId]:
-        return self.own.fixed
-
-    def shape(self, body: BodyId) -> Shape:
-        return self.own.shape(body)
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         self.bodies.carry({name for name, motion in prescribed.guided.items() if motion.carried})

@@ -3,15 +3,15 @@
 The world owns its parts and delegates all work to them.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from math import log10
 from typing import Self, TypeAlias
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.rigid_body import AppliedForce, pushed
-from stability.engines.bodies import OwnBodies
-from stability.engines.protocol import NOTHING_PRESCRIBED, FrictionRecord, PrescribedMotion
+from stability.engines.bodies import EngineWorld, OwnBodies
+from stability.engines.protocol import NOTHING_PRESCRIBED, FrictionRecord, PrescribedMotion, WrongFriction
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import BodyMaker, BrickBodies, Planes
 from stability.engines.pybullet.client import ClientBodies
@@ -30,7 +30,7 @@ MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
 
 
 @dataclass
-class PyBulletWorld:
+class PyBulletWorld(EngineWorld):
     """PyBullet world of bricks and planes; create it by `opened`, and close it after use."""
 
     settings: PyBulletSettings
@@ -47,7 +47,8 @@ class PyBulletWorld:
 
     def __post_init__(self) -> None:
         self.own, self.bodies = self.bricks.own, self.bricks.bodies
-        self.planes, self.stepper = self.bricks.planes, self.bricks.stepper
+        self.planes = self.bricks.planes
+        self.clock = self.stepper = self.bricks.stepper
         self.guided = GuidedBricks(self.bricks)
         self.stepper.fall.before = self.guided.exert
 
@@ -73,13 +74,11 @@ class PyBulletWorld:
         edges = EdgeMonitor(bricks, reshaper(bricks, groups), ContactRefresher(bricks, groups))
         return cls(settings, bricks, groups, edges, FrictionCones(bricks, PairFriction(bricks, groups)))
 
+    def wrong_friction(self) -> WrongFriction | None:
+        return self.frictions.worst
+
     def close(self) -> None:
         pybullet.disconnect(self.bodies.client)
-
-    # --- time ---------------------------------------------------------------------------------------------------------
-
-    def time(self) -> float:
-        return self.stepper.time
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         self.stepper.fall.acceleration_W = prescribed.acceleration_W
@@ -92,22 +91,10 @@ class PyBulletWorld:
         self.stepper.step()
         self.cones.look()
 
-    def set_max_speed(self, fastest: float) -> None:
-        self.stepper.set_max_speed(fastest)
-
     def substep_next_contact(self) -> None:
         self.stepper.substep_next_contact()
 
-    def skip(self, duration: float) -> None:
-        self.stepper.time += duration
-
     # --- queries ------------------------------------------------------------------------------------------------------
-
-    def masses(self) -> Mapping[BodyId, float]:
-        return self.own.masses
-
-    def fixed(self) -> Set[BodyId]:
-        return self.own.fixed
 
     def shape(self, body: BodyId) -> Shape:
         return self.own.shape(body) if body in self.own.bricks else self.planes.shape()

@@ -3,16 +3,16 @@
 Nothing tips, slides or turns, so what it lets stand need not stand. It shows what `stackdsl` asks of an engine.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Self
 
-from stability.engines.bodies import OwnBodies
+from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.protocol import NOTHING_PRESCRIBED, EngineSettings, Package, PrescribedMotion, StepClock
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add_scaled
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 from stackdsl.simulation.systems import System
 
 
@@ -30,7 +30,7 @@ class ExampleSettings(EngineSettings):
 
 
 @dataclass
-class ExampleWorld:
+class ExampleWorld(EngineWorld):
     """Bricks over a level ground."""
 
     settings: ExampleSettings
@@ -45,17 +45,6 @@ class ExampleWorld:
         return cls(settings, gravity, StepClock(settings))
 
     def close(self) -> None: ...
-
-    def time(self) -> float:
-        return self.clock.time
-
-    def skip(self, duration: float) -> None:
-        self.clock.time += duration
-
-    def set_max_speed(self, fastest: float) -> None:
-        self.clock.set_max_speed(fastest)
-
-    def substep_next_contact(self) -> None: ...
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         if prescribed != NOTHING_PRESCRIBED:
@@ -85,15 +74,6 @@ class ExampleWorld:
         """The lowest and the highest x, y and z of a brick [m]."""
         corners = corners_W(self.own.bricks[name].shape, self._states[name].pose)
         return [(min(values), max(values)) for values in zip(*corners, strict=True)]
-
-    def masses(self) -> Mapping[BodyId, float]:
-        return self.own.masses
-
-    def fixed(self) -> Set[BodyId]:
-        return self.own.fixed
-
-    def shape(self, body: BodyId) -> Shape:
-        return self.own.shape(body)
 
     def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
         return sorted({*self.own.bricks, *self.own.planes} - {brick})

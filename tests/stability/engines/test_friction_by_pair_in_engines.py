@@ -9,7 +9,7 @@ import pytest
 from stability.contact_law import Friction, Rule
 from stability.engines.lazy_world import stepped_world
 from stability.engines.mujoco.pair_frictions import GeomFriction, pair_frictions
-from stability.engines.protocol import World, wrong_friction_of
+from stability.engines.protocol import World
 from stability.engines.scene_scale import SceneScale
 from stability.geometry.box import Box
 from stability.geometry.vectors import rotate
@@ -44,7 +44,7 @@ def slid(system: str, friction: Friction, names: Mapping[BodyId, float]) -> dict
     while world.time() < TIME - 1e-9:
         world.step()
     after = world.states(names)
-    assert wrong_friction_of(world) is None
+    assert world.wrong_friction() is None
     world.close()
     return {
         name: float(np.dot(np.subtract(after[name].pose.position_W, before[name].pose.position_W), DOWNHILL))
@@ -126,7 +126,7 @@ def test_where_no_factors_do_for_all_that_touches_pybullet_tells_the_pair_that_i
     world = ring(Friction(0.4, between={("left", "top"): 0.1}))
     for _ in range(20):
         world.step()
-    wrong = wrong_friction_of(world)
+    wrong = world.wrong_friction()
     world.close()
     assert wrong is not None
     assert {wrong.first, wrong.second} <= {"left", "right", "top", GROUND}
@@ -137,7 +137,7 @@ def test_a_ring_with_exact_factors_records_no_friction_error() -> None:
     world = ring(Friction(0.4, between={("left", "top"): 0.1, ("right", "top"): 0.1}))
     for _ in range(20):
         world.step()
-    told = wrong_friction_of(world)
+    told = world.wrong_friction()
     world.close()
     assert told is None
 

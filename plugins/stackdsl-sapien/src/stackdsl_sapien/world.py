@@ -1,6 +1,6 @@
 """A SAPIEN world; every brick moves by itself."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeAlias
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from stability.contact_law import Friction, GivenFriction, Surface, as_friction
 from stability.dynamics.rigid_body import AppliedForce, pushed
-from stability.engines.bodies import OwnBodies
+from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.pressing import shortest_turn
 from stability.engines.protocol import NOTHING_PRESCRIBED, Guided, PrescribedMotion, StepClock
 from stability.geometry.bounding_boxes import BoundingBoxes
@@ -25,7 +25,6 @@ from stability.model import (
     Plane,
     Pose,
     Quaternion,
-    Shape,
     Vec3,
 )
 from stackdsl_sapien import SapienSettings
@@ -338,7 +337,7 @@ def _vector(parts: Iterable[float]) -> Vec3:
 
 
 @dataclass
-class SapienWorld:
+class SapienWorld(EngineWorld):
     """A world of its own for bricks and planes; `opened` makes it."""
 
     settings: SapienSettings
@@ -355,27 +354,6 @@ class SapienWorld:
 
     def close(self) -> None:
         self.bodies.close()
-
-    def time(self) -> float:
-        return self.clock.time
-
-    def skip(self, duration: float) -> None:
-        self.clock.time += duration
-
-    def set_max_speed(self, fastest: float) -> None:
-        self.clock.set_max_speed(fastest)
-
-    def substep_next_contact(self) -> None:
-        """No step is split for it: the settings were chosen without."""
-
-    def masses(self) -> Mapping[BodyId, float]:
-        return self.own.masses
-
-    def fixed(self) -> Set[BodyId]:
-        return self.own.fixed
-
-    def shape(self, body: BodyId) -> Shape:
-        return self.own.shape(body)
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         self.bodies.step(self.clock.pass_step(), prescribed)

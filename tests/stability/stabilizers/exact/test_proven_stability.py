@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import pybullet
 import pytest
 
+from stability.engines.protocol import Engine
 from stability.engines.pybullet import PyBulletBodies
 from stability.geometry.box import Box
 from stability.model import GROUND, BodyId, BodyState, ContactPoint, HalfSpace, Plane, Pose, Shape, Vec3
@@ -20,7 +21,7 @@ GROUND_PLANE = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
 
 
 @dataclass
-class BoxEngine:
+class BoxEngine(Engine):
     """Planks that stay where the test puts them."""
 
     bricks: dict[BodyId, BodyState] = field(default_factory=dict)

@@ -6,6 +6,7 @@ from math import cos, pi, radians, sin
 
 import pytest
 
+from stability.engines.protocol import Engine
 from stability.geometry.box import Box
 from stability.model import BodyId, BodyState, ContactPoint, HalfSpace, Plane, Pose, Quaternion, Shape, Vec3
 from stability.stabilizers.published.stabilizer import StackStability, rests_stably
@@ -22,7 +23,7 @@ def about_y(angle: float) -> Quaternion:
 
 
 @dataclass
-class StillWorld:
+class StillWorld(Engine):
     """Boxes and planes in their places; nothing moves unless a test says so."""
 
     planes: Sequence[Plane] = (GROUND,)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from stability.engines.protocol import Engine
 from stability.model import BodyId, BodyState, ContactPoint, Pose, Shape, Vec3
 from stability.stabilizers.protocol import Update
 from stability.stabilizers.published.stabilizer import StackStability
@@ -15,7 +16,7 @@ AT_ORIGIN = BodyState(Pose((0.0, 0.0, 0.0)))
 
 
 @dataclass
-class ScriptedEngine:
+class ScriptedEngine(Engine):
     """Bricks of 0.1 m in a plane; contacts are written down by the test."""
 
     bricks: dict[BodyId, BodyState] = field(default_factory=dict)
