@@ -266,7 +266,10 @@ def _edges(rule: Recourse, error: float) -> _Edges:
 
 
 def _lengths(rule: Recourse, of_moments: Array) -> Array:
-    """Return (rows, bricks) the worst effect of a unit force displaced by 1 m on a brick."""
+    """Return (rows, bricks): the largest change of each row if a unit force on a brick moves by 1 m in plan.
+
+    `of_moments` (rows, 3 bricks) holds the responses of the rows to vertical loads and to moments.
+    """
     pairs = of_moments.reshape(len(of_moments), of_moments.shape[1] // 3, 3)[:, :, 1:]
     return np.hypot(pairs[:, :, 0], pairs[:, :, 1]) / rule.length
 

@@ -2,8 +2,8 @@
 
 At the limit forces balance the loads, and a motion neither gains nor loses power. In a slightly changed problem the
 same forces, each at its point and within its cone, leave a residual. The change of the margin is the power of the
-residual along the motion, over the power that the motion loses per unit of the margin. By the envelope theorem,
-changes of forces and motion do not contribute at first order. Only the data of two problems are compared.
+residual along the motion, over the power that the motion loses per unit of the margin. By the envelope theorem, changes
+of forces and motion do not contribute at first order. Only the data of two problems are compared; no program is solved.
 
 A margin with several motions at its limit is the least of their bounds, so it follows the steepest decrease: it has a
 kink, with different slopes on both sides. Non-unique forces or motions at one limit cause a kink as well, which is not

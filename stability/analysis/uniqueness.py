@@ -240,10 +240,11 @@ def outcome(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     most: int = MOST_COLUMNS,
 ) -> RestOutcome:
-    """Return whether rest is the only possibility for a problem proven to stand; `known` are balancing forces.
+    """Return the possible motions of a problem proven to stand; `known` are balancing forces, if any are known.
 
     `most` limits the work for each group that needs friction, in unknowns of its programs. Rest is guaranteed only if
-    it is so without the contact points that have a gap. Raises TypeError for other types.
+    it is guaranteed without the contact points that have a gap as well. Raises TypeError if `problem` is not a Problem
+    or `known` is neither Forces nor None.
     """
     admit_problem(problem)
     admit_forces(known)

@@ -395,7 +395,7 @@ def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: flo
 
 
 def _shrunk(low_W: Vec3, high_W: Vec3, by: float) -> tuple[Vec3, Vec3]:
-    """Return a smaller bounding box: a body that does not meet it overlaps the brick by less than a depth."""
+    """Return a smaller box; a body outside it overlaps the brick by less than `by` along some axis."""
     a, b, c = (min(by, 0.25 * side) for side in subtract(high_W, low_W))
     return add(low_W, (a, b, c)), subtract(high_W, (a, b, c))
 

@@ -29,10 +29,11 @@ LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
 def little_fall(
     structure: Structure, doubted: Collection[BodyId], first: BodyId, most: int
 ) -> tuple[Problem, Motion] | None:
-    """Find a fall of one unproven brick with all that it carries. Return its problem and the proving motion.
+    """Return the problem and the motion of a fall of one of the `doubted` bricks with all bricks above it, or None.
 
-    In a falling load, most often few bricks fall at first, and finding them costs less than judging the whole. `first`
-    limits the number of carried bricks.
+    Often few bricks of a falling load move at first, and finding these costs less than judging the whole load. Parts (a
+    brick and all bricks above it) of more than `LITTLE` bricks are skipped; for the part of `first` this limit is
+    `most` instead.
     """
     from stability.statics.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
 
