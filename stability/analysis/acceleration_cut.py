@@ -1,4 +1,4 @@
-"""Finds the greatest acceleration in one direction, and the limit that its mechanism sets in all directions."""
+"""Finds the greatest acceleration in one direction and the limit that its mechanism sets in all directions."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,17 +18,17 @@ from stability.statics.equilibrium import proven_forces, proven_motion
 from stability.statics.proof import MotionCheck, ProofCones, check_forces, check_motion, proof_cones
 from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
-# Faces that overlap by next to nothing, which no margin should lean on.
+# Sliver contacts: faces that overlap by almost nothing. A margin must not depend on them.
 #
-# A sliver carries what a rigid body can (docs/design/contacts.md), so a verdict counts on it. What a load survives,
-# told to whoever drives it, must not hang on a hundredth of a millimetre between cartons that were meant to stand
-# flush.
+# A sliver carries load like any contact of rigid bodies (docs/design/contacts.md), so a verdict counts on it. A margin
+# must not depend on an overlap of a hundredth of a millimetre between cartons that were meant to be flush.
 
 
 def without_slivers(problem: Problem) -> Problem:
-    """The problem without contacts of bricks that would run flush if they were moved by less than a gap that counts.
+    """Return the problem without sliver contacts, or the problem itself if it has none.
 
-    That is a thousandth of the smallest side of the thinner one. The problem itself if there are none.
+    A contact is a sliver if its bodies would be flush after a displacement of less than a thousandth of the smallest
+    side of the thinner one.
     """
     solids = {name: solid(placed) for name, placed in problem.bricks.items()}
     kept = [contact for contact in problem.contacts if not _is_sliver(contact, solids)]
@@ -43,30 +43,30 @@ def _is_sliver(contact: Contact, solids: dict[BodyId, Solid]) -> bool:
     return flush_within(a, b, reach, gap_bridged(reach, 0.0))
 
 
-# The prestress that contacts need to balance the loads, or have to spare.
+# The prestress that contacts need to balance the loads, or have in reserve.
 #
-# The least s such that forces balance the loads while every normal force may count for s more than it is: |f_t| <= mu
-# (f_n + s c), with c what the contact's upper brick may carry. With s < 0 the forces lie deep inside their cones; with
-# s > 0 there are none within, and the motion that shows it is the proof. Solved over velocities, as in `equilibrium`:
-# the greatest power of the loads less the separation of all contacts, of which the duals are the forces.
+# It is the least s with forces that balance the loads if each normal force counts for s more than its value: |f_t| <=
+# mu (f_n + s c), where c is the load capacity of the contact's upper brick. If s < 0, the forces lie deep inside their
+# cones. If s > 0, no forces lie inside, and the dual motion proves it. The program is solved over velocities, as in
+# `equilibrium`: it maximises the power of the loads minus the separation of all contacts; its duals are the forces.
 
 
-ACCURACY = 1e-11  # asked of the solver
-ROUGH = 1e-8  # an accuracy for which steps need not be refined
+ACCURACY = 1e-11  # requested accuracy of the solver
+ROUGH = 1e-8  # an accuracy that needs no iterative refinement of the steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prestress:
-    """The solver's answer, which proves nothing before plain arithmetic has checked it."""
+    """Result of the solver, not a proof until it is checked by plain arithmetic."""
 
-    least: float  # in shares of what upper bricks may carry; never below -1
-    rows: Array  # (rows,) forces, within their cones if `least` is not positive
-    columns: Array  # (columns,) velocities, a proof of instability if `least` is positive
+    least: float  # in units of the load capacities of the upper bricks; never below -1
+    rows: Array  # (rows,) forces; within their cones if `least` is not positive
+    columns: Array  # (columns,) velocities; a proof of instability if `least` is positive
     sliding: float  # power of tangential forces on slips; never positive
 
 
 def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestress:
-    """The least prestress with which the loads are balanced; `accuracy` is asked of the solver."""
+    """Return the least prestress that balances the loads; `accuracy` is requested of the solver."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     normal = np.zeros(len(system.row_scale))
@@ -86,45 +86,46 @@ def least_prestress(system: WrenchMatrix, accuracy: float = ACCURACY) -> Prestre
     return Prestress(least, pressed - least * normal, point.x, sliding)
 
 
-# The greatest acceleration in one direction, and the bound that its mechanism sets for all directions.
+# The greatest acceleration in one direction, and the bound that its mechanism sets in all directions.
 #
-# One conic program over velocities u: the least resistance of the loads to a motion by which the direction gains 1,
-# among all motions that no contact resists. Its value is the reach, its duals are the forces at it. Every such motion
-# bounds all directions: what accelerates the masses by a gains p.a, with p the momentum of the motion, and no
-# admissible forces hold against more than the loads resist.
+# One conic program over velocities u minimises the resistance of the loads to a motion with unit gain in the direction,
+# among all motions that no contact resists. Its value is the reach; its duals are the forces at the reach. Each such
+# motion bounds all directions: an acceleration a of the masses has the power p.a, with p the momentum of the motion,
+# and admissible forces exist only if this power is at most the resistance of the loads.
 
 
-FURTHEST = 1e3  # [g] what can be accelerated so much is held on all sides
-# Times the least share of the forces at rest that brings others into their cones, which are tried in turn.
-SURELY = 1.0 + 1e-6  # for rounding
+FURTHEST = 1e3  # [g] a structure that survives this much is held on all sides
+# The factors below multiply the least share of the rest forces that brings other forces into their cones; they are
+# tried in turn.
+SURELY = 1.0 + 1e-6  # margin for rounding
 MORE = tuple(2.0**exponent for exponent in range(40))
-LEAST = 2.0**-40  # a share below is rounding
-TOO_MUCH = 0.01  # such a share: what is at the brink already has no forces deep in their cones
-AT_THE_BRINK = (1e-9, 1e-6, 1e-3)  # such shares there
-FAINT = 1e-3  # of usual forces: by so much even contacts that do not press share in mending
-MENDINGS = 2  # the second mends what the first left of rounding
-# [g] by which a cut is first put further out than the solver has it; then by multiples of the gain that a proof needs.
+LEAST = 2.0**-40  # a smaller share is rounding
+TOO_MUCH = 0.01  # a share this large shows a structure at its limit: even its rest forces are not deep in their cones
+AT_THE_BRINK = (1e-9, 1e-6, 1e-3)  # shares for a structure at its limit
+FAINT = 1e-3  # share of usual forces by which contacts with zero pressure take part in a correction
+MENDINGS = 2  # the second removes the rounding error of the first
+# [g] by which a cut is first moved outwards from the solver's value; then by multiples of the gain that a proof needs
 FURTHER = (1e-4, 1e-2)
 CLOSER = (1.1, 4.0, 16.0, 64.0, 256.0, 1024.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shaken:
-    """A problem made ready for many directions. Accelerations are in units of g."""
+    """Problem prepared for many directions. Accelerations are in units of g."""
 
     problem: Problem
-    weights: Mapping[BodyId, float]  # [N] of each brick; what a horizontal acceleration of 1 g pulls with
+    weights: Mapping[BodyId, float]  # [N] of each brick: the pull of a horizontal acceleration of 1 g
     system: WrenchMatrix
-    rest: Array  # (rows,) forces that balance the loads alone
+    rest: Array  # (rows,) forces that balance the loads without acceleration
     tolerances: Tolerances
-    cones: ProofCones | None  # for checks, whatever the acceleration
+    cones: ProofCones | None  # for proof checks; they do not depend on the acceleration
 
     def pull(self, x: float, y: float) -> dict[BodyId, Wrench]:
-        """The forces of an acceleration."""
+        """Return the inertial forces of an acceleration."""
         return {name: Wrench((weight * x, weight * y, 0.0)) for name, weight in self.weights.items()}
 
     def loaded(self, x: float, y: float) -> Problem:
-        """The problem with an acceleration added."""
+        """Return the problem with the inertial forces of an acceleration."""
         loads = dict(self.problem.loads)
         for name, wrench in self.pull(x, y).items():
             load = loads.get(name, Wrench(ZERO))
@@ -133,51 +134,52 @@ class Shaken:
         return replace(self.problem, loads=loads)
 
     def at(self, x: float, y: float) -> WrenchMatrix:
-        """The system with an acceleration added."""
+        """Return the wrench matrix with the inertial forces of an acceleration."""
         return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
 
     def holds(self, x: float, y: float, rows: Array) -> bool:
-        """Whether forces, in units of the rows, are proven to hold against an acceleration."""
+        """Return whether forces, in the units of the rows, are proven to balance the loads under an acceleration."""
         return check_forces(self.loaded(x, y), self.system.forces(rows), self.tolerances, self.cones).holds
 
     def falls(self, x: float, y: float, motion: Motion) -> MotionCheck:
-        """Check whether a motion is proven to gain power from the loads under an acceleration."""
+        """Return the check of whether a motion gains power from the loads under an acceleration."""
         return check_motion(self.loaded(x, y), motion, self.tolerances, self.cones)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
-    """A half-plane in which all survivable accelerations lie, and the motion that proves it."""
+    """Half-plane that contains all survivable accelerations, and the motion that proves it."""
 
     normal: tuple[float, float]  # unit, outward
-    distance: float  # from no acceleration, as the solver has it [g]
-    further: float  # by which it is proven for certain, and `proven_distance` may find less [g]; 0 where it lies
+    distance: float  # from zero acceleration, by the solver [g]
+    # the proven distance exceeds `distance` by at most this [g] (`proven_distance` may find less); 0 if exact
+    further: float
     motion: Motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Heading:
-    """The result in one direction."""
+    """Result in one direction."""
 
     angle: float  # bearing from x towards y [rad]
     reach: float  # [g] proven by forces
-    rows: Array  # (rows,) these forces
-    slips: Array  # (rows,) of the motion that limits it
-    cut: Cut | None  # None where nothing limits it, or no motion was proven
+    rows: Array  # (rows,) forces that prove the reach
+    slips: Array  # (rows,) slips of the limiting motion
+    cut: Cut | None  # None if nothing limits the direction or no motion was proven
 
     @property
     def point(self) -> tuple[float, float]:
-        """The acceleration reached."""
+        """Return the acceleration reached."""
         return (self.reach * cos(self.angle), self.reach * sin(self.angle))
 
 
 def shaken(
     problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float = ACCURACY
 ) -> Shaken | None:
-    """Prepare a problem for accelerations; None if it is not proven to stand.
+    """Return a problem prepared for accelerations; None if it is not proven to stand.
 
-    A structure that stands without its slivers does not lean on them (`without_slivers`). Without `gravity` the weight
-    of a brick is the vertical part of its load. `accuracy` is that of the solver.
+    Slivers are left out if the structure stands without them (`without_slivers`). Without `gravity` the weight of a
+    brick is the vertical part of its load. `accuracy` is requested of the solver.
     """
     sure = without_slivers(problem)
     case = _shaken(sure, gravity, tolerances, accuracy)
@@ -192,13 +194,13 @@ def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, acc
     system = wrench_matrix(problem, whole=True)
     rest = corrected_forces(
         system, least_prestress(system, accuracy).rows
-    )  # deep inside the cones, so that a share of it brings others inside
+    )  # deep inside the cones, so that a share of these forces brings others inside
     stands = proven_forces(problem, system, rest, tolerances) is not None
     return Shaken(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
 
 
 def heading(case: Shaken, angle: float) -> Heading:
-    """How far the assembly can be accelerated in one direction."""
+    """Return the greatest acceleration of the assembly in one direction."""
     point = clarabel_solve(program_along(case, angle), ACCURACY)
     if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
         return Heading(angle, 0.0, case.rest, np.zeros(len(case.rest)), None)
@@ -209,25 +211,29 @@ def heading(case: Shaken, angle: float) -> Heading:
 
 
 def program_along(case: Shaken, angle: float) -> ConicProgram:
-    """The program of one direction: minus its first dual is the reach [g], the others but the last are the forces."""
+    """Return the program of one direction.
+
+    Minus its first dual is the reach [g]; the other duals except the last are the forces.
+    """
     from scipy.sparse import bmat, csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     system = case.system
     along = system.wrench_of(case.pull(cos(angle), sin(angle)))
     columns = len(along)
-    # Entries of nothing too, so that the programs of all directions have theirs in the same places.
+    # Zero entries are stored too, so that the programs of all directions have the same sparsity pattern.
     gained = csr_matrix((along, np.arange(columns), (0, columns)), shape=(1, columns))
-    # Whatever is left of the unit gain may be bought at the highest price: no reach is infinite.
+    # The last column covers the rest of the unit gain at the highest price, so that the reach is finite.
     matrix = bmat([[gained, [[1.0]]], [-system.matrix, None], [None, [[-1.0]]]], format="csc")
     offset = np.append(1.0, np.zeros(len(system.row_scale) + 1))
     return system.rows.program(np.append(-system.loads, FURTHEST), matrix, offset, equal=1, positive=1)
 
 
 def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
-    """The reach that forces prove, a little below the solver's value if need be, and these forces.
+    """Return the reach that forces prove, a little below the solver's value if needed, and these forces.
 
-    At the reach itself some contacts are about to open, so whatever rounding is mended puts others out of their cones.
-    A share of the forces at rest, which are deep inside, brings all back in, and lowers the reach by the same share.
+    At the reach itself some contacts are about to open, so correcting rounding errors pushes other forces out of their
+    cones. Mixing in a share of the rest forces, which lie deep inside, brings all forces back in and lowers the reach
+    by the same share.
     """
     system = case.at(value * along[0], value * along[1])
     balanced = corrected_forces(system, rows)
@@ -247,7 +253,7 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
 def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanced: Array) -> tuple[float, Array]:
     """Return the reach for a structure at its limit, where mixing cannot correct contacts with zero pressure.
 
-    There forces are projected into their cones one by one and balanced again by the pressing contacts.
+    The forces are projected into their cones one by one and balanced again by the contacts with pressure.
     """
     for share in AT_THE_BRINK:
         x, y = ((1.0 - share) * value * part for part in along)
@@ -260,7 +266,7 @@ def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanc
 
 
 def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
-    """Shares of the forces at rest that bring others into their cones, the least of them first."""
+    """Yield the shares of the rest forces that bring other forces into their cones, the smallest share first."""
     least = case.system.rows.least_share(balanced, case.rest)
     if least == 0.0:
         yield 0.0
@@ -276,7 +282,7 @@ def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
     weight = FAINT + np.abs(system.rows.by_row(rows[system.rows.normals]))
     weighted = diags(weight) @ system.matrix
     square = (system.matrix.T @ weighted + FAINT**4 * identity(len(system.loads))).tocsc()
-    # Symmetric and positive definite: no pivots need be looked for, which takes a third of the time.
+    # The matrix is symmetric and positive definite, so no pivoting is needed, which saves a third of the time.
     solve = splu(square, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve
     for _ in range(MENDINGS):
         rows = rows - weighted @ solve(system.matrix.T @ rows + system.loads)
@@ -284,7 +290,7 @@ def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
 
 
 def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array) -> Cut | None:
-    """The half-plane that a motion proves, a little further out than the solver has it: a proof must gain something."""
+    """Return the half-plane that a motion proves, a little outside the solver's one: a proof needs a positive gain."""
     if value > 0.5 * FURTHEST:
         return None
     for further in FURTHER:
@@ -305,7 +311,7 @@ def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array)
 
 
 def proven_distance(case: Shaken, cut: Cut) -> float:
-    """The least distance of a cut that its motion proves [g]; the gain that this takes is known only by trial."""
+    """Return the least distance of a cut that its motion proves [g]; the required gain is found by trial."""
     x, y = cut.normal
     furthest = cut.distance + cut.further
     if cut.further == 0.0:
@@ -319,15 +325,15 @@ def proven_distance(case: Shaken, cut: Cut) -> float:
 
 
 def distance_of(cut: Cut | None) -> float:
-    """How far a cut is from no acceleration [g]; infinite if there is none."""
+    """Return the distance of a cut from zero acceleration [g]; infinite if there is no cut."""
     return inf if cut is None else cut.distance
 
 
-# Bricks that touch none of each other's, directly or through others: what shakes one group leaves the next alone.
+# Groups of bricks without contact to each other, directly or through other bricks: they shake independently.
 
 
 def groups_apart(problem: Problem) -> list[Problem]:
-    """The groups of bricks that touch none of each other's, each with its contacts and loads."""
+    """Return the groups of bricks without contact to each other, each with its contacts and loads."""
     touching: dict[BodyId, set[BodyId]] = {name: set() for name in problem.bricks}
     for contact in problem.contacts:
         if contact.lower in touching and contact.upper in touching:

@@ -32,22 +32,23 @@ from stability.statics.conic_program import ConicProgram, clarabel_solve, solve
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix
 
-# Proves that forces found in some directions hold in all directions between them.
+# Proves that forces computed in some directions hold in all directions between them.
 #
-# With t = tan(angle / 2), (1 + t^2) (1, cos angle, sin angle) is a polynomial of degree 2 in t. What balances 1 and an
-# acceleration of a given size in three directions or more therefore balances it, times 1 + t^2, in all directions, if
-# interpolated as a polynomial after being multiplied with 1 + t^2. Whether that stays within the cones on an arc is
-# shown by coefficients in Bernstein's basis: a polynomial of which none is negative is not negative between 0 and 1.
+# With t = tan(angle / 2), (1 + t^2) (1, cos angle, sin angle) is a polynomial of degree 2 in t. Forces that balance the
+# loads and an acceleration of a given size in three or more directions are multiplied by 1 + t^2 and interpolated by
+# polynomials in t: these balance 1 + t^2 times the loads in all directions. Coefficients in the Bernstein basis show
+# that they stay within the cones on an arc: a polynomial without a negative coefficient is not negative between 0 and
+# 1.
 
 
-# Of forces in units of what bricks may carry: what is outside a cone by less is rounding, as it is for `proof`.
+# In units of the load capacities: a smaller violation of a cone is rounding, as in `proof`.
 ROUNDING = 1e-12
 
 
 def stay_inside(forces: Array, rows: ConeRows, angles: Sequence[float], half: float) -> bool:
-    """Decides if forces (angles, rows) interpolated between those at `angles` stay within their cones.
+    """Return whether forces (angles, rows) interpolated between those at `angles` stay within their cones.
 
-    That is from -`half` to `half` [rad].
+    The arc goes from -`half` to `half` [rad].
     """
     edge = tan(0.5 * half)
     nodes = np.array([tan(0.5 * angle) for angle in angles])
@@ -64,13 +65,13 @@ def stay_inside(forces: Array, rows: ConeRows, angles: Sequence[float], half: fl
 
 
 def _bernstein(degree: int, at: Array) -> Array:
-    """(points, degree + 1) Bernstein's polynomials."""
+    """Return the Bernstein polynomials (points, degree + 1)."""
     return np.stack([comb(degree, i) * at**i * (1.0 - at) ** (degree - i) for i in range(degree + 1)], axis=1)
 
 
 @cache
 def _products(degree: int) -> Array:
-    """(2 degree + 1, degree + 1, degree + 1): the coefficients of a product of two polynomials."""
+    """Return the coefficients (2 degree + 1, degree + 1, degree + 1) of the product of two Bernstein polynomials."""
     table = np.zeros((2 * degree + 1, degree + 1, degree + 1))
     for i in range(degree + 1):
         for j in range(degree + 1):
@@ -80,32 +81,34 @@ def _products(degree: int) -> Array:
 
 # The analytic centre of the forces that hold an assembly at its limit.
 #
-# Forces in indeterminate contacts are many, and where among them a solver ends is an accident. Those that maximise the
-# product of what all cones have to spare are one, and turn smoothly with the direction; so they can be interpolated.
-# Where bodies slip the force lies on the far side of its cone, against the slip; where they part there is none.
+# Forces in statically indeterminate contacts are not unique, and the solver's choice is arbitrary. The forces that
+# maximise the product of the slacks of all cones are unique and change smoothly with the direction, so they can be
+# interpolated. At a slipping contact the force lies on the border of its cone, against the slip; at an opening contact
+# it is zero.
 
 
-MOST_STEPS = 16  # of Newton's; half of them are usual
-CENTRED = 1e-14  # Newton's decrement squared below which a further step changes nothing that counts
-BALANCED = 1e-11  # what may be left over, in units of what bricks carry
-BOUND = 0.7  # share of the way to the border that a step may go
+MOST_STEPS = 16  # of Newton's method; half of them are usual
+CENTRED = 1e-14  # a further step is negligible below this squared Newton decrement
+BALANCED = 1e-11  # accepted residual, in units of the load capacities
+BOUND = 0.7  # share of the distance to the border that a step may cover
 TINIEST = 1e-300  # close to the smallest normal float, 2e-308: no division by zero where nothing slips at all
-FAINT = 1e-9  # keeps directions in which no force can act out of the way
+FAINT = 1e-9  # keeps directions without a force out of the range of the solution
 
-Places: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]  # rows of entries, and where each column begins
+# row indices of the entries, and the start of each column
+Places: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Face:
-    """The forces that are left: three parts where bodies stick, one along a ray where they slip or have no friction."""
+    """The remaining forces: three components at sticking contacts, one along a ray at slipping or frictionless ones."""
 
     basis: Sparse  # (rows, values)
-    values: ConeRows  # those of what sticks, then the others
+    values: ConeRows  # rows of the sticking contacts, then of the others
     start: Array  # (values,)
 
 
 def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
-    """The forces in the middle of those that balance the same loads as `rows`, against these slips."""
+    """Return the central forces among those that balance the same loads as `rows`, with these slips."""
     from scipy.sparse import identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 
@@ -129,7 +132,10 @@ def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
 
 
 def _face(cones: ConeRows, rows: Array, slips: Array) -> _Face:
-    """The state of each contact: sticking, slipping or open. Of force and slip one is on its cone."""
+    """Return the forces that remain for the state of each contact: sticking, slipping or open.
+
+    Of force and slip, exactly one is inside its cone.
+    """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     slips = slips / max(float(np.abs(slips).max(initial=0.0)), TINIEST)
@@ -140,7 +146,8 @@ def _face(cones: ConeRows, rows: Array, slips: Array) -> _Face:
     sticks, slipping = np.flatnonzero(~opens & ~slides), np.flatnonzero(slides)
     presses = np.flatnonzero(cones.singles(rows) >= cones.singles(slips))
     stuck = (3 * sticks[:, None] + np.arange(3)).ravel()
-    # The force's own direction, not the slip's: the two agree to what the solver gives, but forces balance exactly.
+    # The direction is that of the force, not of the slip: both agree within the solver's accuracy, but forces balance
+    # exactly.
     rays = forces[slipping] / np.where(forces[slipping, :1] > 0.0, forces[slipping, :1], 1.0)
     row = np.concatenate([stuck, (3 * slipping[:, None] + np.arange(3)).ravel(), cones.of_round + presses])
     entry = np.concatenate([np.ones(len(stuck)), rays.ravel(), np.ones(len(presses))])
@@ -155,7 +162,7 @@ def _face(cones: ConeRows, rows: Array, slips: Array) -> _Face:
 
 
 def _off_the_border(values: Array, rows: ConeRows) -> Array:
-    """Values strictly within their cones."""
+    """Return the values moved strictly inside their cones."""
     values = values.copy()
     cones, singles = rows.triples(values), rows.singles(values)
     cones[:, 0] = np.maximum(cones[:, 0], np.hypot(cones[:, 1], cones[:, 2]) * (1.0 + FAINT) + FAINT)
@@ -164,9 +171,9 @@ def _off_the_border(values: Array, rows: ConeRows) -> Array:
 
 
 def _blocks(values: ConeRows) -> Places:
-    """Indices of the entries of a matrix with a 3 x 3 block for each sticking contact, then single values.
+    """Return the entries' indices of a matrix with a 3 x 3 block for each sticking contact, then single values.
 
-    By column, as sparse matrices keep them.
+    The order is by column, as in compressed sparse columns.
     """
     first = 3 * np.arange(values.round, dtype=np.int32)
     rows = np.repeat(first, 9) + np.tile(np.arange(3, dtype=np.int32), values.of_round)
@@ -178,16 +185,16 @@ def _blocks(values: ConeRows) -> Places:
 def _barrier(values: Array, rows: ConeRows, at: Places) -> tuple[Array, Sparse]:
     """Return the gradient of the negative logarithm of the slacks, and the inverse of its Hessian.
 
-    `at` are the places of the entries of the latter, which stay the same from step to step.
+    `at` holds the indices of the entries of the inverse, which are the same in all steps.
     """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
-    gradient, entries = rows.barrier(values)  # of blocks that are symmetric
+    gradient, entries = rows.barrier(values)  # of symmetric blocks
     return gradient, csc_matrix((entries, *at), shape=(len(values), len(values)))
 
 
 def _share(values: Array, step: Array, rows: ConeRows) -> float:
-    """The whole step, or as much of it as stays well within the cones."""
+    """Return the whole step, or the part of it that stays well inside the cones."""
     share = 1.0
     while share > FAINT:
         if (rows.spare(values + share / BOUND * step) > 0.0).all():
@@ -196,45 +203,48 @@ def _share(values: Array, step: Array, rows: ConeRows) -> float:
     return 0.0
 
 
-# Decides whether an assembly slides at the same acceleration in all directions, and holds up to it.
+# Decides whether an assembly slides at the same acceleration in all directions, and survives less than it.
 #
-# Lift some bricks and all they carry along a slope of the greatest friction below them: no contact resists, in whatever
-# direction. So none survives more than that friction [g]; below it, forces parallel to the apparent gravity are tried.
+# Lift some bricks and all bricks that they carry along a slope of the greatest friction below them: no contact resists,
+# in any direction. So no assembly survives more than this friction [g]; below it, forces parallel to the apparent
+# gravity are tried.
 #
-# Seen from a ground that accelerates, gravity leans: a brick of weight w is pulled by w (a u, -1), u a level unit
-# vector, a in g. Let every contact force be n (-a u, 1), parallel to that. It is within its friction cone wherever the
-# angle of friction is at least atan(a) and the lean of the normal, whatever u is; where bodies are about to slide,
-# there are no others. With n = n_0 + n_1 . u for each force, balance of every brick in all directions at once is
-# linear. Sums over its contacts, those above it counted negative, of what acts at (p, z) from its centre:
+# Seen from accelerating ground, gravity is inclined: a brick of weight w is pulled by w (a u, -1), with u a horizontal
+# unit vector and a in g. Let each contact force be n (-a u, 1), parallel to it. It lies within its friction cone if the
+# angle of friction is at least atan(a) plus the inclination of the normal, for any u; at the onset of sliding no other
+# forces exist. With n = n_0 + n_1 . u for each force, the balance of each brick in all directions at once is linear. In
+# these sums over its contacts, those above it count negative, and p and z are coordinates relative to its centre:
 #
 #     sum n_0 = w, sum n_1 = 0            forces
 #     sum n_0 p = 0, sum z n_1 = 0        torques that do not turn with u, and those that turn twice as fast
 #     sum (p n_1^T + a z n_0 I) = 0       torques that turn with u
 #
-# Then there is no torque about the vertical either. A force that pushes at both ends of an arc of directions and where
-# its tangents meet pushes all along it, since n is affine and the arc lies within that triangle.
+# The torque about the vertical axis vanishes as well. A force that is compressive at both ends of an arc of directions
+# and where the tangents of the arc meet is compressive on the whole arc, since n is affine and the arc lies within that
+# triangle.
 #
-# A linear program finds such forces. In five directions they are then checked by plain arithmetic: what they leave of
-# balance is a polynomial of degree 2 in u, on a circle nothing everywhere if nothing in five places.
+# A linear program finds such forces. They are then checked by plain arithmetic in five directions: the residual of the
+# balance is a polynomial of degree 2 in u, and such a polynomial vanishes on a circle if it vanishes at five points.
 
 
-ACCURACY = 1e-11  # asked of the solver
-LEVEL = 1e-9  # level part of a unit normal that counts as none
-WEIGHT = 1e-12  # share by which a load may differ from what its brick weighs: rounding
-GAINS = 100.0  # times what a proof must gain, to begin with
-WIDEST_ARC = 0.75 * pi  # [rad] of an arc; its tangents meet too far out beyond
-# [rad] of an arc; its tangents meet 0.3 % further out than the arc, and a narrower one would only be less exact.
+ACCURACY = 1e-11  # requested accuracy of the solver
+LEVEL = 1e-9  # a smaller horizontal part of a unit normal counts as zero
+WEIGHT = 1e-12  # accepted relative difference between a load and the weight of its brick: rounding
+GAINS = 100.0  # times the gain that a proof needs, as first guess
+WIDEST_ARC = 0.75 * pi  # [rad] of an arc; the tangents of a wider one meet too far outside
+# [rad] of an arc; its tangents meet 0.3 % outside the arc. A narrower arc would only be less exact.
 NARROWEST = pi / 20.0
-EQUATIONS = 11  # of each brick
-HOPELESS = 1e-6  # of what a brick may carry: what the solver's point is off by more is no rounding
-MENDINGS = 2  # the second mends what the first left of rounding
-SINGULAR = 1e-12  # share of the largest equation that is added to all, since some may follow from others
-# Of half an arc, from its middle: a polynomial of degree 4 is nowhere much more than twice its largest value there.
+EQUATIONS = 11  # per brick
+HOPELESS = 1e-6  # in units of the load capacities: a larger residual of the solver's point is not rounding
+MENDINGS = 2  # the second removes the rounding error of the first
+SINGULAR = 1e-12  # share of the largest equation that is added to all, since some may be linearly dependent
+# Points of an arc (Chebyshev nodes, in units of half the arc, from its middle): a polynomial of degree 4 stays below
+# about twice its largest value at these points.
 PLACES = tuple(cos((2 * k + 1) * pi / 10.0) for k in range(5))
 
 
 def slide(case: Shaken, bearing: float) -> Cut | None:
-    """The cut of bricks that slide alike in all directions, here along `bearing`; None if none do."""
+    """Return the cut of bricks that slide alike in all directions, here along `bearing`; None if none do."""
     if not all(_is_weight(case, name) for name in case.system.names):
         return None
     problem = case.problem
@@ -259,7 +269,7 @@ def _is_weight(case: Shaken, name: BodyId) -> bool:
 
 
 def _sliding(problem: Problem, friction: float) -> list[BodyId]:
-    """The bricks that rest on others than themselves by level contacts of no more friction than this."""
+    """Return the bricks that rest on others only by level contacts of at most this friction."""
     held_by: dict[BodyId, list[BodyId]] = {}
     for contact in problem.contacts:
         held_by.setdefault(contact.upper, []).append(contact.lower)
@@ -280,7 +290,7 @@ def _is_level(contact: Contact) -> bool:
 
 
 def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
-    """Whether parallel forces are proven to hold `acceleration` [g] on an arc of `width` about the bearing `middle`."""
+    """Return whether parallel forces prove `acceleration` [g] on an arc of `width` about the bearing `middle`."""
     if width <= WIDEST_ARC and _hold_along(case, acceleration, middle, max(width, NARROWEST)):
         return True
     half = 0.5 * width
@@ -288,7 +298,7 @@ def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -
 
 
 def _hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
-    """The same, by forces that are given by the same n_0 and n_1 on all of the arc."""
+    """Return whether forces with constant n_0 and n_1 prove `acceleration` [g] on an arc of `width` about `middle`."""
     cones = _admitting(case, acceleration)
     matrix, loads = _balance(case, acceleration, middle, cones, _parts(width))
     pushes = _pushes(matrix, loads)
@@ -299,7 +309,7 @@ def _hold_along(case: Shaken, acceleration: float, middle: float, width: float) 
 
 
 def _admitting(case: Shaken, acceleration: float) -> Indices:
-    """Which of the cones with friction admit forces parallel to the apparent gravity, in all directions."""
+    """Return the frictional cones that contain forces parallel to the apparent gravity in all directions."""
     cones, with_friction = case.system.cones, case.system.round
     x, y, z = cones.axes_W[with_friction, 0].T
     lean = np.arctan2(np.hypot(x, y), z)
@@ -308,16 +318,16 @@ def _admitting(case: Shaken, acceleration: float) -> Indices:
 
 
 def _parts(width: float) -> Array:
-    """(3, 3) n_0 and n_1 from n at the ends of an arc about the first axis, and where its tangents meet."""
+    """Return (3, 3): n_0 and n_1 from n at both ends of an arc about the first axis and where its tangents meet."""
     x, y = cos(0.5 * width), sin(0.5 * width)
     parts: Array = np.linalg.inv(np.array([[1.0, x, -y], [1.0, 1.0 / x, 0.0], [1.0, x, y]]))
     return parts
 
 
 def _balance(case: Shaken, acceleration: float, middle: float, cones: Indices, parts: Array) -> tuple[Sparse, Array]:
-    """Return the matrix and the required product with the forces at the three corners, scaled as in `WrenchMatrix`.
+    """Return the matrix and its required product with the forces at the three corners, scaled as in `WrenchMatrix`.
 
-    `parts`: n_0 and n_1 from the forces at the corners, in axes of which the first points to the middle of the arc.
+    `parts` gives n_0 and n_1 from the forces at the corners; the first axis points to the middle of the arc.
     """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
@@ -358,7 +368,7 @@ def _sums(arms: Array, acceleration: float) -> Array:
 
 
 def _pushes(matrix: Sparse, loads: Array) -> Array | None:
-    """Return forces (cones, 3) at the corners, in units of the loads of upper bricks; None if some pull."""
+    """Return forces (cones, 3) at the corners, in units of the loads of upper bricks; None if some are tensile."""
     from scipy.sparse import diags, identity, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- likewise
 
@@ -375,7 +385,7 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
     square = matrix @ weighted
     try:
         factorized = splu((square + SINGULAR * square.diagonal().max() * identity(len(loads))).tocsc()).solve
-    except RuntimeError:  # singular, as far as it can tell
+    except RuntimeError:  # singular within rounding
         return None
     for _ in range(MENDINGS):
         closer = pushes - weighted @ factorized(residual)
@@ -389,7 +399,7 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
 def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
     case: Shaken, acceleration: float, middle: float, width: float, cones: Indices, pushes: Array
 ) -> Iterator[tuple[tuple[float, float], Array]]:
-    """Accelerations along an arc, and the forces for each, in units of the rows of the system."""
+    """Yield accelerations along an arc and the forces for each, in the units of the rows of the system."""
     system = case.system
     axes = system.cones.axes_W[system.round[cones]]
     units = system.rows.triples(system.row_scale)[cones]
@@ -405,44 +415,44 @@ def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
 
 # The greatest horizontal acceleration that an assembly survives in every direction.
 #
-# Every brick is pulled sideways by its mass times the acceleration, besides its weight. The accelerations that contact
-# forces can hold against are a convex set around none. Directions that were solved are points of it, motions cut it
-# from outside (see `acceleration_cut`); the margin lies between the largest disc within what the points span and the
-# nearest cut. The next direction is the foot of the perpendicular on the nearest cut, else the corner where two cuts
-# meet.
+# Besides its weight each brick is pulled sideways by its mass times the acceleration. The accelerations that contact
+# forces can balance form a convex set around zero. Solved directions are points of it, and motions cut it from outside
+# (see `acceleration_cut`); the margin lies between the largest disc within the convex hull of the points and the
+# nearest cut. The next direction is the foot of the perpendicular on the nearest cut, or else the corner between two
+# cuts.
 #
-# Chords alone are slow where the set is round. Where bodies slide alike in all directions, other forces prove whole
-# arcs (see `sliding_all_ways`). Elsewhere the forces between solved directions are interpolated: with t = tan(angle /
+# Chords alone converge slowly where the set is round. Where bodies slide alike in all directions, other forces prove
+# whole arcs (see `sliding_all_ways`). Elsewhere the forces of solved directions are interpolated: with t = tan(angle /
 # 2), (1 + t^2) (1, cos, sin) are polynomials in t, so polynomials through (1 + t^2) times the solved forces balance
-# every direction between. That they stay within their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, is shown by the
-# coefficients of these polynomials in Bernstein's basis, none of which is negative.
+# every direction between. They stay within their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, if the coefficients of these
+# polynomials in the Bernstein basis are not negative.
 
 
-MOST_HEADINGS = 120  # what is open then stays open between `value` and `upper`
-NOTHING = 1e-7  # [g] a margin below is none
-ALIKE = 1e-6  # share by which mechanisms or groups must differ: rounding does not choose which is named
-INEXACT = 1e-4  # share by which the solver may have a cut too near
-ROUND = 0.9  # share of the friction at which all slides: what survives less is reached by a few chords
+MOST_HEADINGS = 120  # beyond this number the gap between `value` and `upper` stays open
+NOTHING = 1e-7  # [g] a smaller margin counts as zero
+ALIKE = 1e-6  # relative difference that mechanisms or groups need, so that rounding does not choose which one is named
+INEXACT = 1e-4  # relative error of the distance of a cut by the solver
+ROUND = 0.9  # share of the friction at which everything slides: a smaller margin needs few chords
 SAME_BEARING = 6  # digits of a bearing [rad]
-NODES = (4, 8)  # headings through which forces are interpolated
-WIDEST = 3.0  # [rad] angle over which they are
-NEAR = 0.02  # share of an arc; a direction this near to one of its ends tells nothing new
+NODES = (4, 8)  # numbers of headings through which forces are interpolated
+WIDEST = 3.0  # [rad] the widest arc that they interpolate
+NEAR = 0.02  # share of an arc; a direction this near to one of its ends adds nothing
 
 
 @dataclass(frozen=True, slots=True)
 class AccelerationMargin:
-    """The horizontal acceleration that is survived in every direction, in units of g."""
+    """Horizontal acceleration that is survived in every direction, in units of g."""
 
-    value: float  # proven by forces in every direction; inf if it is held on all sides
-    upper: float  # proven by `motion` not to be survived
+    value: float  # proven by forces in every direction; inf if the structure is held on all sides
+    upper: float  # proven by `motion` as an upper bound
     bearing: float  # the worst direction, from x towards y [rad]
-    motion: Motion | None  # how it then moves
-    headings: int  # directions that were solved
+    motion: Motion | None  # of the structure in the worst direction
+    headings: int  # number of solved directions
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Arc:
-    """All directions between two that were solved, counter-clockwise."""
+    """All directions between two solved ones, counter-clockwise."""
 
     start: Heading
     end: Heading
@@ -454,7 +464,7 @@ class _Arc:
 
     @property
     def proven(self) -> float:
-        """The acceleration that is survived in all these directions."""
+        """Return the acceleration that is survived in all these directions."""
         if self.width >= pi:
             return self.smooth
         (ax, ay), (bx, by) = self.start.point, self.end.point
@@ -473,9 +483,9 @@ def acceleration(
 ) -> AccelerationMargin | None:
     """Return the acceleration survived in the worst direction, to a relative `tolerance`; None if not proven to stand.
 
-    Ten directions are enough for it where bodies tip; four to eight where they slide alike in all directions.
-    `gravity` [m/s2] is needed where loads are more than weights; else the weight of a brick is the vertical part of its
-    load. Groups that do not touch are solved separately, and the weakest determines the result.
+    It takes about ten directions where bodies tip, and four to eight where they slide alike in all directions.
+    `gravity` [m/s2] is needed if loads are more than weights; without it the weight of a brick is the vertical part of
+    its load. Groups without contact to each other are solved separately, and the weakest determines the result.
     """
     weakest: AccelerationMargin | None = None
     for part in groups_apart(problem):
@@ -499,7 +509,7 @@ def _of_one_group(
     if case is None:
         return None
     first = _facing(problem)
-    sliding = slide(case, 0.0)  # alike in all directions: any is the worst
+    sliding = slide(case, 0.0)  # alike in all directions: any direction is the worst
     solved = [heading(case, first + quarter * pi / 2.0) for quarter in range(4)]
     arcs = [_Arc(a, b) for a, b in pairwise([*solved, solved[0]])]
     middles: dict[float, Array] = {}
@@ -522,7 +532,7 @@ def _of_one_group(
 
 
 def _nearest(case: Shaken, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:
-    """The nearest of all cuts. Those of the solver are known to its accuracy only, so that near ones must be proven."""
+    """Return the nearest of all cuts; the solver's cuts are inexact, so near ones are proven."""
     cut = min((one.cut for one in solved), key=distance_of)
     if sliding is None or distance_of(cut) < sliding.distance * (1.0 - INEXACT):
         return cut
@@ -539,7 +549,7 @@ def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[H
 
 
 def _first_alike(case: Shaken, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
-    """Of cuts that are as near, such as those of a symmetric structure, the first counter-clockwise from +x."""
+    """Return the first counter-clockwise from +x of equally near cuts, such as those of a symmetric structure."""
     most = upper * (1.0 + ALIKE)
     found = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
     alike = [nearest, *(cut for cut in found if proven_distance(case, cut) <= most)]
@@ -552,16 +562,20 @@ def _turn(cut: Cut) -> float:
 
 
 def tilt(acceleration: float) -> float:
-    """The angle [rad] of the ground up to which an assembly stands that survives this acceleration [g].
+    """Return the ground tilt [rad] up to which an assembly stands that survives this acceleration [g].
 
-    Seen from a ground tilted by a, weights pull with g cos(a) into it and with g sin(a) along it: as on level ground
-    with an acceleration of tan(a), all loads times cos(a). Contact forces only scale with that, and cones do not care.
+    Seen from ground tilted by a, weights act with g cos(a) into it and with g sin(a) along it: the same as on level
+    ground with an acceleration of tan(a), with all loads times cos(a). Contact forces scale with the loads, and cones
+    are invariant under scaling.
     """
     return atan(acceleration)
 
 
 def _facing(problem: Problem) -> float:
-    """The direction in which the weight is nearest to the border of its support: a first guess that turns with it."""
+    """Return the direction in which the centre of mass is nearest to the border of its support.
+
+    This first guess rotates with the structure.
+    """
     fixed = [c for c in problem.contacts if c.lower not in problem.bricks or c.upper not in problem.bricks]
     support = hull((x, y) for contact in fixed for x, y, _ in contact.points_W)
     total = sum(-load.force_W[2] for load in problem.loads.values())
@@ -576,13 +590,13 @@ def _facing(problem: Problem) -> float:
 
 
 def _beyond(a: Point2, b: Point2, centre: Sequence[float]) -> tuple[float, float]:
-    """How far a border line is from a point inside, and the bearing out across it."""
+    """Return the distance of a border line from an inner point, and the outward bearing across the line."""
     dx, dy = b[0] - a[0], b[1] - a[1]
     return (dx * (centre[1] - a[1]) - dy * (centre[0] - a[0])) / hypot(dx, dy), atan2(-dx, dy)
 
 
 def _next(arc: _Arc, nearest: Cut | None) -> float:
-    """The direction within an arc that promises most."""
+    """Return the most promising direction within an arc."""
     choices = []
     if nearest is not None:
         choices.append(atan2(nearest.normal[1], nearest.normal[0]))
@@ -597,7 +611,7 @@ def _next(arc: _Arc, nearest: Cut | None) -> float:
 
 
 def _corner(arc: _Arc) -> Point2 | None:
-    """Where the cuts of the two ends meet."""
+    """Return the intersection of the cuts at both ends."""
     if arc.start.cut is None or arc.end.cut is None:
         return None
     (ax, ay), (bx, by) = arc.start.cut.normal, arc.end.cut.normal
@@ -609,7 +623,10 @@ def _corner(arc: _Arc) -> Point2 | None:
 
 
 def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, middles: dict[float, Array]) -> bool:
-    """Whether interpolated forces prove a radius along an arc; `middles` are forces by heading, as they are needed."""
+    """Return whether interpolated forces prove a radius along an arc.
+
+    `middles` caches the computed forces by heading.
+    """
     arc = arcs[index]
     middle = arc.start.angle + 0.5 * arc.width
     for count in NODES:

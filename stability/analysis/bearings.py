@@ -31,44 +31,45 @@ from stability.statics.conic_program import QuickSeries, SolverPoint, count_work
 from stability.statics.equilibrium import separating_velocities
 from stability.statics.wrench_matrix import Cones, wrench_array
 
-# Directions of acceleration solved roughly, in a third of the time, and proven all the same.
+# Directions of acceleration solved with low accuracy, in a third of the time, but proven like all others.
 #
-# A solver that is asked for a share of a reach leaves forces a little outside of their cones, and motions that close
-# contacts a little. Forces are mended as ever. To a motion so much of one that opens every contact is added that none
-# is closed; how far off all accelerations lie that it then rules out is plain arithmetic: what the loads resist it by,
-# over its momentum.
+# At low accuracy the solver's forces lie slightly outside their cones, and its motions close contacts slightly. Forces
+# are corrected as usual. A motion is corrected by adding a small multiple of a motion that opens every contact. The
+# distance of the resulting cut follows by plain arithmetic: the resistance of the loads over the momentum.
 
 
-AT_ONCE = 2  # directions, whatever cores there are: which are solved next hangs on those that are known
-FINEST, ROUGHEST = 1e-10, 1e-6  # accuracies that are asked of the solver
-OF_TOLERANCE = 2e-5  # share of what a reach may be off by that the solver is asked for: with more, more directions
-QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
-MOST_OPENED = 0.01  # of the speed of the fastest: a motion that needs to be opened by more is no solution
-SURELY = 1.0 + 1e-6  # times what is needed to open contacts, and to gain what a proof must: rounding
-FURTHER = (4.0, 100.0, 1e4, 1e6)  # times the least gain of a proof, tried in turn
+AT_ONCE = 2  # directions, independent of the number of cores: the choice of the next ones depends on the known ones
+FINEST, ROUGHEST = 1e-10, 1e-6  # accuracies requested of the solver
+OF_TOLERANCE = 2e-5  # ratio of the solver's accuracy to the tolerance of a reach; a larger one needs more directions
+QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken as static
+MOST_OPENED = 0.01  # share of the largest speed: a motion that needs a larger correction is no solution
+SURELY = 1.0 + 1e-6  # factor for rounding on the opening of contacts and on the gain that a proof needs
+FURTHER = (4.0, 100.0, 1e4, 1e6)  # multiples of the least gain of a proof, tried in turn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoughHeadings:
-    """A case, and how its directions are solved to a relative tolerance."""
+    """Problem with the solvers of its directions, to a relative tolerance."""
 
     case: Shaken
     tolerance: float
-    opening: Array | None  # (columns,) a motion that opens every contact; without one directions are solved finely
-    series: tuple[QuickSeries, ...]  # as many directions are solved at once
+    # (columns,) a motion that opens every contact; without one, directions are solved with high accuracy
+    opening: Array | None
+    series: tuple[QuickSeries, ...]  # the number of directions that are solved at once
 
     def solve(self, angle: float) -> Heading:
-        """How far the assembly can be accelerated in one direction."""
+        """Return the greatest acceleration of the assembly in one direction."""
         return self.solve_all([angle])[0]
 
     def solve_all(self, angles: Sequence[float]) -> list[Heading]:
-        """The same of no more directions than may be solved at once, each on a core of its own where there is one."""
+        """Return the same for several directions, at most one per series, in threads."""
         if self.opening is None:
             return [heading(self.case, angle) for angle in angles]
         programs = [program_along(self.case, angle) for angle in angles]
         for program in programs:
             count_work(program)
-        with ThreadPoolExecutor(len(angles)) as threads:  # what takes long is the solver, which lets others go on
+        # the solver takes most of the time and releases the interpreter lock
+        with ThreadPoolExecutor(len(angles)) as threads:
             points = list(threads.map(QuickSeries.solve, self.series, programs))
         return [self._proven(self.opening, angle, point) for angle, point in zip(angles, points, strict=True)]
 
@@ -86,7 +87,7 @@ class RoughHeadings:
         return Heading(angle, reach, rows, self.case.system.matrix @ columns, cut)
 
     def _cut(self, opening: Array, columns: Array) -> Cut | None:
-        """The half-plane that a motion proves once it is opened."""
+        """Return the half-plane that a motion proves after its correction."""
         for share in QUIET:
             opened = self._opened(opening, self.case.system.motion(columns, share))
             cut = proven_cut(self.case, opened) if opened is not None else None
@@ -95,11 +96,11 @@ class RoughHeadings:
         return None
 
     def _opened(self, opening: Array, motion: Motion) -> Motion | None:
-        """A motion with as much of the opening one added, to the bricks that move, as leaves no contact closed."""
+        """Return the motion plus the least opening motion of its moving bricks that leaves no contact closing."""
         system = self.case.system
         columns = system.columns_of(motion)
         opening = np.where(self._moves(motion), opening, 0.0)
-        # Of two motions together, what slips have to spare is no less than the sum.
+        # The slack of the slips of a sum of two motions is at least the sum of their slacks.
         spare, gained = (system.rows.spare(system.matrix @ each) for each in (columns, opening))
         closed = spare < 0.0
         if (closed & (gained <= 0.0)).any():
@@ -110,13 +111,13 @@ class RoughHeadings:
         return system.motion(columns + needed * opening)
 
     def _moves(self, motion: Motion) -> Array:
-        """(columns,) which belong to a brick that moves."""
+        """Return (columns,) whether each column belongs to a moving brick."""
         moving: Array = np.repeat([name in motion.velocity for name in self.case.system.names], 6)
         return moving[self.case.system.kept]
 
 
 def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
-    """Directions of a case, solved to a relative tolerance."""
+    """Return the solvers of the directions of a problem, to a relative tolerance."""
     velocities = separating_velocities(case.problem, case.problem.bricks)
     opening = None
     if velocities is not None:
@@ -126,7 +127,7 @@ def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
 
 
 def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
-    """The half-plane that a motion proves, as near as it does: where it gains no more than a proof must."""
+    """Return the nearest half-plane that a motion proves: there its gain is the least one that a proof needs."""
     momentum, resisted, size = _powers(case, motion)
     along = hypot(*momentum)
     if not along > 0.0:
@@ -151,22 +152,22 @@ def _powers(case: Shaken, motion: Motion) -> tuple[tuple[float, float], float, f
     return (float(gained[0]), float(gained[1])), resisted, size
 
 
-# Turns and mirrors about an upright axis that map a structure onto itself: so one bearing tells of others.
+# Rotations and reflections about a vertical axis that map a structure onto itself: one bearing gives the result of
+# others.
 #
-# Bricks are piled in grids, so many a load is its own mirror image. What forces hold along one bearing, and what a
-# motion rules out, is then known along its images without a solver. Nothing is taken for granted: the images are
-# checked by the arithmetic that checks what is solved, so that a structure that is only nearly its own image proves no
-# less.
+# Bricks are piled in grids, so many loads are mirror-symmetric. The forces along one bearing and the limits of its
+# motion then hold along the images of the bearing without a solver. The images are checked by the arithmetic that
+# checks solved results, so a nearly symmetric structure leads to no wrong proof.
 
 
-IMAGE_ACCURACY = 1e-9  # of the size of a structure, and of its loads: by so much an image may be off
-FEWEST = 12  # bricks: what is smaller is solved as soon as it is mirrored
+IMAGE_ACCURACY = 1e-9  # accepted error of an image, relative to the size of a structure and to its loads
+FEWEST = 12  # bricks: a smaller structure is solved as fast as it is mirrored
 EIGHTH = pi / 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Symmetry:
-    """A turn or mirror about a vertical axis, with the images of all bricks and cones of a structure."""
+    """Rotation or reflection about a vertical axis, with the images of all bricks and cones of a structure."""
 
     matrix: Array  # (3, 3)
     bricks: Indices  # (bricks,) the image of each
@@ -174,7 +175,7 @@ class Symmetry:
     signs: Array  # (cones,) -1 where the image is of the force on the other body
 
     def image(self, case: Shaken, one: Heading, angle: float) -> Heading | None:
-        """Return the result of a direction in its image at this angle; None if it is not proven there."""
+        """Return the image of a direction's result at this angle; None if it is not proven there."""
         x, y = one.reach * cos(angle), one.reach * sin(angle)
         rows = self._rows(case, one.rows)
         if not case.holds(x, y, rows):
@@ -183,7 +184,7 @@ class Symmetry:
         return None if cut is None and one.cut is not None else Heading(angle, one.reach, rows, one.slips, cut)
 
     def angle(self, angle: float) -> float:
-        """The image of a bearing [rad], from 0 on."""
+        """Return the image of a bearing [rad], not negative."""
         x, y, _ = self.matrix @ np.array([cos(angle), sin(angle), 0.0])
         return atan2(y, x) % (2.0 * pi)
 
@@ -194,7 +195,7 @@ class Symmetry:
         return system.rows_of(forces)
 
     def _motion(self, case: Shaken, motion: Motion) -> Motion:
-        """Spins are axial: a mirror turns them round."""
+        """Return the image of a motion; spins are axial vectors, so a reflection reverses them."""
         names, turn = case.system.names, float(np.linalg.det(self.matrix)) * self.matrix
         image = {name: names[self.bricks[number]] for number, name in enumerate(names)}
         return Motion(
@@ -211,7 +212,7 @@ def _vector(values: Array) -> tuple[float, float, float]:
 
 
 def symmetries(case: Shaken) -> Sequence[Symmetry]:
-    """Those of the turns and mirrors of a square, in the plan of one of the bricks, that a structure has."""
+    """Return the symmetries of a square, aligned with a brick in plan, that a structure has."""
     names = case.system.names
     if len(names) < FEWEST:
         return ()
@@ -223,7 +224,7 @@ def symmetries(case: Shaken) -> Sequence[Symmetry]:
 
 
 def _candidates(problem: Problem) -> Iterator[Array]:
-    """Three quarter turns, and the mirrors along the sides and the diagonals of the first brick."""
+    """Yield three quarter rotations, and the reflections at the sides and the diagonals of the first brick."""
     first = problem.bricks[min(problem.bricks)]
     x, y, _ = rotate(first.pose.orientation, (1.0, 0.0, 0.0))
     along = atan2(y, x)
@@ -236,7 +237,7 @@ def _candidates(problem: Problem) -> Iterator[Array]:
 
 
 def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: float) -> Symmetry | None:
-    """The symmetry of this matrix; None if it maps some brick, load or cone onto none."""
+    """Return the symmetry of this matrix; None if a brick, load or cone has no image."""
     forces, torques, weights = _loads(case, size)
     turn = float(np.linalg.det(matrix)) * matrix
     bricks = _onto(
@@ -253,7 +254,10 @@ def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: f
 
 
 def _loads(case: Shaken, size: float) -> tuple[Array, Array, Array]:
-    """Forces, torques and weights of the bricks, in shares of the largest; lengths in those of the structure."""
+    """Return forces, torques and weights of the bricks in dimensionless units.
+
+    The units are the largest load and the size of the structure.
+    """
     names = case.system.names
     loads = wrench_array(names, case.problem.loads) / np.array([1.0, 1.0, 1.0, size, size, size])
     weights = np.array([[case.weights.get(name, 0.0)] for name in names])
@@ -274,7 +278,7 @@ def _cones_onto(cones: Cones, matrix: Array, points: Array, image: Indices) -> I
 
 
 def _onto(rows: Array, others: Array) -> Indices | None:
-    """Which of the other rows each row is like; None if one is like none, or two are like the same."""
+    """Return the index of the equal row among the others for each row; None if one has none or two have the same."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 -- slow to import, and few need it
 
     distance, which = cKDTree(others).query(rows, distance_upper_bound=IMAGE_ACCURACY)
@@ -284,27 +288,28 @@ def _onto(rows: Array, others: Array) -> Indices | None:
 
 # The greatest horizontal acceleration that an assembly survives, by bearing, and its first mechanism.
 #
-# Accelerations that are survived are a convex set around none (see `acceleration`). Each direction that is solved gives
-# a point of it and a half-plane about all of it, so between them the reach of every bearing lies between the chord of
-# the points and the nearest cut. The bearing where these are furthest apart is solved next, until all are known well
-# enough. What does not touch is solved apart: together it survives what each part does.
+# Survivable accelerations form a convex set around zero (see `acceleration`). Each solved direction gives a point of it
+# and a half-plane that contains it, so the reach of each bearing lies between the chord of the points and the nearest
+# cut. The bearing with the largest difference is solved next, until all are known to the tolerance. Groups without
+# contact to each other are solved separately: together they survive what each of them survives.
 
 
-NOTHING = 1e-7  # [g] a margin below is none
-ALIKE = 1e-6  # share by which of two groups one must give way sooner: rounding does not choose which is named
-ROUGHLY = 1e-7  # asked of the solver for forces at rest, which need not be the deepest in their cones
-SAME = 1e-9  # [rad] bearings as near as this are one
+NOTHING = 1e-7  # [g] a smaller margin counts as zero
+# relative difference by which one of two groups must be weaker, so that rounding does not choose which one is named
+ALIKE = 1e-6
+ROUGHLY = 1e-7  # requested accuracy of the forces at rest, which need not be deepest in their cones
+SAME = 1e-9  # [rad] bearings closer than this are equal
 ALONG = 1e-12  # cosine below which a cut bounds nothing in a direction
 
 
 @dataclass(frozen=True, slots=True)
 class Survived:
-    """The horizontal acceleration that is survived along one bearing, in units of g."""
+    """Horizontal acceleration that is survived along one bearing, in units of g."""
 
-    bearing: float  # that the ground accelerates against, and bricks are pulled along: from x towards y [rad]
-    value: float  # proven by forces; inf if nothing gives way
-    upper: float  # proven by `motion` not to be survived
-    motion: Motion | None  # how it then moves
+    bearing: float  # against the acceleration of the ground, along the pull on the bricks: from x towards y
+    value: float  # proven by forces; inf if no motion limits it
+    upper: float  # proven by `motion` as an upper bound
+    motion: Motion | None  # of the structure at the limit
 
 
 def by_bearing(
@@ -316,8 +321,8 @@ def by_bearing(
 ) -> tuple[Survived, ...] | None:
     """Return the survived accelerations along `count` bearings, from x on, each to a relative `tolerance`.
 
-    None if the problem is not proven to stand. `gravity` [m/s2] is needed where loads are more than weights; else the
-    weight of a brick is the vertical part of its load. Without a proven motion, `upper` is further off. `known` is
+    None if the problem is not proven to stand. `gravity` [m/s2] is needed if loads are more than weights; without it
+    the weight of a brick is the vertical part of its load. Without a proven motion `upper` is less tight. `known` is
     called with the number of finished bearings.
     """
     return along_bearings(problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, known)
@@ -331,7 +336,7 @@ def along_bearings(
     gravity: float | None = None,
     known: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
-    """The same of some bearings [rad], each from x towards y."""
+    """Return the survived accelerations along given bearings [rad], each from x towards y."""
     count, around = len(bearings), [bearing % (2.0 * pi) for bearing in bearings]
     weakest = [Survived(bearing, inf, inf, None) for bearing in bearings]
     parts = groups_apart(problem)
@@ -375,9 +380,10 @@ class _Found:
     """Proven bounds on the accelerations that one group survives."""
 
     case: Shaken
-    enough: Mapping[float, float] = field(default_factory=dict)  # [g] by bearing: others are proven to survive no more
+    # [g] by bearing: no larger value is needed, as other groups are proven to survive no more
+    enough: Mapping[float, float] = field(default_factory=dict)
     solved: list[Heading] = field(default_factory=list)  # by angle, counter-clockwise
-    cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the distance that each is proven for [g]
+    cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the proven distance of each [g]
     sliding: tuple[float, Cut] | None = None  # of bricks that slide alike in all directions
 
     def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
@@ -386,7 +392,7 @@ class _Found:
         sliding = slide(self.case, 0.0)
         self.sliding = (proven_distance(self.case, sliding), sliding) if sliding is not None else None
         images = symmetries(self.case)
-        at_once = 1 if images else AT_ONCE  # an image may make the other one needless
+        at_once = 1 if images else AT_ONCE  # an image may make the other direction unnecessary
         for first in range(0, 4, at_once):
             self._solve([0.5 * pi * quarter for quarter in range(first, first + at_once)], headings, images, bearings)
         left = sorted(bearings)
@@ -401,7 +407,7 @@ class _Found:
     def _next(
         self, unknown: Mapping[float, float], left: Sequence[float], tolerance: float, at_once: int
     ) -> list[float]:
-        """The directions to solve next, where least is known: each between others of those that are solved."""
+        """Return the directions to solve next, each between solved ones, where the bounds are widest."""
         gaps: dict[int, float] = {}
         for bearing in sorted(unknown, key=unknown.__getitem__, reverse=True):
             gap = bisect(self.solved, bearing, key=_angle) % len(self.solved)
@@ -414,7 +420,7 @@ class _Found:
     def _solve(
         self, angles: Sequence[float], headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
     ) -> None:
-        """Solve directions as far as they are not known yet, and take their images in that hold."""
+        """Solve the directions without a result, and add their images that are proven."""
         asked = [angle for angle in angles if not self._is_solved(angle)]
         for one in headings.solve_all(asked) if asked else ():
             self.add(one)
@@ -429,7 +435,7 @@ class _Found:
         return any(_apart(one.angle, angle) <= SAME for one in self.solved)
 
     def add(self, one: Heading) -> None:
-        """Take a direction in that was solved."""
+        """Add a solved direction."""
         self.solved = sorted([*self.solved, one], key=lambda each: each.angle)
         if one.cut is not None:
             self.cuts.append((proven_distance(self.case, one.cut), one.cut))
@@ -444,10 +450,11 @@ class _Found:
         return Survived(bearing, value if upper > NOTHING else 0.0, upper, motion)
 
     def _furthest(self, bearing: float, left: Sequence[float], tolerance: float) -> float:
-        """How far on from the direction that was solved before a bearing one may go to solve the next.
+        """Return the largest step from the solved direction before a bearing to the next direction to solve.
 
-        If that reaches as far as it may, the chord to it leaves nothing between unknown: along an edge one so goes on
-        to its end, and about an arc in even steps. Where nothing is known to give way, halfway does.
+        With this step the chord to the new direction leaves nothing between unknown, if the reach there is as large as
+        possible: along an edge the steps go to its end, and along an arc they are even. Without a known limit the step
+        goes half the way.
         """
         before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
         turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)
@@ -464,27 +471,27 @@ class _Found:
         return furthest
 
     def _unknown(self, bearing: float, proven: float | None = None) -> float:
-        """The share of the upper bound that is not proven to be survived."""
+        """Return the share of the upper bound that is not proven to be survived."""
         value, upper = self._proven(bearing) if proven is None else proven, self._asked(bearing)
         if upper <= NOTHING or value >= 0.5 * FURTHEST:
             return 0.0
         return 1.0 if upper == inf else 1.0 - value / upper
 
     def _asked(self, bearing: float) -> float:
-        """No more than this is asked for [g]: it is proven not to be survived."""
+        """Return the greatest acceleration of interest [g]: more is proven not to be survived."""
         return min(self._bound(bearing)[0], self.enough.get(bearing, inf))
 
     def _proven(self, bearing: float) -> float:
-        """How far along a bearing the points that are solved reach: to the chord of the two on either side."""
+        """Return the proven acceleration along a bearing: up to the chord of the solved points on both sides."""
         if len(self.solved) == 1:
             return self.solved[0].reach if self.solved[0].angle == bearing else 0.0
-        # One pair has it between them, or two where it is solved itself, as far as that can be told.
+        # One pair of points encloses the bearing, or two if the bearing is solved itself, within rounding.
         after = bisect(self.solved, bearing % (2.0 * pi), key=_angle)
         around = [self.solved[number % len(self.solved)] for number in range(after - 2, after + 2)]
         return max(_chord(one, other, bearing) for one, other in pairwise(around))
 
     def _bound(self, bearing: float) -> tuple[float, Cut | None]:
-        """Return the distance of the nearest cut along a bearing [g], which uniform sliding has in all directions."""
+        """Return the distance of the nearest cut along a bearing [g]; uniform sliding has one in all directions."""
         x, y = cos(bearing), sin(bearing)
         nearest: tuple[float, Cut | None] = (inf, None)
         for distance, cut in self.cuts:
@@ -495,7 +502,7 @@ class _Found:
 
 
 def _apart(one: float, other: float) -> float:
-    """The angle between two bearings [rad]."""
+    """Return the angle between two bearings [rad]."""
     return abs((one - other + pi) % (2.0 * pi) - pi)
 
 
@@ -504,16 +511,16 @@ def _angle(one: Heading) -> float:
 
 
 def _turned(cut: Cut, bearing: float) -> Motion:
-    """The motion of bricks that slide alike in all directions, along one of them."""
+    """Return the motion of bricks that slide alike in all directions, along one of them."""
     x, y = cos(bearing), sin(bearing)
     return Motion({name: ((x, y, velocity[2]), spin) for name, (velocity, spin) in cut.motion.velocity.items()})
 
 
 def _chord(one: Heading, other: Heading, bearing: float) -> float:
-    """How far along a bearing the chord between two points is [g]; 0 if the direction is not between them."""
+    """Return the distance of the chord between two points along a bearing [g]; 0 if it is not between them."""
     (ax, ay), (bx, by), (x, y) = one.point, other.point, (cos(bearing), sin(bearing))
     turn = ax * by - ay * bx
-    a, b = ax * y - ay * x, x * by - y * bx  # neither is negative for a direction between the two
+    a, b = ax * y - ay * x, x * by - y * bx  # neither is negative for a direction between the two points
     if turn <= 0.0 or a < 0.0 or b < 0.0:
         return 0.0
     return turn / (a + b)

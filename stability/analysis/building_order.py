@@ -1,8 +1,8 @@
-"""A building order of a finished design that stands at each step, and the least props where there is none.
+"""A building order of a finished design that stands at each step, and the least props if there is none.
 
-Which bricks need a prop at all is a question of hitting sets: where no order exists with some props, every order that
-exists with others must pass an end of that search, and so has a prop that resists one of the falls that proved an end.
-Each search that fails is so a clause, and the smallest set that meets all clauses is tried next.
+The choice of props is a hitting-set problem. If no order exists with some set of props, each order with other props
+passes a dead end of that search, so it has a prop that resists one of the falls found there. Each failed search thus
+gives a clause, and the smallest set that satisfies all clauses is tried next.
 """
 
 from collections.abc import Sequence
@@ -22,36 +22,36 @@ from stability.analysis.subset_search import (
 from stability.model import BodyId
 from stability.problem import Stability
 
-MOST_ROUNDS = 200  # sets of props
-BRIEFLY = 3  # verdicts a brick
+MOST_ROUNDS = 200  # sets of props that are tried
+BRIEFLY = 3  # verdicts per brick
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One brick that is set down."""
+    """Placement of one brick."""
 
     brick: BodyId
-    propped: bool  # whether a prop is put under it as it comes
-    struck: tuple[BodyId, ...] = ()  # the bricks whose props are taken away after it
+    propped: bool  # whether the brick is propped when it is placed
+    struck: tuple[BodyId, ...] = ()  # the bricks whose props are removed after it
 
 
 @dataclass(frozen=True, slots=True)
 class BuildingOrder:
-    """How to build a design."""
+    """Order of steps in which a design can be built."""
 
     steps: tuple[Step, ...]  # empty if none was found
-    impossible: bool = False  # whether it is proven that there is none, with any props that were allowed
-    props_at_least: int = 0  # in every order, proven
+    impossible: bool = False  # whether no order exists with any of the allowed props, proven
+    props_at_least: int = 0  # lower bound for every order, proven
     without: Descent | None = None  # the search for an order without props
 
     @property
     def props(self) -> tuple[BodyId, ...]:
-        """The bricks that have a prop for a while."""
+        """Return the bricks with a temporary prop."""
         return tuple(step.brick for step in self.steps if step.propped)
 
     @property
     def props_at_once(self) -> int:
-        """How many stand at a time, at most."""
+        """Return the largest number of props at the same time."""
         standing = most = 0
         for step in self.steps:
             standing += step.propped
@@ -61,15 +61,18 @@ class BuildingOrder:
 
 
 def building_order(parts: Subsets, most: int, known: Known = nobody) -> BuildingOrder:
-    """An order with the fewest props of those that `parts` allows; the design stands."""
+    """Return an order with the fewest props of those that `parts` allows; the whole design must stand."""
     return OrderSearch(parts, most, known).run()
 
 
 class OrderSearch:
-    """A search for an order with the fewest props; after an interrupt `best` has the best result so far."""
+    """Search for an order with the fewest props; after an interrupt `best` holds the best result so far."""
 
     def __init__(self, parts: Subsets, most: int, known: Known = nobody) -> None:
-        """`most` verdicts are asked, besides those for a first order with props under all; `known` is told of them."""
+        """Limit the search to `most` verdicts, besides those for a first order with props under all bricks.
+
+        `known` is called with the number of verdicts.
+        """
         self.best = BuildingOrder(())
         self._parts, self._known = parts, known
         self._last = parts.asked + most
@@ -97,7 +100,7 @@ class OrderSearch:
         return self.best
 
     def _with(self, propped: Part) -> list[Descent]:
-        """Look for an order with props under these; the searches that failed, or none, and it is the best."""
+        """Search for an order with these props. Return the failed searches; without any, `best` holds the order."""
         parts = self._parts
         parts.propped = propped
         found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
@@ -113,7 +116,7 @@ class OrderSearch:
         return failed
 
     def _under_all(self) -> None:
-        """Look for an order with props under all bricks: more than are needed, and known early."""
+        """Search for an order with props under all bricks: it has too many props but is found early."""
         before = self._parts.asked
         self._parts.propped = self._parts.part_of(self._parts.props)
         if self._parts.propped:
@@ -121,7 +124,7 @@ class OrderSearch:
         self._last += self._parts.asked - before
 
     def _spare(self) -> None:
-        """Spare props one after the other: few are left, and not the fewest."""
+        """Remove props one after the other; the remaining ones are few, but not always the fewest."""
         parts = self._parts
         parts.propped = parts.part_of(self.best.props)
         for name in parts.names_of(parts.propped):
@@ -137,7 +140,7 @@ class OrderSearch:
             self.best = replace(self.best, steps=_with_props(parts, order, self._known))
 
     def _take(self, order: list[BodyId] | None) -> None:
-        """Keep an order with the props that there are, all of which stay to the end: the design stands without."""
+        """Store an order with all current props, which stay to the end; the design stands without them."""
         if order is None:
             return
         held = tuple(self._parts.names_of(self._parts.propped))
@@ -145,16 +148,16 @@ class OrderSearch:
         self.best = replace(self.best, steps=(*steps[:-1], replace(steps[-1], struck=held)))
 
     def _brief(self) -> list[BodyId] | None:
-        """An order with the props that there are, looked for briefly."""
+        """Return an order with the current props from a short search; None if it finds none."""
         most = BRIEFLY * len(self._parts.names)
         found = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
         return None if None in found else [name for order in found for name in reversed(order or ())]
 
 
 def least_props(parts: Subsets, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
-    """The fewest bricks with a prop under each of which all these parts stand; None if none are found.
+    """Return the fewest bricks whose props let all these parts stand; None if there is no such set.
 
-    They are cheapest to ask where each is within the one before it.
+    Verdicts cost least if each part is a subset of the one before it.
     """
     clauses: list[Clause] = []
     for _ in range(MOST_ROUNDS):
@@ -170,7 +173,7 @@ def least_props(parts: Subsets, states: Sequence[Part], known: Known = nobody) -
 
 
 def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple[Part, SubsetAnswer]]:
-    """Those parts that do not stand."""
+    """Return the parts that do not stand, with their verdicts."""
     ends: list[tuple[Part, SubsetAnswer]] = []
     larger = parts.whole
     for part in states:
@@ -183,7 +186,7 @@ def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple
 
 
 def _would_help(parts: Subsets, search: Descent) -> Part:
-    """The bricks of which a prop could resist one of the falls at which a search ended."""
+    """Return the bricks whose prop could resist one of the falls at which a search ended."""
     every, found = parts.part_of(parts.props), 0
     for part, answer in search.ends:
         found |= answer.fall.resisting if answer.fall is not None else every & part

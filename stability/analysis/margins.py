@@ -20,40 +20,41 @@ from stability.statics.equilibrium import balance, proven_forces, proven_motion
 from stability.statics.proof import check_forces
 from stability.statics.wrench_matrix import wrench_matrix
 
-# The least factor on all friction coefficients with which contact forces still balance.
+# The least factor on all friction coefficients for which contact forces balance the loads.
 #
-# Less friction means smaller cones, so what stands with a factor stands with any larger one. Each step asks, for one
-# factor k, for the least prestress s (see `prestress`), positive where forces within the cones do not balance. By the
-# envelope theorem ds/dk is the power of tangential forces on slips, over k. So each step yields a verdict with its
-# proof, forces or a motion, and by Newton's rule the next factor to ask for, a little beyond the root, so that proofs
-# close in on it from both sides.
+# Less friction means smaller cones, so an assembly that stands with a factor stands with any larger one. Each step
+# computes for one factor k the least prestress s (see `prestress`); it is positive if forces within the cones cannot
+# balance the loads. By the envelope theorem ds/dk is the power of tangential forces on slips, over k. So each step
+# gives a verdict with its proof, forces or a motion, and by Newton's method the next factor, a little beyond the root,
+# so that proofs close in on the root from both sides.
 
 
 MOST_STEPS = 60
-MOST_FRICTION = 1e4  # a coefficient that no material has: what needs more stands with none
-WIDER = 4.0  # by how much the next question keeps away from the root after one that had no proof
+# a coefficient that no material has; an assembly that needs more is taken to stand with no friction coefficient
+MOST_FRICTION = 1e4
+WIDER = 4.0  # factor on the distance of the next step from the root after a step without proof
 
 
 @dataclass(frozen=True, slots=True)
 class FrictionMargin:
-    """The least friction with which contact forces can still hold."""
+    """Least friction for which contact forces can balance the loads."""
 
     factor: float  # on all coefficients, proven by `forces`; inf if no friction is enough
     too_little: (
-        float  # a factor proven not to be enough, by `motion`; equal to `factor` within the tolerance; 0 if none is
+        float  # a factor that `motion` proves too small; equal to `factor` within the tolerance; 0 if there is none
     )
-    coefficient: float  # the largest coefficient of the problem, times the factor
+    coefficient: float  # `factor` times the largest coefficient of the problem
     forces: Forces | None
     motion: Motion | None
 
 
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The proof at one factor."""
+    """Proof at one factor."""
 
     forces: Forces | None
     motion: Motion | None
-    guess: float  # of the least factor
+    guess: float  # estimate of the least factor
 
 
 @one_thread()
@@ -62,9 +63,9 @@ def least_friction(
     tolerance: float = 1e-7,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> FrictionMargin:
-    """The least factor on all friction coefficients that still allows equilibrium, to a relative `tolerance`.
+    """Return the least factor on all friction coefficients that still allows equilibrium, to a relative `tolerance`.
 
-    This asks for equilibrium alone, and not whether it rests on self-stress.
+    Only equilibrium is required; the forces may include self-stress.
     """
     smooth = balance(_with_friction(problem, 0.0), tolerances)
     if smooth.forces is not None:
@@ -88,7 +89,10 @@ def least_friction(
 
 
 def _next(step: _Step, low: float, high: float, aside: float) -> float:
-    """A little beyond the root that Newton's rule sees, to prove the other side next; else between the bounds."""
+    """Return a factor slightly beyond the root of Newton's method, so that the other side is proven next.
+
+    Without such a factor it is one between the bounds.
+    """
     factor = step.guess * (1.0 + aside if step.forces is None else 1.0 - aside)
     if isfinite(factor) and low < factor < high:
         return factor
@@ -102,7 +106,7 @@ def _with_friction(problem: Problem, factor: float) -> Problem:
 
 
 def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
-    """Return the proof at one factor, with the next guess of the least factor."""
+    """Return the proof at one factor, with the next estimate of the least factor."""
     scaled = _with_friction(problem, factor)
     system = wrench_matrix(scaled)
     found = least_prestress(system)
@@ -112,7 +116,7 @@ def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
     return _Step(forces, motion, guess)
 
 
-# Margins of an assembly. Each costs a program of its own, so it is computed only on request.
+# Margins of an assembly. Each needs a program of its own, so it is computed only on request.
 
 
 __all__ = [
@@ -133,14 +137,15 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """All margins of an assembly that stands."""
+    """All margins of a standing assembly."""
 
     acceleration_g: float  # horizontal, in the worst direction, in units of g
-    bearing: float  # that direction, from x towards y [rad]
+    bearing: float  # of the worst direction, from x towards y [rad]
     tilt: float  # of the ground, in the worst direction [rad]
-    friction: float  # the least coefficient, of brick on brick, that still allows equilibrium
-    placement: float  # the error of every brick's place in plan that is survived for certain [m]
-    weakest: Weakest | None  # the mechanism that opens first at that acceleration; None of what is held on all sides
+    friction: float  # the least coefficient between bricks that still allows equilibrium
+    placement: float  # the placement error in plan of every brick that is certain to be survived [m]
+    # the mechanism that opens first at that acceleration; None if the structure is held on all sides
+    weakest: Weakest | None
 
 
 def margins(
@@ -149,7 +154,10 @@ def margins(
     gravity: float | None = None,
     planes: Collection[BodyId] = (GROUND,),
 ) -> Margins | None:
-    """All margins; None if the problem is not proven to stand. See `acceleration`, `least_friction` and `placement`."""
+    """Return all margins; None if the problem is not proven to stand.
+
+    See `acceleration`, `least_friction` and `placement`.
+    """
     admit_problem(problem)
     admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a share of the limit, from 1e-15 to 0.5")
     if gravity is not None:
@@ -167,25 +175,26 @@ def margins(
 
 # The least additional weight on one brick with which a falling assembly stands.
 #
-# One conic program a brick: the most power of the loads along a motion that no contact resists, where the brick may not
-# rise faster than a unit. That power is the weight: forces, the duals of the program, balance the loads and as much
-# more on the brick, and the motion still gains where it weighs less. Where the power has no end, no weight is enough.
+# One conic program per brick maximises the power of the loads along a motion that no contact resists, with the upward
+# speed of the brick limited to 1. This power is the weight: the duals of the program are forces that balance the loads
+# and this weight on the brick, and with a smaller weight the motion still gains power. If the power is unbounded, no
+# weight is enough.
 #
-# The solver's point decides nothing. The weight that is handed out has forces that arithmetic has checked, and a share
-# of it that is as near as asked has a motion that falls.
+# The solver's point is no proof. The returned weight has forces that arithmetic has checked, and a slightly smaller
+# weight, within the requested accuracy, has a motion that falls.
 
 
-ACCURACY = 1e-12  # asked of the solver
-SHARES = (1e-8, 1e-6, 1e-4)  # by which a weight may be more than the least, tried in turn until forces are proven
+ACCURACY = 1e-12  # requested accuracy of the solver
+SHARES = (1e-8, 1e-6, 1e-4)  # relative increases of the least weight, tried in turn until forces are proven
 
 
 @dataclass(frozen=True, slots=True)
 class Counterweight:
-    """The least weight at the centre of a brick with which contact forces balance."""
+    """Least weight at the centre of a brick with which contact forces balance the loads."""
 
     brick: BodyId
     weight: float  # [N] proven to be enough for balance
-    too_little: float  # [N] proven not to be; less than `weight` by a share of 1e-4 at most
+    too_little: float  # [N] proven to be too little; at most a share of 1e-4 below `weight`
 
 
 @one_thread()
@@ -194,16 +203,16 @@ def counterweight(
     brick: BodyId,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> Counterweight | None:
-    """The least weight on a brick that balances a problem which nothing balances as it is; None if none is found.
+    """Return the least weight on a brick that balances an unbalanced problem; None if none is found.
 
-    This asks for equilibrium alone, and not whether it rests on self-stress. Raises LookupError for an unknown brick.
+    Only equilibrium is required; the forces may include self-stress. Raises LookupError for an unknown brick.
     """
     if brick not in problem.bricks:
         raise LookupError(f"there is no brick '{brick}'")
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     system = wrench_matrix(problem, whole=True)
-    unit = sum(-load.force_W[2] for load in problem.loads.values()) / max(1, len(problem.loads))  # [N] a usual weight
+    unit = sum(-load.force_W[2] for load in problem.loads.values()) / max(1, len(problem.loads))  # [N] a typical weight
     pressing = system.wrench_of({brick: Wrench((0.0, 0.0, -unit))})
     program = system.rows.program(
         -system.loads,
@@ -218,7 +227,7 @@ def counterweight(
     for share in SHARES:
         enough, too_little = (_with_weight(problem, brick, factor * least) for factor in (1.0 + share, 1.0 - share))
         heavier, lighter = wrench_matrix(enough), wrench_matrix(too_little, whole=True)
-        # Rows and columns are told in units that depend on what bricks carry, so each system has them in its own.
+        # The units of rows and columns depend on the load capacities, so each system has its own.
         forces = proven_forces(enough, heavier, rows * system.row_scale / heavier.row_scale, tolerances)
         columns = lighter.columns_of(system.motion(point.x))
         if forces is not None and proven_motion(too_little, lighter, columns, tolerances) is not None:
@@ -228,7 +237,7 @@ def counterweight(
 
 @one_thread()
 def least_counterweight(problem: Problem, bricks: Collection[BodyId]) -> Counterweight | None:
-    """The least of the weights on these bricks that balance a problem, ties by name; None if none does."""
+    """Return the least of the weights on these bricks that balance a problem, ties by name; None if no weight does."""
     found = [weight for brick in sorted(bricks) if (weight := counterweight(problem, brick)) is not None]
     return min(found, key=lambda each: (each.weight, each.brick), default=None)
 
@@ -239,7 +248,11 @@ def _with_weight(problem: Problem, brick: BodyId, weight: float) -> Problem:
     return replace(problem, loads={**problem.loads, brick: heavier})
 
 
-# Decides whether rest is guaranteed. Balance with friction proves only that rest is possible.
+# Proves that rest is guaranteed. Balance with friction proves only that rest is possible.
+#
+# Let each brick be at rest, and let a be any acceleration that the laws of contact allow: no contact closes (a_n >= 0),
+# a normal force acts only at a contact that does not open (f_n a_n = 0), and friction does not push along a slip (f_t .
+# a_t <= 0). Then
 #
 # Let every brick be at rest, and a be any acceleration that the laws of contact allow: no contact closes (a_n >= 0), a
 # normal force acts only where none opens (f_n a_n = 0), and friction does not push along a slip (f_t . a_t <= 0). Then
@@ -247,14 +260,13 @@ def _with_weight(problem: Problem, brick: BodyId, weight: float) -> Problem:
 #     a' M a = a' g + sum f_n a_n + sum f_t . a_t <= a' g.
 #
 # If forces N >= 0 along the normals alone balance the loads g, then a' g = - sum N a_n <= 0, so that a' M a <= 0 and a
-# = 0: nothing moves, whatever the friction and whichever of the possible forces act. The same holds of a change of
+# = 0: nothing moves, whatever the friction is and whichever of the possible forces act. The same holds for a change of
 # velocity by impulses. So such forces are a certificate, which `proof` checks by arithmetic as forces without friction.
 #
-# No force at a point where the bodies are apart is counted on either: there the laws of contact hold once the gap has
-# closed, if at all.
+# Forces at points with a gap are excluded as well: there the laws of contact hold only after the gap has closed.
 #
-# Where a contact has several normals at a point, edges or corners meet, and a body leaves it along one of them: there
-# a_n >= 0 does not hold for all, and no force of such a contact is counted on.
+# A contact point with several normals is an edge or corner on another, and a body leaves it along one of these normals:
+# a_n >= 0 does not hold for all of them, so forces of such a contact are excluded.
 
 
 @one_thread()
@@ -263,9 +275,9 @@ def guarantee(
     known: Forces | None = None,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> Forces | None:
-    """Forces along normals alone that balance a problem, one entry for each contact with a single normal; or None.
+    """Return forces along normals alone that balance a problem, per contact with a single normal; None if none exist.
 
-    `known` are forces that balance it with friction: most often these are along the normals already.
+    `known` are forces that balance it with friction: often these act along the normals already.
     """
     tolerances = rounded(problem, tolerances)
     kept = [number for number, contact in enumerate(problem.contacts) if len(contact.normals_W) == 1]
@@ -280,7 +292,7 @@ def guarantee(
 
 
 def without_gaps(problem: Problem) -> Problem:
-    """The problem without the points of contacts at which there is a gap; itself if there are none."""
+    """Return the problem without the contact points that have a gap, or the problem itself if none has."""
     if not any(contact.gaps for contact in problem.contacts):
         return problem
     return replace(problem, contacts=[touching for c in problem.contacts if (touching := _touching(c)).points_W])
@@ -294,7 +306,7 @@ def _touching(contact: Contact) -> Contact:
 
 
 def _without(forces: ConeForces, contact: Contact) -> ConeForces:
-    """The forces of a contact, with none where there is a gap."""
+    """Return the forces of a contact, zero at points with a gap."""
     if not contact.gaps:
         return forces
     return tuple(
@@ -303,7 +315,7 @@ def _without(forces: ConeForces, contact: Contact) -> ConeForces:
 
 
 def _at_all_points(found: Forces, touching: Problem, smooth: Problem) -> Forces:
-    """Forces at the points that touch, with none at the others."""
+    """Return forces at the points without a gap, and zero at the others."""
     of_pair = {(c.lower, c.upper): iter(forces) for c, forces in zip(touching.contacts, found.of_contacts, strict=True)}
 
     def of(contact: Contact) -> ConeForces:

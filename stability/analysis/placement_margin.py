@@ -1,4 +1,4 @@
-"""Finds the largest placement error that every brick may have at once before a verdict changes."""
+"""Finds the largest placement error that all bricks may have at once before a verdict changes."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ from stability.statics.wrench_matrix import passed_down
 
 # Contact patches that remain after placement errors of all bricks in plan.
 #
-# A contact counts where vertical forces are admissible (its slope is less than its friction) on a patch that has area
-# in plan; lines and single points vanish with the first error. A brick that is put down off its place must still lie on
-# all that it lay on, so the faces on which it rests must be parallel: if they are not, only its level ones count.
+# A contact counts if its patch has area in plan and admits vertical forces (its slope is less than its friction); lines
+# and single points vanish with the first error. A displaced brick must still rest on all its supports, so the faces on
+# which it rests must be parallel: if they are not, only its level faces count.
 
 
-LEVEL = 1e-6  # horizontal part of a unit normal up to which a face is level: a shift of 1 mm lifts a brick by 1 nm
+LEVEL = 1e-6  # largest horizontal part of a unit normal of a level face: a shift of 1 mm lifts a brick by 1 nm
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanPatch:
-    """A contact in plan: its border as lines, and how far each line comes in when bricks are off their places."""
+    """Contact in plan: its border lines, and the distance by which placement errors move each line inwards."""
 
     lower: BodyId
     upper: BodyId
@@ -38,25 +38,25 @@ class PlanPatch:
     height: float  # mean z of the corners [m]
     friction: float
     level: bool
-    moving: bool  # on a plane without end: the patch goes where its brick goes, and loses nothing
+    moving: bool  # on an infinite plane: the patch moves with its brick and loses nothing
     inward: NDArray[np.float64]  # (edges, 2) unit normals of the border lines
-    depth: NDArray[np.float64]  # (edges,) of `centre` behind them [m]
+    depth: NDArray[np.float64]  # (edges,) distance of `centre` from them [m]
 
     @property
     def centre(self) -> Point2:
-        """The mean of the corners."""
+        """Return the mean of the corners."""
         xs, ys = zip(*self.corners, strict=True)
         return (sum(xs) / len(xs), sum(ys) / len(ys))
 
     @property
     def reach(self) -> float:
-        """How far the corners lie from the centre, at most [m]."""
+        """Return the largest distance of a corner from the centre [m]."""
         x, y = self.centre
         return max(hypot(a - x, b - y) for a, b in self.corners)
 
 
 def plan_patches(problem: Problem, planes: Collection[BodyId]) -> list[PlanPatch]:
-    """The contacts that count, ordered by name and place so that no result depends on how they were listed."""
+    """Return the contacts that count, ordered by name and place so that results do not depend on the input order."""
     steep = _on_unlike_faces(problem)
     patches = []
     for contact in problem.contacts:
@@ -89,7 +89,7 @@ def _patch(contact: Contact, corners: Polygon, planes: Collection[BodyId]) -> Pl
 
 
 def _carries_upright(contact: Contact) -> bool:
-    """Whether a vertical force lies in the cone of its only normal."""
+    """Return whether a contact has one normal and a vertical force lies in its cone."""
     (x, y, z), *others = contact.normals_W
     across = hypot(x, y)
     return not others and z > 0.0 and (across <= LEVEL * z or across <= contact.law.greatest_friction(z))
@@ -101,7 +101,7 @@ def _is_level(contact: Contact) -> bool:
 
 
 def _on_unlike_faces(problem: Problem) -> set[BodyId]:
-    """The bodies whose faces that carry are not parallel."""
+    """Return the bodies whose load-bearing faces are not parallel."""
     first: dict[BodyId, Vec3] = {}
     unlike: set[BodyId] = set()
     for contact in filter(_carries_upright, problem.contacts):
@@ -113,46 +113,49 @@ def _on_unlike_faces(problem: Problem) -> set[BodyId]:
     return unlike
 
 
-# The program behind the placement margin: how far may loads be displaced, with patches inset by a given error?
+# The program of the placement margin: the largest displacement of loads for patches inset by a given error.
 #
-# Every number is scaled, forces by what a brick may carry and lengths by its half diagonal, so that size, density and
-# gravity do not matter. The rule of recourse and the inequalities are those that `placement` explains.
+# All numbers are scaled, forces by load capacities of bricks and lengths by half diagonals, so that size, density and
+# gravity do not matter. The rule of recourse and the inequalities are explained in `placement`.
 
 
 Sparse: TypeAlias = Any  # by row; scipy's matrices have no types
 
-ACCURACY = 1e-11  # asked of the solver
-BALANCED = 1e-9  # share of what a brick carries that may be left over: rounding
-FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without end
+ACCURACY = 1e-11  # requested accuracy of the solver
+BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
+FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
 
 
 @dataclass(frozen=True, slots=True)
 class PlacementAnswer:
-    """The displacement that loads survive with patches inset by an error."""
+    """Displacement that loads survive with patches inset by an error."""
 
-    displacement: float  # of all loads at once [m], as the solver has it; inf where nothing limits it
-    survives: bool  # by plain arithmetic: a displacement of loads by the error itself
-    limit: tuple[BodyId, BodyId] | None  # the contact that limits it, lower body first
+    displacement: float  # of all loads at once [m], by the solver; inf if nothing limits it
+    survives: bool  # whether a displacement of loads by the error itself is survived, by plain arithmetic
+    limit: tuple[BodyId, BodyId] | None  # the limiting contact, lower body first
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recourse:
-    """Patches, and how their forces answer moments: everything that does not depend on the error while patches last."""
+    """Patches and their force responses to moments.
+
+    It holds everything that does not depend on the error while no patch vanishes.
+    """
 
     names: Sequence[BodyId]
     patches: Sequence[PlanPatch]
-    force: Array  # (bricks,) unit of each brick's forces [N]
-    length: Array  # (bricks,) unit of its moments' arms [m]
-    unit: Array  # (patches, 2) units of each patch's force [N] and of its arms [m]
-    balance: Sparse  # (3 bricks, 3 patches) vertical force and first moments on a brick, of those of a patch
+    force: Array  # (bricks,) unit of forces on each brick [N]
+    length: Array  # (bricks,) unit of lever arms of each brick [m]
+    unit: Array  # (patches, 2) units of the force [N] and of the lever arms [m] of each patch
+    balance: Sparse  # (3 bricks, 3 patches) vertical force and first moments on a brick from those of a patch
     loads: Array  # (bricks, 3)
     answer: Array  # (3 patches, 3 bricks): `balance @ answer = -1`
-    planar: NDArray[np.bool_]  # (bricks,) which of them patches go with
-    on_plane: Sparse  # (planar bricks, 3 patches) vertical force on such a brick from the patches that go with it
+    planar: NDArray[np.bool_]  # (bricks,) which bricks carry patches with them
+    on_plane: Sparse  # (planar bricks, 3 patches) vertical force on such a brick from the patches that move with it
 
 
 def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
-    """The rule of least norm; None if the patches cannot answer every moment on every brick."""
+    """Return the rule of least norm; None if the patches cannot balance every moment on every brick."""
     names = sorted(problem.bricks)
     number = {name: i for i, name in enumerate(names)}
     carried = passed_down(problem)
@@ -181,17 +184,17 @@ def recourse(problem: Problem, patches: Sequence[PlanPatch]) -> Recourse | None:
 
 
 class _Entries:
-    """A sparse matrix of dense blocks: a brick touches few others, so nearly all entries are zero."""
+    """Sparse matrix of dense blocks: a brick touches few others, so nearly all entries are zero."""
 
     def __init__(self) -> None:
         self._blocks: list[tuple[int, int, Array]] = []
 
     def put(self, row: int, column: int, block: Array) -> None:
-        """One more block, with its first row and column."""
+        """Add a block with its first row and column."""
         self._blocks.append((row, column, block))
 
     def matrix(self, rows: int, columns: int) -> Sparse:
-        """All of them, by row."""
+        """Return the matrix of all blocks, by row."""
         from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
         places = [np.indices(block.shape) for _, _, block in self._blocks]
@@ -210,7 +213,7 @@ def _units(patch: PlanPatch, number: dict[BodyId, int], force: Array) -> tuple[f
 
 
 def _block(problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale: tuple[float, float]) -> Array:
-    """Scaled vertical force and first moments about a brick's centre, of those of a patch about its own."""
+    """Return scaled vertical force and first moments about a brick's centre from those of a patch about its centre."""
     x, y, _ = problem.bricks[body].pose.position_W
     (px, py), arm = patch.centre, scale[1]
     reach = unit[1] / arm
@@ -220,7 +223,7 @@ def _block(problem: Problem, patch: PlanPatch, body: BodyId, unit: Array, scale:
 
 
 def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Array) -> Array:
-    """(bricks, 3) vertical loads and their first moments, scaled."""
+    """Return (bricks, 3) vertical loads and their first moments, scaled."""
     wrenches = [problem.loads.get(name, Wrench(ZERO)) for name in names]
     loads = np.array([(w.force_W[2], -w.torque_W[1], w.torque_W[0]) for w in wrenches], dtype=float).reshape(-1, 3)
     loads /= np.stack([force, force * length, force * length], axis=1)
@@ -228,29 +231,30 @@ def _loads(problem: Problem, names: Sequence[BodyId], force: Array, length: Arra
 
 
 def _solved(balance: Sparse) -> Array | None:
-    """Minus the pseudo-inverse; None if some row cannot be answered."""
+    """Return minus the pseudo-inverse; None if a row cannot be balanced."""
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     squared = (balance @ balance.T).tocsc()
     each = np.eye(len(squared.indptr) - 1)
     try:
         factors = splu(squared)
-    except RuntimeError:  # it is singular
+    except RuntimeError:  # the matrix is singular
         return None
     inverse = factors.solve(each)
-    inverse += factors.solve(each - squared @ inverse)  # once more, for rounding
+    inverse += factors.solve(each - squared @ inverse)  # one step of iterative refinement
     answer: Array = -(balance.T @ inverse)
     return answer if np.abs(balance @ answer + each).max(initial=0.0) < BALANCED else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edges:
-    """The inset borders of all patches as linear functions that must not be negative."""
+    """Inset borders of all patches as linear functions that must not be negative."""
 
     patch: NDArray[np.int64]  # (edges,)
-    rows: Sparse  # (edges, 3 patches) what a patch's force has to spare at a line
-    of_loads: Array  # (edges,) what displaced loads take from it, by unit of displacement
-    of_planes: Array  # (edges, planar bricks) what displaced forces of planes take, by unit of displacement and force
+    rows: Sparse  # (edges, 3 patches) slack of a patch's force at a border line
+    of_loads: Array  # (edges,) decrease of the slack by displaced loads, per unit of displacement
+    # (edges, planar bricks) decrease by displaced forces of planes, per unit of displacement and force
+    of_planes: Array
 
 
 def _edges(rule: Recourse, error: float) -> _Edges:
@@ -276,10 +280,13 @@ def _lengths(rule: Recourse, of_moments: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Frictional:
-    """Forces at the corners of inset patches, in their cones, whatever the displacements: z, x and y each."""
+    """Forces at the corners of inset patches: z, x and y each.
+
+    They lie within their cones and do not depend on the displacements.
+    """
 
     law: Coulomb  # of all corners
-    rows: ConeRows  # what friction allows of the vertical forces, then the horizontal forces
+    rows: ConeRows  # limits of the vertical forces by friction, then the horizontal forces
     upright: Sparse  # (3 bricks, 3 corners) vertical force and first moments on the bricks
     sideways: Sparse  # (3 bricks, 3 corners) horizontal force and twist
 
@@ -355,7 +362,7 @@ def displaced(rule: Recourse, problem: Problem, error: float) -> PlacementAnswer
 
 
 def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float, x: Array) -> PlacementAnswer:
-    """Evaluate a solution by plain arithmetic: whether it survives `error`, and the error at which it just does."""
+    """Check a solution by plain arithmetic: whether it survives `error`, and the error up to which it does."""
     count = 3 * len(rule.patches)
     forces = _inside(frictional, x[count : count + len(frictional.rows)])
     left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
@@ -375,7 +382,10 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
 
 
 def _inside(frictional: _Frictional, forces: Array) -> Array:
-    """Return forces with those outside their cones reduced to the nearest inside; the balance shows the residual."""
+    """Return the forces, with those outside their cones replaced by the nearest inside.
+
+    The balance shows the residual.
+    """
     triples = frictional.rows.triples(forces).copy()
     triples[:, 0] = np.maximum(triples[:, 0], 0.0)
     tangential = np.hypot(triples[:, 1], triples[:, 2])
@@ -402,11 +412,11 @@ def _carried(rule: Recourse, patches: Array, error: float) -> Array:
 
 # The placement margin: the largest error that all bricks may have at once before a verdict changes.
 #
-# A guaranteed answer: whoever keeps every brick within the margin of its place in plan has an assembly that stands. It
-# is a lower bound; columns reach it exactly. Bricks are rigid, stay on what they lie on, and weigh what they weigh:
-# loads are taken to be vertical.
+# The margin is guaranteed: an assembly stands if each brick is displaced in plan by at most the margin. It is a lower
+# bound, which columns reach exactly. Bricks are rigid, stay on their supports and keep their weight; loads are taken as
+# vertical.
 #
-# With every brick i at its place plus d_i, |d_i| <= e, three things change.
+# Let each brick i be displaced by d_i, |d_i| <= e. Three things change.
 #
 # 1. Two faces that meet on a patch P, each moved by no more than e, still meet on P inset by e: around a point of the
 #   inset patch a disc of radius e lies in both faces, so neither can lose the point. Forces stand on those points,
@@ -415,42 +425,42 @@ def _carried(rule: Recourse, patches: Array, error: float) -> Array:
 # 3. A force G_i on a patch that goes with brick i is displaced too: d_i G_i. With 2 it makes d_i (w_i + G_i), which is
 #   d_i times what the brick carries; a brick alone on the ground may sit anywhere.
 #
-# These moments are met by a fixed linear rule: a change of the vertical patch forces N and of their first moments m
-# about the centre of the patch, of least norm relative to what the patches carry. A vertical patch force is admissible
-# if its resultant lies inside the patch: e_j.m + h_j N >= 0 for each border line j (inward normal e_j, h_j from the
-# centre). So written, the worst of all discs of displacements is a sum of lengths, without loss:
+# A fixed linear rule balances these moments: a change of the vertical patch forces N and of their first moments m about
+# the centre of the patch, of least norm relative to the loads of the patches. A vertical patch force is admissible if
+# its resultant lies inside the patch: e_j.m + h_j N >= 0 for each border line j (inward normal e_j, h_j from the
+# centre). In this form the worst case over all discs of displacements is exactly a sum of lengths:
 #
-#     e_j.m + (h_j - e) N  >=  e * sum over i of |e_j.M_i + (h_j - e) N_i| w_i  (M_i, N_i: the rule's answer to d_i)
+#     e_j.m + (h_j - e) N  >=  e * sum over i of |e_j.M_i + (h_j - e) N_i| w_i  (M_i, N_i: the rule's response to d_i)
 #
-# which is linear in (N, m) for a given e. Friction may be needed to stand at all, so forces at the corners of the inset
-# patches, in their cones, are added; these are the same whatever the displacements. Where loads could be displaced by
-# just e with patches that are inset by e, there is the margin.
+# which is linear in (N, m) for a given e. Equilibrium may need friction, so forces at the corners of the inset patches,
+# within their cones, are added; these do not depend on the displacements. The margin is the error e for which patches
+# inset by e survive a displacement of the loads by exactly e.
 
 
-MOST_STEPS = 60  # halvings end at the tolerance; a limit only against endless loops
-SIDEWAYS = 1e-9  # share of a load that may act sideways and still be rounding
+MOST_STEPS = 60  # halvings end at the tolerance; this limit only prevents endless loops
+SIDEWAYS = 1e-9  # share of a load that may act horizontally and still be rounding
 
 
 @dataclass(frozen=True, slots=True)
 class PlacementMargin:
-    """The error of place that is survived by all bricks at once."""
+    """Placement error of all bricks at once that is survived."""
 
-    value: float  # [m] guaranteed; 0 where nothing is, inf where no error in plan matters
-    limit: tuple[BodyId, BodyId] | None = None  # the contact that limits it, lower body first
-    reason: str = ""  # why it is 0
+    value: float  # [m] guaranteed; 0 if nothing is, inf if no error in plan matters
+    limit: tuple[BodyId, BodyId] | None = None  # the limiting contact, lower body first
+    reason: str = ""  # why the margin is 0
 
 
 @one_thread()
 def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[BodyId] = (GROUND,)) -> PlacementMargin:
-    """The placement error in plan that a problem's bricks survive, to a relative `tolerance`.
+    """Return the placement error in plan that a problem's bricks survive, to a relative `tolerance`.
 
-    `planes` are the fixed bodies without end; any other fixed body has borders that stay where they are.
+    `planes` are the infinite fixed bodies; the borders of any other fixed body do not move.
     """
     if _pushed_sideways(problem):
         return PlacementMargin(0.0, reason="a load acts sideways; placement errors are worked out for weights only")
     patches = plan_patches(problem, planes)
     whole = _answer(problem, patches, 0.0)
-    if whole is None or not whole.displacement > 0.0:  # nor if it is not a number
+    if whole is None or not whole.displacement > 0.0:  # also catches NaN
         return PlacementMargin(0.0, reason=UNSAFE)
     widest = max((patch.reach for patch in patches if not patch.moving), default=1.0)
     if whole.displacement == inf and _survives(_answer(problem, patches, widest)):
@@ -485,7 +495,7 @@ def _crossing(
     That displacement decreases with the error, mostly linearly: hence the secant method, with bisection where it fails.
     """
     low, high, limit = 0.0, most, whole.limit
-    over = (min(whole.displacement, 2.0 * most), -inf)  # displacement less error, at `low` and `high`
+    over = (min(whole.displacement, 2.0 * most), -inf)  # displacement minus error, at `low` and `high`
     error = 0.5 * most
     for step in range(MOST_STEPS):
         answer = _answer(problem, patches, error)
@@ -501,9 +511,9 @@ def _crossing(
 
 
 def _next(low: float, high: float, over: tuple[float, float], step: int, tolerance: float) -> float:
-    """Where the chord crosses, a little to its safe side; the middle if there is no chord, or every third time."""
+    """Return the root of the chord, slightly on its safe side; the middle without a chord and at every third step."""
     middle = 0.5 * (low + high)
-    if over[1] == -inf or step % 3 == 2:  # noqa: PLR2004 -- chords may creep up on one side
+    if over[1] == -inf or step % 3 == 2:  # noqa: PLR2004 -- chords may converge slowly from one side
         return middle
     crossing = low + (high - low) * over[0] / (over[0] - over[1]) if over[0] > over[1] else middle
     return min(max(crossing * (1.0 - 0.25 * tolerance), low + 0.25 * (tolerance * high)), high)

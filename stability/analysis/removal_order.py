@@ -1,9 +1,9 @@
 """Removals from a standing structure: possible single removals, the longest order, and the earliest fall.
 
-The longest order is bounded from both sides: from below by orders found, with each intermediate part proven; from above
-by the least remainder. A remainder must stand, so each proven fall rules out all parts for which it holds, and the
-smallest set of bricks that no fall rules out has at most as many bricks as any standing part. Such sets are judged, and
-their falls rule out more, until one stands or none is left.
+The longest order is bounded from both sides: from below by computed orders, with each intermediate part proven; from
+above by the smallest remainder. A remainder must stand, and each proven fall excludes all parts for which it holds, so
+the smallest set of bricks that no fall excludes has at most as many bricks as any standing part. These sets are judged,
+and their falls exclude more sets, until one stands or none is left.
 """
 
 from collections.abc import Iterator
@@ -16,90 +16,90 @@ from stability.name_order import in_order
 from stability.problem import Contact, Stability, Verdict
 from stability.statics.assembly import Assembly
 
-WALL = 0.01  # vertical part of a normal up to which a contact is a wall: half a degree
+WALL = 0.01  # vertical part of a normal up to which a contact is with a wall: half a degree
 MOST_ABREAST = 3
 MOST_ROUNDS = 60  # of the integer program
-MOST_DESCENTS = 20  # sets of bricks that may stay for which an order is looked for
+MOST_DESCENTS = 20  # remainders for which an order is searched
 
 
 @dataclass(frozen=True, slots=True)
 class Pull:
-    """The result of removing one brick from the whole structure."""
+    """Result of removing one brick from the whole structure."""
 
     brick: BodyId
     carries: bool  # whether another brick rests on it
-    verdict: Verdict  # of all others
+    verdict: Verdict  # of all other bricks
 
 
 @dataclass(frozen=True, slots=True)
 class Longest:
-    """The longest order of pulls after each of which the rest stands."""
+    """Longest order of pulls with a standing remainder after each pull."""
 
     order: tuple[BodyId, ...]
-    at_most: int  # pulls in any such order, proven
-    reason: str = ""  # why it is not known to be the longest
+    at_most: int  # upper bound on the pulls of any such order, proven
+    reason: str = ""  # why the order is not proven to be the longest
 
     @property
     def proven(self) -> bool:
-        """Whether no order is longer."""
+        """Return whether no order is longer."""
         return len(self.order) == self.at_most
 
 
 @dataclass(frozen=True, slots=True)
 class Soonest:
-    """The fewest pulls that bring it down."""
+    """Least number of pulls that bring the structure down."""
 
-    at_least: int  # pulls until it falls, whichever they are, proven
-    order: tuple[BodyId, ...] = ()  # by which it falls with the last; empty if none was found
-    undecided: int = 0  # pulls of so many bricks or fewer of which nothing was proven
+    at_least: int  # lower bound on the pulls before a fall, for any order, proven
+    order: tuple[BodyId, ...] = ()  # pulls of which the last causes the fall; empty if none was found
+    undecided: int = 0  # pulls of up to this number of bricks for which nothing was proven
 
 
 def carrying(design: Assembly) -> list[BodyId]:
-    """The bricks on which others rest or lean, in natural order."""
+    """Return the bricks on which others rest or lean, in natural order."""
     return in_order([name for name in design.bricks if any(_bears(c, name) for c in design.contacts(name))])
 
 
 def _bears(contact: Contact, brick: BodyId) -> bool:
-    """Whether a brick presses the other upwards, more than a wall does."""
+    """Return whether a contact pushes the other brick upwards by more than a wall does."""
     return contact.lower == brick and max(normal[2] for normal in contact.normals_W) > WALL
 
 
 def single_pulls(design: Assembly) -> Iterator[Pull]:
-    """The verdict on all others, for each brick of an assembly that stands."""
+    """Yield the verdict on all other bricks, for each brick of a standing assembly."""
     load_bearing = set(carrying(design))
     for name in in_order(design.bricks):
         yield Pull(name, name in load_bearing, design.would_without([name]))
 
 
 def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Longest:
-    """The longest order of pulls of some bricks of a design that stands, by at most so many verdicts."""
+    """Return the longest order of pulls of given bricks from a standing design, with at most `most` verdicts."""
     return LongestSearch(parts, may_go, most, known).run()
 
 
 class LongestSearch:
-    """A search for the longest order from both sides; after an interrupt `best` has the bounds so far."""
+    """Search for the longest order from both sides; after an interrupt `best` holds the current bounds."""
 
     def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> None:
-        """Of pulls of some bricks, by at most so many verdicts, of which `known` is told."""
+        """Limit the pulls to `may_go` and the search to `most` verdicts; `known` is called with their number."""
         self.parts, self.may_go, self.known = parts, may_go, known
-        self.last = parts.asked + most  # how many verdicts may be asked
+        self.last = parts.asked + most  # limit of the number of verdicts
         self.order: tuple[BodyId, ...] = ()
         self.at_most = may_go.bit_count()
-        self.clauses: list[Clause] = []  # which sets may stay
-        self.reason = ""  # why it goes on no more
-        self.used = 0  # of the falls of the parts
+        self.clauses: list[Clause] = []  # conditions on the remainders
+        self.reason = ""  # why the search stopped
+        self.used = 0  # number of the falls in `clauses`
         self.descents = 0
-        self.bounded = True  # whether all sets that were ruled out were so by proof
+        self.bounded = True  # whether all excluded sets were excluded by a proof
 
     @property
     def best(self) -> Longest:
-        """Return the bounds so far."""
+        """Return the current bounds."""
         reason = self.reason or ("" if self.closed else "the bound was not closed")
         return Longest(self.order, max(self.at_most, len(self.order)), reason)
 
     @property
     def closed(self) -> bool:
-        """Whether no order is longer."""
+        """Return whether no order is longer."""
         return len(self.order) >= self.at_most
 
     def run(self) -> Longest:
@@ -117,7 +117,7 @@ class LongestSearch:
         return self.best
 
     def _pull_greedily(self) -> None:
-        """The longer of two orders: always the highest brick that can go, or the lowest."""
+        """Store the longer of two orders, which pull the highest or the lowest removable brick each time."""
         parts = self.parts
         names = from_the_top(parts, self.may_go)
         for turn in (names, names[::-1]):
@@ -135,7 +135,7 @@ class LongestSearch:
                     self.known(parts.asked)
 
     def _step(self) -> None:
-        """Ask for the smallest set that may stay."""
+        """Judge the smallest possible remainder."""
         parts, count = self.parts, len(self.parts.names)
         self.clauses += [Clause(fall.absent, fall.moving) for fall in parts.falls[self.used :]]
         self.used = len(parts.falls)
@@ -157,10 +157,10 @@ class LongestSearch:
         if stands and self._way_to(kept.chosen):
             return
         self.bounded &= stands
-        self.clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # not this set again
+        self.clauses.append(Clause(parts.whole & ~kept.chosen, kept.chosen))  # exclude this set from now on
 
     def _way_to(self, kept: Part) -> bool:
-        """Look for an order that leaves just these; whether there is one."""
+        """Search for an order that leaves exactly this remainder; return whether there is one."""
         self.descents += 1
         if self.descents > MOST_DESCENTS:
             self.reason = "what may stay was found, but no way there"
@@ -195,7 +195,7 @@ def _beside(parts: Subsets, name: BodyId) -> list[BodyId]:
 
 
 def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Soonest:
-    """The fewest pulls that bring a design down that stands, by at most so many verdicts."""
+    """Return the fewest pulls that bring a standing design down, with at most `most` verdicts."""
     last, undecided = parts.asked + most, 0
     names = from_the_top(parts, may_go)[::-1]
     for count in range(1, len(names) + 1):

@@ -16,30 +16,30 @@ from stability.name_order import in_order
 from stability.problem import UP, Placed, Stability, Tolerances, Verdict
 from stability.statics.assembly import Assembly
 
-# A build whose bricks may lie beside their places: what stands of it with some bricks shifted in plan.
+# A build whose bricks may be shifted in plan: which of it stands with given shifts.
 #
-# A brick that is shifted carries along what rests on it. Shifts are along the ground, or level where there is none.
+# A shifted brick carries the bricks on it along. Shifts are parallel to the ground, or horizontal without ground.
 
 
-EXACT = 1e-4  # of how near counts as touching: bodies that near lie on each other, but for rounding
+EXACT = 1e-4  # share of the contact distance: bodies this near lie on each other, within rounding
 
-Shift: TypeAlias = tuple[float, float]  # along the ground, towards +x and +y [m]
+Shift: TypeAlias = tuple[float, float]  # parallel to the ground, towards +x and +y [m]
 
 
 @dataclass(frozen=True, slots=True)
 class Piling:
-    """A build: groups of bricks placed together in order, fixed bodies, and removals."""
+    """Build: groups of bricks placed together in order, fixed bodies, and removals."""
 
     planes: Sequence[Plane]
     friction: GivenFriction
     gravity: float
     stages: Sequence[Sequence[Placed]]
-    pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the stage that comes next
+    pulled: Mapping[int, Sequence[BodyId]] = field(default_factory=dict)  # by the number of the next stage
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
 
     @property
     def bricks(self) -> list[Placed]:
-        """All that is ever set down."""
+        """Return all bricks of all stages."""
         return [placed for stage in self.stages for placed in stage]
 
     def states(self) -> Iterator[frozenset[BodyId]]:
@@ -59,12 +59,12 @@ class Piling:
         return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - gone
 
     def carried(self) -> dict[BodyId, frozenset[BodyId]]:
-        """Each brick, with all that rests on it."""
+        """Return each brick with all bricks that rest on it."""
         whole = self.whole()
         return {name: frozenset(whole.with_all_above([name])) for name in whole.bricks}
 
     def whole(self) -> Assembly:
-        """All that is ever set down, at once."""
+        """Return an assembly of all bricks of all stages."""
         whole = self.assembly()
         whole.add_all(self.bricks, names_smallest=False)
         return whole
@@ -74,7 +74,7 @@ class Piling:
         return Assembly(self.planes, self.friction, self.gravity, self.tolerances, overlap=inf)
 
     def shifted(self, shifts: Mapping[BodyId, Shift]) -> "Piling":
-        """The same with each brick moved by its own sum of shifts."""
+        """Return the same build with each brick moved by the sum of its shifts."""
         along, across = self._axes()
 
         def moved(placed: Placed) -> Placed:
@@ -87,7 +87,7 @@ class Piling:
         return replace(self, stages=[[moved(placed) for placed in stage] for stage in self.stages])
 
     def way(self, shift: Shift) -> Vec3:
-        """A shift as a vector in W [m]."""
+        """Return a shift as a vector in W [m]."""
         along, across = self._axes()
         return add(add_scaled((0.0, 0.0, 0.0), shift[0], along), add_scaled((0.0, 0.0, 0.0), shift[1], across))
 
@@ -97,16 +97,19 @@ class Piling:
         return cross(across, normal), across
 
     def falls_at_once(self) -> bool:
-        """Whether all that is there in the end is proven to fall if set down together: then it falls by then."""
+        """Return whether the final bricks, placed together, are proven to fall.
+
+        Then the build falls at the last stage or before.
+        """
         assembly = self.assembly()
         gone = {name for names in self.pulled.values() for name in names}
         last = [placed for placed in self.bricks if placed.brick.id not in gone]
         return assembly.add_all(last, names_smallest=False).stability is Stability.UNSTABLE
 
     def first_fall(self, upto: int | None = None, *, names_smallest: bool = False) -> tuple[int, Verdict] | None:
-        """The first stage with which not all stands, of so many, and its verdict; None if all stand.
+        """Return the first of `upto` stages at which not all bricks stand, and its verdict; None if all stand.
 
-        With `names_smallest` as few bricks are named as are found to fall, which of a heap takes seconds.
+        With `names_smallest` the verdict names the smallest falling set that is found, which takes seconds for a heap.
         """
         assembly = self.assembly()
         for turn, stage in enumerate(self.stages[:upto]):
@@ -121,13 +124,13 @@ class Piling:
         return None
 
     def touching(self) -> frozenset[tuple[BodyId, BodyId]]:
-        """All pairs that touch, the lower first."""
+        """Return all touching pairs, the lower body first."""
         return frozenset((contact.lower, contact.upper) for contact in self.whole().all_contacts())
 
     def crowds(self, moved: frozenset[BodyId], touching: frozenset[tuple[BodyId, BodyId]]) -> bool:
         """Return whether a moved brick overlaps another body or grazes one that it did not touch before.
 
-        Such a near body would count as touching and might hold the brick by that alone.
+        A grazing contact counts as contact and might be the only support of the brick.
         """
         moving = [placed for placed in self.bricks if placed.brick.id in moved]
         others = [placed for placed in self.bricks if placed.brick.id not in moved]
@@ -144,7 +147,7 @@ class Piling:
         )
 
     def _times(self) -> dict[BodyId, tuple[int, int]]:
-        """The stage with which each brick comes, and that before which it goes."""
+        """Return the stage at which each brick is placed, and the stage before which it is removed."""
         gone = {name: turn for turn, names in self.pulled.items() for name in names}
         return {
             placed.brick.id: (turn, gone.get(placed.brick.id, len(self.stages)))
@@ -165,21 +168,22 @@ class Piling:
 
 
 def bearing_shift(length: float, bearing: float) -> Shift:
-    """So far along a bearing, from +x towards +y [rad]."""
+    """Return a shift of a length along a bearing, from +x towards +y [rad]."""
     return length * cos(bearing), length * sin(bearing)
 
 
-# The fewest props with which a build stands that falls: after each brick that is set down or pulled out, to the end.
+# The fewest props with which a falling build stands after each placement and removal, to the end.
 #
-# What stands with some props stands with more, as none of them has to press. So only what falls is asked again.
+# A set of props that suffices still suffices with more props, as no prop needs to carry load. So only falling stages
+# are judged again.
 
 
 @dataclass(frozen=True, slots=True)
 class Propping:
-    """Supports that stay, one a brick."""
+    """Permanent supports, one per brick."""
 
     bricks: tuple[BodyId, ...]
-    next_to_fall: tuple[BodyId, ...] = ()  # later, where no props hold that; empty if everything stands
+    next_to_fall: tuple[BodyId, ...] = ()  # bricks of a later fall that no props prevent; empty if everything stands
 
 
 def propping(piling: Piling, known: Known = nobody) -> Propping | None:
@@ -208,54 +212,54 @@ def _stands(parts: Subsets, part: Part) -> bool:
     return parts.ask(part).stability is Stability.STABLE
 
 
-# The least shift of one brick in plan that lets a build stand, with what rests on it carried along; or several shifts.
+# The least shift of one brick, with the bricks on it, with which a build stands; or several such shifts.
 #
-# A brick is tried further and further away along bearings all around. From the nearest place that stands the length is
-# halved down, and the bearing turned to the foot of the perpendicular on the line through two limits beside each other:
-# limits of tipping are straight. What is handed out stands, and falls where it is shorter by a millionth; that no other
-# bearing needs much less is shown on a ring of bearings, and known between them no better.
+# A brick is tried at increasing distances along bearings all around. From the nearest stable place the length is
+# bisected and the bearing turned to the foot of the perpendicular on the line through two neighbouring limits: limits
+# of tipping are straight lines. The result stands, and a shift shorter by a millionth falls. A ring of bearings shows
+# that no other bearing needs a much shorter shift; between these bearings this is not proven.
 
 
 BEARINGS = 16
-STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # of the longest side of the brick
-CLOSE = 1e-6  # share of a shift by which less is shown to be too little
-TURN = 0.02  # [rad] between two limits that show which way the border runs
+STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # times the longest side of the brick
+CLOSE = 1e-6  # relative width of the bracket between a failing and a sufficient shift
+TURN = 0.02  # [rad] between two limits that give the direction of the border
 TURNS = 3
-DIGITS = 4  # of a shift as people are told it, if that stands
+DIGITS = 4  # of a shift as shown to users, if the rounded shift stands
 ANGLE_DIGITS = 6  # of its bearing in radians
-MOST_AT_ONCE = 12  # shifts
+MOST_AT_ONCE = 12  # shifts of bricks together
 SIDES = 24  # bearings of the ring
-RING = 0.97  # of the shift, that is shown not to be enough along these
+RING = 0.97  # of the shift: this length is shown to be too short along the ring
 
 
 @dataclass(frozen=True, slots=True)
 class BrickShift:
-    """A shift that lets it stand, by a verdict."""
+    """Shift of a brick with which the build stands, by a verdict."""
 
     brick: BodyId
-    shift: Shift  # along the ground [m]
-    too_little: float  # [m] along the same bearing with which it is proven to fall
-    shorter: int = 0  # of the bearings around, how many are proven not to do with a little less
+    shift: Shift  # parallel to the ground [m]
+    too_little: float  # [m] along the same bearing, proven to fall
+    shorter: int = 0  # number of bearings of the ring along which a slightly shorter shift is proven to fall
 
     @property
     def length(self) -> float:
-        """In plan [m]."""
+        """Return the length in plan [m]."""
         return hypot(*self.shift)
 
 
 @dataclass(frozen=True, slots=True)
 class SeveralShifts:
-    """Shifts that let it stand together."""
+    """Shifts with which the build stands if all are applied."""
 
     shifts: Sequence[tuple[BodyId, Shift]]
-    too_little: float  # share of all of them with which it is proven to fall
+    too_little: float  # share of all shifts with which the build is proven to fall
 
 
 class Shifting:
-    """A falling build and the effect of shifts."""
+    """Falling build and the effect of shifts on it."""
 
     def __init__(self, piling: Piling, known: Callable[[], None] = lambda: None) -> None:
-        """`known` is told of each verdict."""
+        """Store the build; `known` is called after each verdict."""
         self.piling = piling
         self.carried = piling.carried()
         self.touching = piling.touching()
@@ -275,7 +279,7 @@ class Shifting:
         moved = self.piling.shifted(sums)
         if any(moved.crowds(self.carried[brick], self.touching) for brick in shifts):
             return None
-        if upto is None and moved.falls_at_once():  # which is cheap to ask, and most trials do
+        if upto is None and moved.falls_at_once():  # cheap, and decides most trials
             return False
         fall = moved.first_fall(upto)
         if fall is None:
@@ -285,7 +289,7 @@ class Shifting:
     def least(
         self, brick: BodyId, others: Mapping[BodyId, Shift], upto: int | None = None, most: float | None = None
     ) -> BrickShift | None:
-        """The least shift of one brick besides others, no longer than `most` [m]; None if none is found."""
+        """Return the least shift of a brick besides other shifts, at most `most` [m]; None if none is found."""
         ox, oy = others.get(brick, (0.0, 0.0))
 
         def holds(length: float, bearing: float) -> bool | None:
@@ -331,7 +335,7 @@ class Shifting:
     def _turned(
         self, best: tuple[float, float, float], holds: Callable[[float, float], bool | None]
     ) -> tuple[float, float, float]:
-        """The same along a better bearing, if there is one nearby."""
+        """Return the same for a better bearing, if there is one nearby."""
         for _ in range(TURNS):
             _, length, bearing = best
             beside = bearing + TURN
@@ -356,7 +360,7 @@ class Shifting:
         return in_order([name for name in self.carried if name in there and self.carried[name] & near & there])
 
     def several(self) -> SeveralShifts | None:
-        """Shifts one after the other: each is the least that mends the first fall that is left; None if that fails."""
+        """Return shifts that each repair the first remaining fall with the least length; None if a fall has none."""
         shifts: dict[BodyId, Shift] = {}
         for _ in range(MOST_AT_ONCE):
             fall = self._first_fall(shifts)
@@ -383,7 +387,7 @@ class Shifting:
         return self.piling.shifted(sums).first_fall()
 
     def _shrunk(self, shifts: Mapping[BodyId, Shift]) -> SeveralShifts | None:
-        """All that are needed, by as little as is enough of all alike."""
+        """Return the necessary ones of some shifts, reduced by the same factor as far as the build stands."""
         needed = dict(shifts)
         for brick in list(needed):
             fewer = {name: shift for name, shift in needed.items() if name != brick}
@@ -402,14 +406,14 @@ class Shifting:
 
 
 def _foot(one: Shift, other: Shift) -> float:
-    """The bearing of the foot of the perpendicular on the line through two shifts [rad]."""
+    """Return the bearing of the foot of the perpendicular on the line through two shifts [rad]."""
     dx, dy = other[0] - one[0], other[1] - one[1]
     across = one[0] * dy - one[1] * dx
     return atan2(-across * dx, across * dy)
 
 
 def rounded_up(length: float) -> float:
-    """The next number of few digits [m]."""
+    """Return the next larger number with few digits [m]."""
     unit = 10.0 ** (floor(log10(length)) + 1 - DIGITS)
     return float(f"{unit * ceil(length / unit * (1.0 - CLOSE * CLOSE)):.{DIGITS}g}")
 

@@ -19,21 +19,21 @@ from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
 from stability.statics.proof import check_motion
 from stability.statics.tipping import Fall, tipping
 
-# Proves that a part of a sample tips as one body, where no forces were found.
+# Proves that a part of a sample tips as one body, if no forces were found.
 
 
 @dataclass(frozen=True, slots=True)
 class SampleSite:
-    """Ground, friction and gravity of sampled bricks."""
+    """Fixed bodies, friction and gravity of sampled bricks."""
 
     planes: Sequence[Plane]
-    friction: GivenFriction  # of brick on brick
+    friction: GivenFriction  # between bricks
     gravity: float  # [m/s2]
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
 
 
 def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite) -> Fall | None:
-    """The fall of some bricks as one body while all the rest stays where it is, checked by arithmetic."""
+    """Return the fall of some bricks as one body while all other bricks are fixed, checked by arithmetic."""
     bricks: Mapping[BodyId, Placed] = {placed.brick.id: placed for placed in moving}
     border = _between(moving, rest, site)
     for placed in moving:
@@ -46,7 +46,7 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleS
     if fall is None:
         return None
     loads = {name: Wrench((0.0, 0.0, -placed.brick.mass * site.gravity)) for name, placed in bricks.items()}
-    # What moves as one body does not move in itself, so contacts between its bricks have nothing to say.
+    # A rigid group has no relative motion inside, so contacts between its bricks do not matter.
     return fall if check_motion(Problem(bricks, border, loads), fall.motion, site.tolerances).holds else None
 
 
@@ -67,41 +67,40 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite)
     return found
 
 
-# Bricks that lie flat, in many samples of one design at once: where each lies, and whether two overlap in plan.
+# Bricks that lie flat, in many samples of one design at once: their places and overlaps in plan.
 #
-# A box lies flat if one of its axes is upright. In plan it is a rectangle, turned; everything here is plan geometry,
-# and arrays have a row a brick and a column a sample, so that what is asked of one brick is asked of all samples
-# together.
+# A box lies flat if one of its axes is vertical. In plan it is a rotated rectangle, and everything here is plan
+# geometry. Arrays have one row per brick and one column per sample, so that a query for one brick covers all samples.
 
 
 Mask: TypeAlias = NDArray[np.bool_]
 
-SQUARE = sqrt(0.5)  # cosine of the angle from which the other side of a rectangle is the nearer one
-THIN = 0.01  # of the least half length: a patch is not taken to be thinner
+SQUARE = sqrt(0.5)  # cosine of the angle from which the other side of a rectangle is nearer
+THIN = 0.01  # share of the smallest half length that a patch has at least as thickness
 
 
 @dataclass(slots=True)
 class FlatSamples:
-    """Boxes in many samples; a row a brick, a column a sample."""
+    """Boxes in many samples: one row per brick, one column per sample."""
 
-    half: Sequence[tuple[float, float]]  # by brick [m]
+    half: Sequence[tuple[float, float]]  # half lengths, by brick [m]
     x: Array  # of the centre, in plan [m]
     y: Array
-    cos: Array  # of the turn from +x to the first level axis
+    cos: Array  # of the rotation from +x to the first horizontal axis
     sin: Array
 
     def inside(self, bricks: Sequence[int], x: Array, y: Array) -> Mask:
-        """Whether points in plan, a row a brick, lie within the outlines of these bricks, borders included."""
+        """Return whether points in plan lie within the outlines of bricks or on their borders, one row per brick."""
         rows = list(bricks)
         dx, dy, cos, sin = x - self.x[rows], y - self.y[rows], self.cos[rows], self.sin[rows]
         half = np.array([self.half[brick] for brick in rows]).reshape(-1, 2)
         return (np.abs(dx * cos + dy * sin) <= half[:, :1]) & (np.abs(dy * cos - dx * sin) <= half[:, 1:])
 
     def patch(self, upper: int, lower: int) -> tuple[Array, Array, Array]:
-        """About where two outlines overlap: its middle along the axes of the upper one, seen from there [m].
+        """Return the centre of the overlap of two outlines and the mean square distance of its points per axis [m, m2].
 
-        And the mean square of how far its points are from there along an axis [m2]. Exact where their sides are
-        parallel. If `lower` is negative, it has no outline, and all of the upper one is meant.
+        The centre is relative to the upper outline, along its axes. Results are exact if the sides are parallel. A
+        negative `lower` has no outline: the overlap is the whole upper outline.
         """
         one, two = self.half[upper]
         none = np.zeros_like(self.x[upper])
@@ -125,7 +124,7 @@ def _common(half: float, middle: Array, other: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SampledRectangle:
-    """A rectangle in plan, in every sample."""
+    """Rectangle in plan, in every sample."""
 
     half: tuple[float, float]
     x: Array
@@ -135,7 +134,7 @@ class SampledRectangle:
 
 
 def outlines_overlap(a: SampledRectangle, b: SampledRectangle) -> Array:
-    """How far two rectangles reach into each other along the axis along which that is least [m]; negative apart."""
+    """Return the depth of the overlap of two rectangles along the axis where it is least [m]; negative if apart."""
     dx, dy = b.x - a.x, b.y - a.y
     turn_cos = np.abs(a.cos * b.cos + a.sin * b.sin)
     turn_sin = np.abs(a.cos * b.sin - a.sin * b.cos)
@@ -149,45 +148,44 @@ def outlines_overlap(a: SampledRectangle, b: SampledRectangle) -> Array:
     return least
 
 
-# Upright forces passed down in many samples at once, and checked by arithmetic: a proof of each sample by itself.
+# Vertical forces passed down in many samples at once and checked by arithmetic: one proof per sample.
 #
-# Where bricks lie flat, a force between two of them may go upright through any point that lies in both outlines. Each
-# brick hands what it carries to those below it by the pressure that is linear over their patches: a linear map that
-# depends on where these bricks lie, and not on what comes on top of them. So a brick that is added changes the forces
-# below it by a sum, and those of the bricks before it stay. How the load is shared is no more than a proposal: of each
-# sample, one linear solve a brick. A sample counts as proven if its own forces balance each of its own bricks, if each
-# of them presses, and if each goes through its own contact. Of any other, nothing is known.
+# Between flat bricks a vertical force may act at any point of both outlines. Each brick passes its load to the bricks
+# below by a pressure that is linear over their patches: a linear map that depends on the places of these bricks, but
+# not on the bricks above. So a new brick adds to the forces below it and does not change the maps. The shares of a load
+# are only a proposal: one linear solve per brick and sample. A sample is proven if its forces balance each of its
+# bricks, are all compressive, and act within their contacts. Other samples stay undecided.
 
 
-# What a brick hands down, less what it carries, relative to that and to half its diagonal: a tenth of what a proof of
-# statics may be off.
+# Accepted residual of a brick's balance, relative to its load and half diagonal: a tenth of the tolerance of proofs of
+# statics.
 BALANCED = 1e-12
-GROUND = -1  # the number of what is below all bricks
+GROUND = -1  # number of the ground below all bricks
 
 
 @dataclass(frozen=True, slots=True)
 class Support:
-    """A brick may rest on another one, or on the ground."""
+    """Possible support of a brick: another brick or the ground."""
 
     upper: int
-    lower: int  # or GROUND
-    touches: Mask  # in which samples it truly rests there
+    lower: int  # brick number, or GROUND
+    touches: Mask  # by sample, whether the brick rests on it
 
 
 @dataclass(slots=True)
 class PassedDown:
-    """The forces of many samples while bricks come, each after those that it rests on: bricks are numbered so.
+    """Forces of many samples while bricks are added, each after its supports: bricks are numbered in this order.
 
-    A force is its size [N] and its moments about the origin of the plan [N m], in rows; a column a sample.
+    A force is its size [N] and its moments about the origin of the plan [N m], as rows; one column per sample.
     """
 
     samples: FlatSamples
     weights: Sequence[float]  # by brick [N]
     supports: Sequence[Sequence[Support]]  # by brick
-    carried: Mask = field(init=False)  # in which samples every brick so far rests on something
+    carried: Mask = field(init=False)  # by sample, whether every brick so far has a support
     _maps: dict[int, list[Array]] = field(default_factory=dict)
     _forces: dict[tuple[int, int], Array] = field(default_factory=dict)  # by upper brick and number of the support
-    _off: dict[int, Array] = field(default_factory=dict)  # by brick: what it handed down less what it carries [N]
+    _off: dict[int, Array] = field(default_factory=dict)  # by brick: the residual, passed load minus own load [N]
     _changed: set[tuple[int, int]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -216,9 +214,9 @@ class PassedDown:
                     heappush(waiting, -support.lower)
 
     def astray(self) -> Array:
-        """By sample, the highest brick whose forces are no proof; -1 if those of all are.
+        """Return by sample the highest brick whose forces are no proof; -1 if all forces are.
 
-        Only forces that have changed since this was last asked are looked at.
+        Only forces that changed since the last call are checked.
         """
         keys = sorted(self._changed)
         self._changed.clear()
@@ -239,7 +237,7 @@ class PassedDown:
         np.add.at(carried, uppers, size)
         for upper in sorted(self._off.keys() & set(uppers)):
             good[uppers.index(upper)] &= self._off[upper] <= BALANCED * carried[upper]
-        for row, upper in enumerate(uppers):  # from the lowest number on, so that the highest stays
+        for row, upper in enumerate(uppers):  # in ascending order, so that the highest number is stored last
             found[~good[row]] = upper
         return found
 
@@ -254,7 +252,7 @@ class PassedDown:
         return [np.stack([part[0], part[1] * scale + part[0] * x, part[2] * scale + part[0] * y]) for part in parts]
 
     def _shares(self, brick: int) -> list[Array]:
-        """(samples, 3, 3) for each support: a load about the brick's own centre, to the part of it that goes there."""
+        """Return (samples, 3, 3) per support: the map from a load about the brick's centre to the support's share."""
         scale, cos, sin = hypot(*self.samples.half[brick]), self.samples.cos[brick], self.samples.sin[brick]
         moments = []
         for support in self.supports[brick]:
@@ -264,6 +262,6 @@ class PassedDown:
             rows = [[one, x, y], [x, x * x + spread, x * y], [y, x * y, y * y + spread]]
             moments.append(np.where(support.touches, np.array(rows), 0.0).transpose(2, 0, 1))
         total = np.add.reduce(moments)
-        total[~self.carried] = np.eye(3)  # where nothing carries it, there is nothing to share
+        total[~self.carried] = np.eye(3)  # without a support there is nothing to share
         inverse = np.linalg.inv(total)
         return [moment @ inverse for moment in moments]

@@ -23,10 +23,10 @@ from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem
 from stability.process_settings import one_thread
 from stability.work_limit import add_work
 
-NEAR = 1e-5  # share by which a limit may be beyond the margin and count as reached with it
-ALIGNED = 1e-6  # [rad] by which a direction may be off the normal of its limit
+NEAR = 1e-5  # relative distance beyond the margin at which a limit counts as reached with it
+ALIGNED = 1e-6  # [rad] accepted angle between a direction and the normal of its limit
 CONTACT = 40.0  # units of work to compare the forces of a contact with another problem
-ASIDE = 0.01  # of the size of a contact: points that are further apart are not the same
+ASIDE = 0.01  # share of the size of a contact: points further apart are different points
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +36,13 @@ class MarginLimit:
     problem: Problem
     forces: Forces
     motion: Motion
-    pull_g: tuple[float, float]  # the level acceleration at which that is, in units of g
-    gain: float  # the power [W] that the motion has by a unit more of the margin
+    pull_g: tuple[float, float]  # the horizontal acceleration at the limit, in units of g
+    gain: float  # the power [W] of the motion per unit of the margin
 
 
 @dataclass(frozen=True, slots=True)
 class Slopes:
-    """Slopes of a margin per unit of a number, towards less and towards more of it."""
+    """Slopes of a margin per unit of a number, for a decrease and an increase of it."""
 
     less: float
     more: float
@@ -52,9 +52,9 @@ class Slopes:
 def acceleration_limits(
     problem: Problem, gravity: float, tolerance: float = 1e-7
 ) -> tuple[float, tuple[MarginLimit, ...]]:
-    """The margin of acceleration [g], and all limits that are reached with it; none where nothing is proven to fall.
+    """Return the margin of acceleration [g] and all limits reached at it; no limits if no fall is proven.
 
-    Where bodies slide alike in all directions there are more than these four.
+    Bodies that slide alike in all directions have more limits than these four.
     """
     margin = acceleration(problem, tolerance, gravity)
     if margin is None or margin.motion is None:
@@ -62,7 +62,7 @@ def acceleration_limits(
     found: dict[tuple[int, float], MarginLimit] = {}
     for number, part in enumerate(groups_apart(problem)):
         case = shaken(part, gravity, Tolerances())
-        assert case is not None  # as the margin of all is known
+        assert case is not None  # the margin of the whole problem is known
         for quarter in range(4):
             for one in _aligned(case, margin.bearing + 0.5 * pi * quarter):
                 assert one.cut is not None
@@ -95,7 +95,7 @@ def _limit(case: Shaken, one: Heading) -> MarginLimit:
 
 @one_thread()
 def friction_limits(problem: Problem, tolerance: float = 1e-9) -> tuple[float, tuple[MarginLimit, ...]]:
-    """The least factor on all friction with which forces balance, and the limit at it; none where it has none."""
+    """Return the least factor on all friction for which forces balance, and its limit, if it has one."""
     margin = least_friction(problem, tolerance)
     if margin.forces is None or margin.motion is None or not margin.factor > 0.0:
         return margin.factor, ()
@@ -119,9 +119,9 @@ def _power_of_friction(limit: MarginLimit) -> float:
 
 @one_thread()
 def slopes(limits: Sequence[MarginLimit], less: Problem | None, more: Problem | None, step: float) -> Slopes | None:
-    """How a margin changes from its limits, by problems that have a `step` less and more of something.
+    """Return the slopes of a margin at its limits, from problems with a number decreased and increased by `step`.
 
-    None where one of them touches elsewhere, or is none, so that nothing can be compared.
+    None if a problem is missing or has other contacts, so that no comparison is possible.
     """
     if not limits or less is None or more is None:
         return None
@@ -136,7 +136,7 @@ def slopes(limits: Sequence[MarginLimit], less: Problem | None, more: Problem | 
 
 
 def _power(limit: MarginLimit, other: Problem) -> float | None:
-    """The power along the motion of the loads of another problem, and of the forces at the limit on its contacts."""
+    """Return the power of another problem's loads and of the limit's contact forces along the limit's motion."""
     if not other.bricks.keys() >= limit.problem.bricks.keys():
         return None
     add_work(CONTACT * len(limit.problem.contacts))
@@ -158,7 +158,7 @@ def _power(limit: MarginLimit, other: Problem) -> float | None:
 
 
 def _carried(limit: MarginLimit, contact: Contact, forces: ConeForces, now: Contact, other: Problem) -> float | None:
-    """The power of forces that go with the points and cones of a contact; None if these are others."""
+    """Return the power of forces that move with the points and cones of a contact; None if the points differ."""
     order = _same_points(contact, now)
     if order is None or len(contact.normals_W) != len(now.normals_W):
         return None
@@ -174,14 +174,14 @@ def _carried(limit: MarginLimit, contact: Contact, forces: ConeForces, now: Cont
 
 
 def _turned(tangential: Vec3, normal: Vec3) -> Vec3:
-    """A force along a contact, brought into the plane across another normal, as large as it was."""
+    """Return a tangential force rotated into the plane across another normal, with its size unchanged."""
     across = add_scaled(tangential, -dot(tangential, normal), normal)
     size = norm(across)
     return scale(norm(tangential) / size, across) if size > 0.0 else ZERO
 
 
 def _same_points(contact: Contact, now: Contact) -> list[int] | None:
-    """For each point of a contact, its number among those of another that are nearly the same; None if they are not."""
+    """Return the index of the nearly equal point of `now` for each point of a contact; None if one has none."""
     if len(contact.points_W) != len(now.points_W):
         return None
     size = max(norm(subtract(point, contact.points_W[0])) for point in contact.points_W)
@@ -198,7 +198,7 @@ def _nearest(point: Vec3, points: Sequence[Vec3]) -> int:
 
 
 def _slip(problem: Problem, motion: Motion, contact: Contact, point: Vec3) -> Vec3:
-    """How fast the upper body moves away from the lower one at a point [m/s]."""
+    """Return the velocity of the upper body relative to the lower one at a point [m/s]."""
     return subtract(*(_velocity(problem, motion, body, point) for body in (contact.upper, contact.lower)))
 
 

@@ -13,38 +13,39 @@ from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Contact, Motion, Placed, Stability, Tolerances, rounded
 from stability.statics.assembly import Assembly
 
-# The smallest set of bricks that meets every clause: at least one of these there, or one of those not.
+# The smallest set of bricks that satisfies every clause: a clause requires one of some bricks in the set, or one of
+# others outside.
 #
-# An integer program (HiGHS, by way of scipy). What it says is least is a bound only as far as its search went.
+# It is found by an integer program (HiGHS, through scipy). Its lower bound is only as good as the finished search.
 
 
 MOST_NODES = 2_000  # of the search: seconds
-TIE = 1e-6  # by which an earlier brick is preferred to a later one, so that the answer is always the same
-SLACK = 1e-3  # of the objective, more than all ties together
+TIE = 1e-6  # preference of an earlier brick over a later one, so that the result is unique
+SLACK = 1e-3  # of the objective, more than all tie weights together
 
 
 @dataclass(frozen=True, slots=True)
 class Clause:
-    """At least one brick of `there` must be in the set, or one of `away` not."""
+    """Condition on a set: it has a brick of `there` or lacks a brick of `away`."""
 
     there: int  # bits
     away: int = 0
 
     def met_by(self, chosen: int) -> bool:
-        """Whether a set of bricks meets it."""
+        """Return whether a set of bricks satisfies the clause."""
         return bool(chosen & self.there or self.away & ~chosen)
 
 
 @dataclass(frozen=True, slots=True)
 class Smallest:
-    """A set that meets all clauses; `None` if there is none."""
+    """Set that satisfies all clauses; `None` if there is none."""
 
     chosen: int | None
-    at_least: int  # bricks in every set that does, proven by the search
+    at_least: int  # lower bound on the bricks of such a set, proven by the search
 
 
 def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES) -> Smallest:
-    """The smallest set out of so many bricks."""
+    """Return the smallest set among `bits` bricks that satisfies all clauses."""
     import numpy as np  # noqa: PLC0415 -- they take longer to load than most verdicts to find
     from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415 -- likewise
     from scipy.sparse import csr_matrix  # noqa: PLC0415 -- likewise
@@ -77,14 +78,14 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     return Smallest(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
 
 
-# A contact resists a motion if it does not open fast enough.
+# A contact resists a motion that does not open it fast enough.
 
 
 VIOLATION = Tolerances().violation  # share of the speed there, as in the check of every proof
 
 
 def resists(contact: Contact, motion: Motion, bricks: Mapping[BodyId, Placed]) -> bool:
-    """Whether forces of a contact could take power from a motion; bodies that it does not name are at rest."""
+    """Return whether forces of a contact could take power from a motion; bodies not named by it are at rest."""
     for point in contact.points_W:
         upper, lower = (_velocity(body, point, motion, bricks) for body in (contact.upper, contact.lower))
         slip = subtract(upper, lower)
@@ -104,15 +105,15 @@ def _velocity(body: BodyId, point: Vec3, motion: Motion, bricks: Mapping[BodyId,
     return add(velocity, cross(spin, subtract(point, bricks[body].pose.position_W)))
 
 
-# Props: fixed supports that press from below against what is free of a brick's underside, with the friction of bricks.
+# Props: fixed supports that press from below against the free part of a brick's underside, with the friction of bricks.
 #
-# A prop does not give way, wherever it stands, and stands where no brick of the finished design lies, so that it is in
-# nobody's way. It cannot pull. What of a face is free need not be convex; it is covered by convex pieces that overlap.
+# A prop never gives way, and it stands where no brick of the finished design lies. It cannot pull. The free part of a
+# face need not be convex; overlapping convex pieces cover it.
 
 
-DOWNWARD = -0.05  # vertical part of the normal of a face from which on it is no wall, so that something can prop it
-LEAST_PIECE = 1e-3  # of a face: what is free of it and smaller holds no prop
-MOST_PIECES = 12  # of one face, the largest first
+DOWNWARD = -0.05  # largest vertical part of the normal of a face that a prop can support; above it the face is a wall
+LEAST_PIECE = 1e-3  # share of a face: a smaller free piece holds no prop
+MOST_PIECES = 12  # per face, the largest first
 PARALLEL = 1.0 - 1e-6  # cosine: a patch with such a normal lies on the face
 
 Flat = tuple[float, float]
@@ -127,7 +128,7 @@ class Prop:
 
 
 def props_of(design: Assembly) -> dict[BodyId, Prop]:
-    """The prop of each brick of a design whose underside is not all covered."""
+    """Return the prop of each brick of a design whose underside is not completely covered."""
     found, law = {}, as_friction(design.friction)
     for name in sorted(design.bricks):
         body = f"prop under {name}"
@@ -178,7 +179,7 @@ def _covering(design: Assembly, name: BodyId, normal: Vec3) -> Iterator[Sequence
 
 
 def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: float) -> list[list[Flat]]:
-    """Return convex pieces that cover the parts of others beside a patch, the largest first, without empty ones."""
+    """Return convex pieces that cover the parts of `pieces` outside a patch, the largest first, without empty ones."""
     if doubled_area(patch)[0] < 0.0:
         patch = patch[::-1]
     found = []
@@ -193,50 +194,50 @@ def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: floa
 
 # Verdicts on subsets of a design, cached. Each proven fall excludes further subsets.
 #
-# A motion that no contact resists is one wherever the bricks that move are there, and nothing that would resist it:
-# only bricks that move take part in its power, and what is at rest and does not resist may be there or not. So one
-# proof of a fall settles all such parts. Nothing alike holds of what stands: a brick less may be a counterweight less.
+# A motion that no contact resists proves a fall of every part that has the moving bricks and no brick that would resist
+# it: only moving bricks enter its power, and bricks that are at rest and do not resist do not matter. So one proof
+# covers all these parts. No such rule exists for parts that stand: a removed brick may have been a counterweight.
 #
-# A part is a set of bits, one a brick, in order of names.
+# A part is a set of bits, one per brick, in the order of names.
 
 
 Part: TypeAlias = int
 
-KEPT = 32  # assemblies that are kept for parts next to them
+KEPT = 32  # cached assemblies of parts
 
 
 @dataclass(frozen=True, slots=True)
 class SubsetFall:
-    """A proven fall, and for which other parts the same proof holds."""
+    """Proven fall, and the other parts for which the same proof holds."""
 
-    moving: Part  # which must be there
-    absent: Part  # which must not be there: they would resist, even if only by staying at rest
-    resisting: Part  # whose props could resist it
+    moving: Part  # bricks that must be present
+    absent: Part  # bricks that must be absent: they would resist, even at rest
+    resisting: Part  # bricks whose props could resist the fall
 
     def settles(self, part: Part, propped: Part) -> bool:
-        """Whether it proves that a part falls, with props under some bricks."""
+        """Return whether the fall proves that a part falls with props under `propped`."""
         return part & self.moving == self.moving and not part & self.absent and not propped & self.resisting
 
 
 @dataclass(frozen=True, slots=True)
 class SubsetAnswer:
-    """The verdict on a part."""
+    """Verdict on a part."""
 
     stability: Stability
-    fall: SubsetFall | None = None  # of what is UNSTABLE
+    fall: SubsetFall | None = None  # only for an UNSTABLE verdict
 
 
 class Subsets:
-    """A design and the verdicts on its parts."""
+    """Design and the verdicts on its parts."""
 
     def __init__(self, design: Assembly, props: Mapping[BodyId, Prop] | None = None) -> None:
-        """Nothing is asked yet. `props`: those that may be used; none are, unless `propped` says so."""
+        """Start without verdicts. `props` are allowed; each is used only for bricks in `propped`."""
         self.design = design
         self.names = sorted(design.bricks)
         self.whole: Part = (1 << len(self.names)) - 1
         self.props = props or {}
         self.propped: Part = 0
-        self.asked = 0  # how many verdicts were needed
+        self.asked = 0  # number of computed verdicts
         self.falls: list[SubsetFall] = []
         self._bit = {name: 1 << index for index, name in enumerate(self.names)}
         self._known: dict[tuple[Part, Part], SubsetAnswer] = {}
@@ -255,18 +256,18 @@ class Subsets:
         return part
 
     def names_of(self, part: Part) -> list[BodyId]:
-        """The bricks of a part, by name."""
+        """Return the bricks of a part, by name."""
         return [name for name in self.names if self._bit[name] & part]
 
     def touching(self, part: Part) -> Part:
-        """All that touches a brick of a part."""
+        """Return all bricks that touch a brick of a part."""
         found = 0
         for name in self.names_of(part):
             found |= self._touching[name]
         return found
 
     def components(self, part: Part) -> list[Part]:
-        """The pieces of a part that do not touch each other."""
+        """Return the pieces of a part without contact to each other."""
         found = []
         while part:
             piece, front = 0, part & -part
@@ -278,9 +279,9 @@ class Subsets:
         return found
 
     def ask(self, part: Part, larger: Part | None = None) -> SubsetAnswer:
-        """Whether a part stands, with props under those of its bricks that have one.
+        """Return whether a part stands, with its propped bricks on their props.
 
-        `larger`: a part with a few bricks more that was asked just now, which makes it cheaper.
+        `larger` is a recently judged part with a few more bricks, which makes the verdict cheaper.
         """
         propped = self.propped & part
         known = self._known.get((part, propped))
@@ -291,7 +292,7 @@ class Subsets:
         return known
 
     def assembly(self, part: Part, larger: Part | None = None) -> Assembly:
-        """The bricks of a part, without props."""
+        """Return an assembly of the bricks of a part, without props."""
         found = self._assemblies.get(part)
         if found is None:
             beside = self.assembly(larger) if larger is not None and larger != self.whole else self.design
@@ -365,36 +366,36 @@ class Subsets:
             part &= ~fall.moving
 
 
-# Taking a part of a design apart, one brick at a time, so that what is left stands each time.
+# Removal of the bricks of a design one by one such that the remainder stands each time.
 #
-# Depth first, the highest brick first, and no part is entered twice. What can be built up stepwise can be taken apart
-# in the reverse order, so this finds building orders as well. Where every way ends, there is none: each end has a
-# proof.
+# Depth-first search, the highest brick first; no part is visited twice. The reverse of a removal order is a building
+# order, so this search finds building orders as well. If every branch ends, no order exists, and each end has a proof.
 
 
-Known = Callable[[int], None]  # is told how many verdicts were asked so far
+Known = Callable[[int], None]  # is called with the number of verdicts so far
 
 
 def nobody(_: int) -> None:
-    """Wants to know nothing."""
+    """Ignore the number of verdicts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Descent:
-    """The result of a search."""
+    """Result of a search."""
 
-    order: tuple[BodyId, ...] | None  # in which bricks go; None if none was found
-    exhausted: bool = True  # whether every way was gone that there is
-    ends: tuple[tuple[Part, SubsetAnswer], ...] = field(default=())  # parts next to those that stand, which do not
+    order: tuple[BodyId, ...] | None  # of the removed bricks; None if none was found
+    exhausted: bool = True  # whether all branches were searched
+    # the parts that do not stand, each one removal away from a standing part
+    ends: tuple[tuple[Part, SubsetAnswer], ...] = field(default=())
 
     @property
     def impossible(self) -> bool:
-        """Whether it is proven that there is none."""
+        """Return whether it is proven that no order exists."""
         return self.order is None and self.exhausted and all(a.stability is Stability.UNSTABLE for _, a in self.ends)
 
 
 def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = nobody) -> Descent:
-    """Take away all bricks of `start` that are not in `goal`; `start` stands. It asks for at most `most` verdicts."""
+    """Remove all bricks of the standing part `start` that are not in `goal`, with at most `most` verdicts."""
     last, ends = parts.asked + most, dict[Part, SubsetAnswer]()
     path: list[BodyId] = []
     seen = {start}
@@ -430,7 +431,7 @@ def _next(parts: Subsets, part: Part, goal: Part) -> Iterator[tuple[BodyId, Part
 
 
 def from_the_top(parts: Subsets, part: Part) -> list[BodyId]:
-    """Bricks by how high they reach, the highest first; ties by name."""
+    """Return the bricks by the height of their tops, the highest first; ties by name."""
     bricks = parts.design.bricks
     heights = {name: top_W(bricks[name].brick.shape, bricks[name].pose) for name in parts.names_of(part)}
     return sorted(heights, key=lambda name: (-round(heights[name], 9), name))

@@ -45,24 +45,25 @@ from stability.statics.initial_motion import (
 
 # Branch and bound over the contact conditions of a small group: proves rest unique, or finds another motion.
 #
-# Each branch is asked for multipliers that prove that nothing starts in it (`virtual_power`). Where there are none, the
-# dual of the program guesses a start, and Newton's method makes that exact; else the branch is split where the guess
-# violates the laws of contact most: at a point that both opens and is pressed, then where friction does not brake.
+# For each branch a program computes multipliers that prove that no motion starts in it (`virtual_power`). If there are
+# none, the dual of the program suggests a start, which Newton's method makes exact; else the branch is split where the
+# suggestion violates the laws of contact most: at a point that both opens and is under pressure, then where friction
+# does not oppose the slip.
 
 
 ACCURACY = 1e-10
 MOST_COLUMNS = 10_000  # of the programs of all branches: a second or less
-HOPELESS = 1e-3  # what is lacking of a proof that no correction mends
-ASIDE = 0.98  # cosine: directions closer than this to one that was asked for are not asked for again
+HOPELESS = 1e-3  # an error of a proof that corrections cannot remove
+ASIDE = 0.98  # cosine: directions closer than this to an earlier one are skipped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Searched:
-    """Branches that leave nothing out, or a start; neither if that was not decided."""
+    """Complete set of branches with proofs, or a start; neither if undecided."""
 
     proof: tuple[ProvenBranch, ...] | None
     start: InitialMotion | None
-    branches: int  # that were asked
+    branches: int  # number of branches searched
 
 
 def searched(
@@ -72,7 +73,7 @@ def searched(
     solver: Solver = clarabel_solve,
     most: int = MOST_COLUMNS,
 ) -> Searched:
-    """Return the result on the starts of a group that can rest."""
+    """Search for a motion that starts from rest in a group, or prove that there is none."""
     start = first_start(problem, equations, tolerances)
     if start is not None:
         return Searched(None, start, 0)
@@ -95,7 +96,7 @@ def searched(
 
 
 def _columns(equations: StartEquations) -> int:
-    """About how many unknowns a branch has."""
+    """Return the approximate number of unknowns of a branch."""
     size, points = len(equations.loads), len(equations.normals)
     return size * size + 3 * points * (points + 1)
 
@@ -121,7 +122,7 @@ def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, po
 
 
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
-    """The question that the guess answers worst; None if there is none left."""
+    """Return the condition that the suggestion violates most; None if there is none left."""
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
     asked = {each.point for each in branch if each.how is not How.TOWARDS}
     opening = {
@@ -136,7 +137,7 @@ def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Conditi
 
 
 def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Array) -> Condition | None:
-    """To which side of a line the point slides that does so with most force."""
+    """Return the condition on the side to which the point with the largest power of friction slides."""
     opened = {each.point for each in branch if each.how is How.OPENS}
     sliding = [
         (strength * pressed[point], point, way)
@@ -168,7 +169,7 @@ def _strength(guessed: Guess, row: Array) -> float:
 def _way(
     equations: StartEquations, branch: Branch, guessed: Guess, point: int
 ) -> Iterator[tuple[float, tuple[float, ...]]]:
-    """How strongly a point goes along a tangent that was not asked for yet, and this, if there is one."""
+    """Yield the speed and the direction of a point along a tangent without a condition yet, if there is one."""
     if equations.law_at(point).friction == 0.0:
         return
     before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
@@ -182,26 +183,26 @@ def _way(
             return
 
 
-# Guaranteed or possible: is rest all that can happen to what is balanced, or could it let go as well?
+# Rest of a balanced group is either guaranteed or only possible.
 #
-# Where forces along normals alone balance a group, rest is guaranteed at any friction (`margins.guarantee`). Of a group
-# that needs friction, and is small, every other start is proven impossible, or one is found (`search`). What is neither
-# stays possible without more being said.
+# If forces along normals alone balance a group, rest is guaranteed at any friction (`margins.guarantee`). In a small
+# group that needs friction, every other start is proven impossible, or one is found (`search`). Otherwise rest stays
+# possible, without a further statement.
 
 
-MOST_BRICKS = 5  # of a group that is decided by its modes of contact
-MOST_POINTS = 20  # of its contacts, likewise: beyond, a branch takes a second
+MOST_BRICKS = 5  # of a group that is decided by its contact modes
+MOST_POINTS = 20  # of the contacts of such a group: with more, a branch takes a second
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Braced:
-    """A group that friction alone holds for certain: in none of the branches, which leave nothing out, it starts."""
+    """Group that friction is certain to hold: no motion starts in any of a complete set of branches."""
 
     problem: Problem
     proof: tuple[ProvenBranch, ...]
 
     def holds(self) -> bool:
-        """Whether the proof is right, by arithmetic and without a solver."""
+        """Return whether the proof is correct, by arithmetic and without a solver."""
         equations = start_equations(self.problem)
         branches = [each.branch for each in self.proof]
         return leave_nothing_out(branches) and all(check_branch(equations, each) for each in self.proof)
@@ -211,17 +212,17 @@ class Braced:
 class RestOutcome:
     """The possible motions of bricks that can rest."""
 
-    guaranteed: bool  # rest is all that can
-    normal: Forces | None = None  # forces along normals alone that balance everything, if that is why
-    braced: tuple[Braced, ...] = ()  # the groups of which friction is needed, if that is why
-    start: InitialMotion | None = None  # how bricks could start to move instead
-    lets_go: str = ""  # that in words
-    undecided: tuple[BodyId, ...] = ()  # a group of which nothing more is known
-    across_gaps: bool = False  # rest is all that can happen only if gaps between bodies count as contact
+    guaranteed: bool  # whether rest is the only possibility
+    normal: Forces | None = None  # forces along normals alone that balance everything, if they prove it
+    braced: tuple[Braced, ...] = ()  # the groups that need friction, with their proofs, if rest is guaranteed
+    start: InitialMotion | None = None  # another possible motion from rest
+    lets_go: str = ""  # description of `start`
+    undecided: tuple[BodyId, ...] = ()  # a group without a proof and without a start
+    across_gaps: bool = False  # whether rest is guaranteed only if gaps between bodies count as contact
 
     @property
     def reason(self) -> str:
-        """Why, in words; empty where normal forces alone balance everything."""
+        """Return the reason in words; empty if normal forces alone balance everything."""
         if self.across_gaps:
             return "it counts on gaps as contact"
         if self.lets_go:

@@ -16,26 +16,26 @@ from stability.statics.conic_program import ConicProgram, SolverPoint
 from stability.statics.initial_motion import StartEquations, frame
 from stability.statics.wrench_matrix import Sparse
 
-# Branches of a case distinction over how points of contact start: together they leave nothing out.
+# Branches of a case distinction over the start of motion at contact points: together they are complete.
 #
-# A point opens, and then no force acts there, or it stays shut. What slides there does so to one side of a line or to
-# the other; rest and the line itself belong to both.
+# A point either opens without force, or stays shut. A shut point slides to one side of a line or to the other; rest and
+# the line itself belong to both sides.
 
 
-SHUT = 1e-9  # share of the largest: a combination of normal accelerations that is less is taken to be free
+SHUT = 1e-9  # share of the largest: a smaller combination of normal accelerations counts as free
 
 
 class How(StrEnum):
-    """The assumption about a contact point in a branch."""
+    """Assumption about a contact point in a branch."""
 
     OPENS = "opens"  # the normal acceleration is not negative, and no force acts
-    SHUT = "stays shut"  # the normal acceleration is nothing
-    TOWARDS = "goes towards"  # the relative acceleration has no part against a direction
+    SHUT = "stays shut"  # the normal acceleration is zero
+    TOWARDS = "goes towards"  # the relative acceleration has no component against a direction
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One answer to one question; the other answer is its `opposite`."""
+    """One of the two cases at a contact point; the other case is its `opposite`."""
 
     point: int
     how: How
@@ -59,12 +59,15 @@ class KnownAccelerations:
 
     basis: Array  # (D, d)
     rows: Array  # (l, d)
-    owners: tuple[int, ...]  # of each row the point whose normal acceleration it is; -1 for any other
+    owners: tuple[int, ...]  # per row, the point of a normal acceleration; -1 for any other row
     pressed: tuple[int, ...]  # the points at which forces may act
 
 
 def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
-    """Return the constraints of a branch; the last row says that the loads gain, as every start from rest requires."""
+    """Return the constraints of a branch.
+
+    The last row states that loads have positive power, as in any start from rest.
+    """
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
     shut = [each.point for each in branch if each.how is How.SHUT]
     opened = {each.point for each in branch if each.how is How.OPENS}
@@ -81,7 +84,7 @@ def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
 
 
 def _free(equations: StartEquations, shut: Sequence[int]) -> Array:
-    """An orthonormal basis of the accelerations at which these points stay shut; a larger space if in doubt."""
+    """Return an orthonormal basis of the accelerations that keep these points shut; a larger space if in doubt."""
     if not shut:
         return np.identity(len(equations.loads))
     rows = np.array([equations.axes[point, 0] @ equations.slips[point] for point in shut])
@@ -91,7 +94,7 @@ def _free(equations: StartEquations, shut: Sequence[int]) -> Array:
 
 
 def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
-    """Whether branches are all ends of one tree of questions, so that everything that can be is in one of them."""
+    """Return whether branches are all leaves of one tree of case distinctions, so that they cover every case."""
     if len(branches) == 1 and len(branches[0]) == depth:
         return True
     if not branches or any(len(branch) <= depth for branch in branches):
@@ -103,7 +106,7 @@ def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
     return both and leave_nothing_out(one, depth + 1) and leave_nothing_out(other, depth + 1)
 
 
-# The conic program for multipliers that prove that nothing starts in a branch; see `virtual_power` on what they are.
+# The conic program for multipliers that prove that no motion starts in a branch; `virtual_power` defines them.
 #
 # The unknowns are the matrix of the virtual motion and the multipliers of all products; coefficients must agree, and
 # one matrix must be positive semidefinite.
@@ -111,36 +114,37 @@ def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ColumnOffsets:
-    """Where the unknowns of each kind begin among the columns."""
+    """Start of each kind of unknown among the columns."""
 
     left: KnownAccelerations
-    pairs: tuple[tuple[int, int], ...]  # of parts whose product has a multiplier
+    pairs: tuple[tuple[int, int], ...]  # of rows whose product has a multiplier
     contacts: tuple[int, ...]
     virtual: int
     of_loads: int
     of_parts: int
-    of_contacts: int  # three each: the braking, and that along two tangents
-    of_forces: int  # three for each point and part: along its axes
+    of_contacts: int  # three each: friction, and its components along two tangents
+    of_forces: int  # three per point and row: along its axes
     columns: int
 
     def force(self, point: int, row: int) -> int:
-        """The first of the three columns of a point that is pressed and a part."""
+        """Return the first of the three columns of a pressed point and a row."""
         return self.of_forces + 3 * (self.left.pressed.index(point) * len(self.left.rows) + row)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PowerProgram:
-    """The program of a branch, with the meaning of its columns and equalities."""
+    """Program of a branch, with the meaning of its columns and equalities."""
 
     equations: StartEquations
     places: ColumnOffsets
     equalities: Sparse
-    cones: tuple[Indices, Array]  # the first column of each round cone, and its least ratio to the norm of the next two
+    # the first column of each round cone, and the least ratio of its value to the norm of the next two
+    cones: tuple[Indices, Array]
     conic: ConicProgram
 
 
 def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
-    """The program of a branch in which something is left that could move."""
+    """Return the program of a branch with possible motions."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
     places = _places(equations, known(equations, branch))
@@ -168,7 +172,7 @@ def _cones(equations: StartEquations, places: ColumnOffsets) -> tuple[Indices, A
 
 
 def _multiplied(places: ColumnOffsets) -> Iterator[tuple[int, int]]:
-    """Each point that is pressed with each part that is not its own."""
+    """Yield each pressed point with each row that is not its own."""
     for point in places.left.pressed:
         yield from ((point, row) for row, owner in enumerate(places.left.owners) if owner != point)
 
@@ -192,7 +196,7 @@ def _entries(entries: Sequence[tuple[int, int, float]], height: int, places: Col
 
 
 def _equalities(equations: StartEquations, places: ColumnOffsets) -> Sparse:
-    """The coefficients of accelerations with loads, then with each force along its axes, must be nothing."""
+    """Return the coefficients, which must vanish, of accelerations times loads and times each force along its axes."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
     left = places.left
@@ -206,14 +210,14 @@ def _equalities(equations: StartEquations, places: ColumnOffsets) -> Sparse:
 
 
 def _put_virtual(found: Array, places: ColumnOffsets, row: Array) -> None:
-    """The coefficients of `row @ virtual`."""
+    """Add the coefficients of `row @ virtual`."""
     size = places.left.basis.shape[1]
     for part in range(size):
         found[part, places.virtual + part : places.of_loads : size] = row
 
 
 def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis: int) -> Array:
-    """(d, columns) the coefficients of the force of a point along one of its axes; none across one without friction."""
+    """Return (d, columns) the coefficients of a point's force along an axis; zero across one without friction."""
     left = places.left
     found = np.zeros((left.basis.shape[1], places.columns))
     several, friction = len(equations.normals[point]) > 1, equations.law_at(point).friction
@@ -233,7 +237,7 @@ def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis
 
 
 def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
-    """Return three rows for each round cone: of braking by friction, then of the multipliers of forces."""
+    """Return three rows for each round cone: of friction, then of the multipliers of forces."""
     blocks = [
         (places.of_contacts + 3 * number, np.diag([equations.law_of_contact(contact).friction or 1.0, 1.0, 1.0]))
         for number, contact in enumerate(places.contacts)
@@ -259,7 +263,7 @@ def _dual(equations: StartEquations, point: int, normal: Array) -> Array:
 
 
 def _definite(equations: StartEquations, places: ColumnOffsets) -> tuple[Sparse, Array]:
-    """Rows of the semidefinite cone: the virtual power of inertia less products of parts, less the mass."""
+    """Return the rows of the semidefinite cone: the virtual power of inertia minus products of rows, minus the mass."""
     left = places.left
     rows, columns, scale = upper_triangle(left.basis.shape[1])
     on_basis = equations.mass @ left.basis
@@ -277,60 +281,60 @@ def _definite(equations: StartEquations, places: ColumnOffsets) -> tuple[Sparse,
 
 
 def upper_triangle(size: int) -> tuple[Indices, Indices, Array]:
-    """Rows and columns of an upper triangle, column by column, and the factor of each of its entries."""
+    """Return rows and columns of an upper triangle, column by column, and the factor of each of its entries."""
     columns, rows = np.tril_indices(size)
     return rows, columns, np.where(rows == columns, 1.0, sqrt(2.0))
 
 
-# A proof that rest is all that can happen in a branch: the power of forces on a virtual motion, checked by arithmetic.
+# A proof that rest is the only possibility in a branch: the power of forces on a virtual motion, checked by arithmetic.
 #
 # Let bricks at rest start with accelerations a under loads g and contact forces f, so that M a = g + J' f. Take T a as
 # a virtual motion, with any matrix T, and compare powers:
 #
 #     a' T' M a  =  g . T a  +  sum over points of f . J T a.
 #
-# Known of every start are products of a with loads and forces that cannot be positive, whichever way it goes:
+# For every start some products of a with loads and forces are known not to be positive:
 #
-# - of whatever part l . a is not negative (points do not open inwards, the loads gain, the sides of the branch), -(l .
-#   a) and -(l . a) (k . f) for every k in the dual of the friction cone; for a point's own normal part any k, of any
+# - for each row l with l . a >= 0 (points do not open inwards, the loads gain, the sides of the branch), -(l .
+#   a) and -(l . a) (k . f) for every k in the dual of the friction cone; for a point's own normal row any k, of any
 #   sign, since a force acts only where nothing opens;
 # - for every contact, friction brakes at least as if it pointed along one direction: the sum of f_t . a_t + f_n (w .
 #   a_t) for any w not longer than the friction coefficient. With w constant this holds of pressure anywhere on a patch;
 # - where edges or corners meet, with several normals, f . a alone.
 #
 # If the right side is a sum of such products, as a polynomial in a, g and f, then a' T' M a is not positive; and if T'
-# M less a sum of products (l . a) (m . a) is no less than M / 2 then a' M a <= 0: nothing starts. The multipliers are a
-# proof because the coefficients agree; what they lack by rounding bounds how fast anything could start.
+# M minus a sum of products (l . a) (m . a) is at least M / 2, then a' M a <= 0: no motion starts. The multipliers are a
+# proof because the coefficients agree; their rounding error bounds the acceleration of any start.
 
 
-STILL = 1e-9  # of the largest load over the largest mass, per such a load in contact: starts slower than this are none
+STILL = 1e-9  # of the largest load over the largest mass, per load in contact: a slower start counts as none
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Multipliers:
-    """How the power of forces on a virtual motion is a sum of products that cannot be positive.
+    """Multipliers that write the power of forces on a virtual motion as a sum of products that are not positive.
 
-    Those of points where nothing presses, and of their own normal parts in branches where these are nothing, are zero.
+    They are zero for points without pressure, and for the own normal rows of points in branches where these vanish.
     """
 
-    virtual: Array  # (D, d): T, on the accelerations that the branch leaves
-    of_loads: Array  # (l,) of each part that is not negative, by itself
-    of_parts: Array  # (l, l) of products of two such parts
-    of_forces: Array  # (points, l, 3) k of each part and point, in W
-    braking: Array  # (contacts,) of friction, or of all forces where several normals meet
+    virtual: Array  # (D, d): T, on the accelerations that remain in the branch
+    of_loads: Array  # (l,) of each row that is not negative
+    of_parts: Array  # (l, l) of products of two such rows
+    of_forces: Array  # (points, l, 3) k of each row and point, in W
+    braking: Array  # (contacts,) of friction, or of all forces at contacts with several normals
     along: Array  # (contacts, 3) w times that, in W
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProvenBranch:
-    """A branch in which nothing starts, with the proof."""
+    """Branch in which no motion starts, with the proof."""
 
     branch: Branch
     multipliers: Multipliers
 
 
 def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
-    """The proof of a branch that leaves no accelerations."""
+    """Return the proof of a branch without possible accelerations."""
     left, points = known(equations, branch), len(equations.normals)
     rows, contacts = len(left.rows), int(equations.contact.max(initial=-1)) + 1
     of_contacts = np.zeros(contacts), np.zeros((contacts, 3))
@@ -338,7 +342,7 @@ def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
 
 
 def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
-    """Whether multipliers prove that in their branch nothing starts."""
+    """Return whether multipliers prove that no motion starts in their branch."""
     return lack(equations, proven) <= STILL
 
 
@@ -368,7 +372,7 @@ def _arrays(multipliers: Multipliers) -> tuple[Array, ...]:
 
 
 def _definite_power(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers) -> bool:
-    """Whether T' M less the products of parts is no less than half of M."""
+    """Return whether T' M minus the products of rows is at least half of M."""
     on_basis = equations.mass @ left.basis
     square = multipliers.virtual.T @ on_basis - left.rows.T @ multipliers.of_parts @ left.rows
     square = 0.5 * (square + square.T) - 0.5 * left.basis.T @ on_basis
@@ -376,9 +380,9 @@ def _definite_power(equations: StartEquations, left: KnownAccelerations, multipl
 
 
 def _coefficients(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers, point: int) -> Array:
-    """(3, d) the coefficients of a force and accelerations that the products leave; along the normal without friction.
+    """Return (3, d) the remaining coefficients of a force times accelerations.
 
-    Forces of a point without friction have one component only, and so no others count.
+    A point without friction has a force along its normal only, so only this component counts.
     """
     slip, contact = equations.slips[point] @ left.basis, equations.contact[point]
     rest = equations.slips[point] @ multipliers.virtual + multipliers.of_forces[point].T @ left.rows
@@ -396,7 +400,7 @@ def _coefficients(equations: StartEquations, left: KnownAccelerations, multiplie
 
 
 def _outside(equations: StartEquations, point: int, dual: Array) -> float:
-    """By how much a vector is outside of the dual of every friction cone of a point."""
+    """Return by how much a vector violates the dual of every friction cone of a point."""
     law, shorts = equations.law_at(point), [0.0]
     for normal in equations.normals[point]:
         along = float(normal @ dual)
@@ -405,7 +409,7 @@ def _outside(equations: StartEquations, point: int, dual: Array) -> float:
 
 
 def _too_far(equations: StartEquations, multipliers: Multipliers, contact: int) -> float:
-    """By how much the product of friction claims more than friction does."""
+    """Return by how much the multiplier of friction exceeds its bound."""
     braking = float(multipliers.braking[contact])
     most = equations.law_of_contact(contact).greatest_friction(max(braking, 0.0))
     return float(max(0.0, -braking, _size(multipliers.along[contact]) - most))
@@ -419,20 +423,20 @@ def _size(values: Array) -> float:
     return float(np.sqrt((values * values).sum()))
 
 
-# Solving for multipliers that prove that nothing starts in a branch, or for a guess of what does.
+# Solves for multipliers that prove that no motion starts in a branch, or for a guess of a start.
 #
-# The solver's multipliers are moved into their ranges and their coefficients made to agree, so that little is left for
-# the check to find. Where there is no proof the dual of the program is a mean of products of accelerations and forces,
-# and its strongest part a guess of how the group starts.
+# The solver's multipliers are moved into their ranges and their coefficients are made to agree, so that the check finds
+# only a small error. Without a proof the dual of the program is a mean of products of accelerations and forces, and its
+# strongest component is a guess of a start of the group.
 
 
 MOST_CORRECTIONS = 3
-FAINT = 1e-12  # share of a multiplier by which even one that is at the end of its range may be corrected
+FAINT = 1e-12  # share of a multiplier by which even a value at the end of its range may be corrected
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guess:
-    """How a group may start where there is no proof that it does not; nothing of it is proven."""
+    """Guess of the start of a group without a proof of rest; nothing in it is proven."""
 
     moments: Array  # (D, D) means of products of accelerations
     acceleration: Array  # (D,)
@@ -449,13 +453,14 @@ def multipliers(program: PowerProgram, point: SolverPoint) -> Iterator[Multiplie
     for _ in range(MOST_CORRECTIONS):
         scaled = matrix * room
         square = scaled @ scaled.T
-        square[np.diag_indices_from(square)] += FAINT * max(float(square.diagonal().max()), FAINT)  # some say the same
+        # some equations are linearly dependent
+        square[np.diag_indices_from(square)] += FAINT * max(float(square.diagonal().max()), FAINT)
         columns, room = _in_range(program, columns - room * (scaled.T @ np.linalg.solve(square, matrix @ columns)))
         yield _taken_apart(program, columns)
 
 
 def guess(program: PowerProgram, point: SolverPoint) -> Guess | None:
-    """The strongest part of the means that the dual gives."""
+    """Return the strongest component of the means in the dual solution."""
     if not np.isfinite(point.dual).all():
         return None
     left, equations = program.places.left, program.equations
@@ -473,7 +478,7 @@ def guess(program: PowerProgram, point: SolverPoint) -> Guess | None:
 
 
 def _in_range(program: PowerProgram, given: Array) -> tuple[Array, Array]:
-    """Columns moved into their ranges, and by how much each may be changed."""
+    """Return the columns moved into their ranges, and the largest change of each."""
     places, columns = program.places, given.copy()
     signed = slice(places.of_loads, places.of_contacts)
     columns[signed] = np.maximum(columns[signed], 0.0)

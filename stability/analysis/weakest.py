@@ -1,7 +1,7 @@
 """Finds the weakest brick: the mechanism that opens at the least horizontal acceleration, and that acceleration.
 
-This is the one measure of weakness. Everything that calls a brick the weakest takes it from here. Other numbers have
-names of their own: the margin of placement and the joint that limits it, and the room of a brick's centre.
+This is the only definition of the weakest brick. Other measures have other names: the placement margin with its
+limiting joint, and the clearance of a brick's centre.
 """
 
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ from stability.statics.fall_description import described, really_moving
 if TYPE_CHECKING:
     from stability.analysis.acceleration_margin import AccelerationMargin
 
-DIGITS = 6  # of a bearing in degrees, and of heights in metres: beyond, rounding would choose what is named
+DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
 
 
 @dataclass(frozen=True, slots=True)
 class Weakest:
-    """The first mechanism of a structure that is proven to stand."""
+    """First mechanism of a structure that is proven to stand."""
 
-    brick: BodyId  # the lowest brick of the mechanism, the first by name of several
-    bricks: tuple[BodyId, ...]  # all that begin to move, as people count them
-    acceleration: float  # level, that is survived in every direction [g]
-    fails: float  # at which the mechanism is proven to open [g]
-    bearing: float  # that bricks are pulled along then, from +x towards +y, from 0 to 2 pi [rad]
-    gives_way: str  # how they move: "L5.1, L5.2 tip over L4.1"
+    brick: BodyId  # the lowest brick of the mechanism, ties by name
+    bricks: tuple[BodyId, ...]  # all bricks that begin to move, in natural order
+    acceleration: float  # horizontal, survived in every direction [g]
+    fails: float  # horizontal acceleration at which the mechanism is proven to open [g]
+    bearing: float  # of the pull on the bricks, from +x towards +y, from 0 to 2 pi [rad]
+    gives_way: str  # description of the motion: "L5.1, L5.2 tip over L4.1"
 
 
 def weakest(problem: Problem, gravity: float | None = None) -> Weakest | None:
@@ -40,7 +40,7 @@ def weakest(problem: Problem, gravity: float | None = None) -> Weakest | None:
 
 
 def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None:
-    """The same, where the margin of acceleration is known already."""
+    """Return the same for a known margin of acceleration."""
     if margin.motion is None:
         return None
     bricks = in_order(really_moving(problem, margin.motion))

@@ -1,7 +1,7 @@
 """Conversion between bricks and numpy arrays, for packers and robots with many bricks.
 
-All is in SI units, in W, z up. A quaternion is x, y, z, w: the real part last, as ROS, PyBullet and SciPy have it, and
-not as MuJoCo and Drake have.
+Everything is in SI units, in W, z up. A quaternion is x, y, z, w: the real part last, as in ROS, PyBullet and SciPy,
+and not first as in MuJoCo and Drake.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,22 +21,22 @@ from stability.statics.assembly import AssemblyAnswers
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BrickArrays:
-    """The bricks of an assembly, in the order in which they came."""
+    """Bricks of an assembly, in the order in which they were added."""
 
-    names: tuple[BodyId, ...]  # n of them
-    positions: Array  # (n, 3) of their centres of mass [m]
+    names: tuple[BodyId, ...]  # of n bricks
+    positions: Array  # (n, 3) of the centres of mass [m]
     orientations: Array  # (n, 4) unit quaternions x, y, z, w
     masses: Array  # (n,) [kg]
-    bounds: Array  # (n, 2, 3) the lowest and the highest corner of the upright box around each [m]
+    bounds: Array  # (n, 2, 3) the lowest and the highest corner of the bounding box of each [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForceArrays:
-    """Contact forces that balance an assembly, one row a force."""
+    """Contact forces that balance an assembly, one row per force."""
 
-    lower: tuple[BodyId, ...]  # k of them: which body presses
-    upper: tuple[BodyId, ...]  # on which
-    points: Array  # (k, 3) where [m]
+    lower: tuple[BodyId, ...]  # of k forces: the lower body
+    upper: tuple[BodyId, ...]  # the upper body
+    points: Array  # (k, 3) points of application [m]
     forces: Array  # (k, 3) of `lower` on `upper` [N]
 
 
@@ -47,11 +47,11 @@ def bricks_in_poses(
     positions: ArrayLike,
     orientations: ArrayLike | None = None,
 ) -> list[Placed]:
-    """Bricks for `add_all` and `would_all`.
+    """Return bricks for `add_all` and `would_all`.
 
     `shapes` are shapes, or (n, 3) lengths, widths and thicknesses of boxes [m], or one (3,) for all; `masses` (n,) or
     one for all [kg]; `positions` (n, 3) of centres of mass [m]; `orientations` (n, 4) unit quaternions x, y, z, w, or
-    one (4,) for all, and None is no turn. Raises ValueError for arrays of other shapes; `add_all` checks the
+    one (4,) for all, and None for no rotation. Raises ValueError for arrays of other shapes; `add_all` checks the
     values.
     """
     if isinstance(names, str):
@@ -69,7 +69,7 @@ def bricks_in_poses(
 
 
 def pose_of(position: ArrayLike, orientation: ArrayLike = IDENTITY) -> Pose:
-    """A pose from arrays: (3,) of a centre of mass [m], and (4,) a unit quaternion x, y, z, w. Raises ValueError."""
+    """Return a pose from arrays: (3,) of a centre of mass [m], (4,) a unit quaternion x, y, z, w. Raises ValueError."""
     return Pose(
         _vector(_rows("position", position, 1, (3,))[0]), _quaternion(_rows("orientation", orientation, 1, (4,))[0])
     )
@@ -90,7 +90,7 @@ def bricks_of(assembly: AssemblyAnswers) -> BrickArrays:
 
 
 def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
-    """Return the forces that prove that an assembly stands, as `Assembly.forces`; None unless it does.
+    """Return the balancing forces of an assembly that stands, as `Assembly.forces`; None if it does not.
 
     Raises TypeError for anything but an assembly.
     """
@@ -118,15 +118,15 @@ def _admit_assembly(assembly: object) -> None:
 
 def _shapes(given: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:
     if not isinstance(given, Sequence) or not any(hasattr(each, "least_thickness") for each in given):
-        sizes: ArrayLike = given  # type: ignore[assignment]  # as there is no shape among them
+        sizes: ArrayLike = given  # type: ignore[assignment]  # as no shape is among them
         return [Box(_vector(size)) for size in _rows("sizes", sizes, count, (3,))]
     if len(given) != count:
         raise ValueError(f"there are {count} names and {len(given)} shapes; give one shape a brick")
-    return given  # type: ignore[return-value]  # what is none among them, `add_all` refuses
+    return given  # type: ignore[return-value]  # `add_all` refuses other types
 
 
 def _rows(what: str, given: ArrayLike, count: int, shape: tuple[int, ...]) -> Array:
-    """An array of a row a brick, where one may have been given for all."""
+    """Return an array with one row per brick, also if one value is given for all bricks."""
     try:
         rows = np.asarray(given, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:

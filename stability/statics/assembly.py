@@ -49,8 +49,8 @@ from stability.statics.structure import Structure
 # Input checks of statics. Invalid numbers are errors with a remedy.
 
 
-UNIT = 1e-6  # how far the length of a quaternion or a normal may be from 1
-PLAIN = {float, int}  # types of numbers that need no closer look
+UNIT = 1e-6  # accepted difference of the length of a quaternion or a normal from 1
+PLAIN = {float, int}  # types of numbers that need no further check
 LIGHTEST, HEAVIEST = 1e-60, 1e60  # [kg]
 WEAKEST, STRONGEST = 1e-60, 1e60  # [m/s2] of gravity
 
@@ -61,7 +61,7 @@ def admit_brick(placed: Placed) -> None:
         if _is_usual(placed):
             return
     except (AttributeError, TypeError):
-        pass  # which is told below
+        pass  # reported below
     _admit_kinds(placed)
     brick, name = placed.brick, placed.brick.id
     _admit_shape("brick", name, brick.shape)
@@ -71,10 +71,10 @@ def admit_brick(placed: Placed) -> None:
 
 
 def _is_usual(placed: Placed) -> bool:
-    """Whether a brick is admitted, by the quickest test there is, since every brick that is set down passes it."""
+    """Return whether a brick is valid, by the fastest test, since every new brick passes it."""
     brick, pose = placed.brick, placed.pose
     if not isinstance(brick.shape, Box):
-        return False  # it takes the longer way
+        return False  # the complete check follows
     size = brick.shape.size
     if not isinstance(brick, Brick) or not isinstance(pose, Pose) or not isinstance(brick.id, str):
         return False
@@ -203,7 +203,7 @@ def _admit_plane(plane: Plane) -> None:
 
 
 def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
-    """Raise ValueError for a name that something has already."""
+    """Raise ValueError for a name that is already in use."""
     among: set[BodyId] = set()
     for name in coming:
         if name in known or name in among:
@@ -215,21 +215,21 @@ def _admit(name: BodyId, what: str, numbers: Sequence[float], count: int, remedy
     admit_numbers(f"'{name}' has the {what}", numbers, count, remedy)
 
 
-# Queries about placed bricks and their proofs. They change nothing.
+# Queries about placed bricks and their proofs, without changes.
 
 
 LAST: Final = "last"
 
 
 class AssemblyAnswers:
-    """Bricks, what they stand on, and the proof of each brick."""
+    """Bricks, fixed bodies, and the proof of each brick."""
 
     _working: Prover
     _said: Kept[str, Verdict]
 
     @property
     def _prover(self) -> Prover:
-        """All that is proven, by changes that took effect."""
+        """Return the proofs of all completed changes."""
         self._working.structure.journal.undo()
         return self._working
 
@@ -244,32 +244,32 @@ class AssemblyAnswers:
 
     @property
     def bricks(self) -> Mapping[BodyId, Placed]:
-        """In the order in which they came."""
+        """Return the bricks in the order in which they were added."""
         return MappingProxyType(self._structure.bricks)
 
     @property
     def planes(self) -> tuple[Plane, ...]:
-        """The fixed planes."""
+        """Return the fixed planes."""
         return self._structure.planes
 
     @property
     def tables(self) -> tuple[Placed, ...]:
-        """The boxes that never move."""
+        """Return the fixed boxes."""
         return self._structure.tables
 
     @property
     def friction(self) -> GivenFriction:
-        """Coulomb coefficient of brick on brick, as it was given."""
+        """Return the friction between bricks, as it was given."""
         return self._structure.friction
 
     @property
     def gravity(self) -> float:
-        """Acceleration of free fall [m/s2]."""
+        """Return the acceleration of free fall [m/s2]."""
         return self._structure.gravity
 
     @property
     def tolerances(self) -> Tolerances:
-        """How exact it is."""
+        """Return the tolerances of statics."""
         return self._structure.tolerances
 
     def _reject_unknown(self, names: Sequence[BodyId]) -> None:
@@ -279,58 +279,58 @@ class AssemblyAnswers:
                 raise LookupError(f"there is no brick '{name}'")
 
     def verdict(self) -> Verdict:
-        """The last verdict, which is that of the whole assembly."""
+        """Return the last verdict, which is that of the whole assembly."""
         return self._verdict
 
     def stage(self, brick: BodyId) -> Stage | None:
-        """Which stage proved a brick; None while none has."""
+        """Return the stage that proved a brick; None if it has no proof."""
         self._reject_unknown([brick])
         return self._prover.ledger.stage(brick)
 
     def contacts(self, brick: BodyId) -> Sequence[Contact]:
-        """The contacts of a brick, with bricks and planes."""
+        """Return the contacts of a brick with bricks and planes."""
         self._reject_unknown([brick])
         return tuple(self._structure.touching[brick].values())
 
     def all_contacts(self) -> Sequence[Contact]:
-        """All contacts, each once."""
+        """Return all contacts, each once."""
         return self._structure.contacts_of(self._structure.bricks)
 
     def with_all_above(self, bricks: Collection[BodyId]) -> set[BodyId]:
-        """These bricks, and all that they can carry, directly or through others."""
+        """Return these bricks and all bricks that they can carry, directly or through others."""
         self._reject_unknown(sorted(bricks))
         return self._structure.with_all_above(bricks)
 
     def with_all_below(self, bricks: Collection[BodyId]) -> set[BodyId]:
-        """These bricks, and all that can carry them, directly or through others."""
+        """Return these bricks and all bricks that can carry them, directly or through others."""
         self._reject_unknown(sorted(bricks))
         return reached(bricks, lambda brick: self._structure.below([brick]))
 
     def around(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        """The bricks that may be as close to a brick as this [m]: a superset, by upright boxes, by name."""
+        """Return a superset, by bounding boxes, of the bricks within a distance [m] of a brick, by name."""
         self._reject_unknown([brick])
         return self._structure.around(brick, within)
 
     def core_depth(self, brick: BodyId, point: Point2) -> float:
-        """How deep a point in plan lies inside the load core of a brick [m]; negative outside, -inf if it has none."""
+        """Return the depth of a point in plan in a brick's load core [m]; negative outside, -inf without a core."""
         self._reject_unknown([brick])
         return depth(point, self._structure.cores[brick].polygon)
 
     def rests_on(self, brick: BodyId) -> tuple[BodyId, ...]:
-        """The bodies that a brick rests on or leans on, by name."""
+        """Return the bodies that a brick rests on or leans on, by name."""
         self._reject_unknown([brick])
         return tuple(rests_on(self._structure, self._prover.ledger, brick))
 
     def problem(self, bricks: Collection[BodyId] | None = None) -> Problem:
-        """The equilibrium of some bricks with all others held fixed, or that of all bricks."""
+        """Return the equilibrium problem of some bricks with all others held fixed, or that of all bricks."""
         group = list(self._structure.bricks) if bricks is None else sorted(bricks)
         self._reject_unknown(group)
         return self._structure.problem(group, self._structure.contacts_of(group))
 
     def forces(self) -> Forces | None:
-        """Contact forces that balance all there is, one entry for each of `all_contacts()`, checked by arithmetic.
+        """Return contact forces that balance all bricks, one entry per contact of `all_contacts()`; None unless STABLE.
 
-        None unless the verdict is STABLE. Such forces are not unique.
+        They are checked by arithmetic and not unique.
         """
         if not self._prover.all_proven():
             return None
@@ -344,9 +344,9 @@ class AssemblyAnswers:
         return forces
 
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
-        """Return the forces of the proof on these bricks and all that they carry, by contact.
+        """Return the forces of the proof on these bricks and on all that they carry, by contact.
 
-        Such forces are not unique, and these are not checked. `among`: load cores carry the weights of these bricks
+        Such forces are not unique, and these are not checked. With `among` load cores carry the weights of these bricks
         only.
         """
         weighed = self.with_all_above(bricks) if among is None else among
@@ -358,23 +358,23 @@ class AssemblyAnswers:
         return self.all_shares(self._structure.with_all_above([brick]))[brick]
 
     def all_shares(self, bricks: Collection[BodyId] | None = None) -> Mapping[BodyId, Mapping[BodyId, float]]:
-        """The shares of all bricks, or of some as if nothing else were there."""
+        """Return the shares of all bricks, or of some bricks as if no others were present."""
         return brick_graph(self._structure, self._prover.ledger, self._structure.bricks if bricks is None else bricks)
 
 
-# Refuses bricks that are put inside of others, or of what is fixed: statics would take them as apart.
+# Refuses bricks that overlap other bricks or fixed bodies: statics would take them as separate.
 
 
-# [m] What is forgiven: rounding in files, far below what bricks are made to. Less is of bodies so thin that they would
-# no longer touch.
+# [m] Accepted overlap: rounding in files, far below manufacturing tolerances. It is smaller for bodies so thin that
+# they would no longer touch.
 OVERLAP = 1e-4
 MILLIMETRES = 1000.0
 
 
 def refuse_overlaps(structure: Structure, coming: Sequence[Placed], overlap: float, leaving: BodyId = "") -> None:
-    """Raise ValueError for the first brick that is deeper than this [m] in another body, be it there or coming too.
+    """Raise ValueError for the first new brick that overlaps a present or new body by more than `overlap` [m].
 
-    `leaving` is a brick that is there now, and will not be.
+    `leaving` is a present brick that is about to be removed.
     """
     among: Neighbours[BodyId] = Neighbours()
     new: dict[BodyId, Placed] = {}
@@ -406,26 +406,26 @@ def _refuse(placed: Placed, other: BodyId, gap: float, forgiven: float) -> None:
         raise ValueError(f"brick '{placed.brick.id}' is {depth}; move it, or give Assembly a larger `overlap`")
 
 
-# Bricks in their places, and what is proven of them: the statics API.
+# Placed bricks and their proofs: the statics API.
 #
 #     >>> assembly = Assembly()
 #     >>> plank = Brick("a", Box((0.12, 0.024, 0.008)), 0.0115)
 #     >>> assembly.add(plank, Pose((0.0, 0.0, 0.004))).stability
 #     <Stability.STABLE: 'stable'>
 #
-# No engine takes part. Bricks come, go and move one by one or together, and only what that can affect is judged again.
-# Each change takes effect at once or not at all: what an interrupt breaks off leaves nothing behind.
+# No engine is involved. Bricks are added, removed and moved one by one or together, and only the affected part is
+# judged again. Each change takes effect completely or not at all: an interrupted change leaves no trace.
 
 
-DIGITS = 3  # of the least width of gaps that a verdict counts on, rounded up
-NOISE = 1e-9  # share of a width that is rounding: it does not make 1 mm 1.01 mm
+DIGITS = 3  # of the least width of gaps that a verdict depends on, rounded up
+NOISE = 1e-9  # share of a width that is rounding: it does not turn 1 mm into 1.01 mm
 
 LEVEL_GROUND = Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=0.5)
 
 
 @dataclass(frozen=True, slots=True)
 class AssemblyState:
-    """Where all bricks of an assembly are, and all that is proven of them, as it was when `state` was asked."""
+    """Snapshot of all bricks of an assembly and their proofs, made by `state`."""
 
     of: "Assembly"
     known: ProverState
@@ -434,14 +434,14 @@ class AssemblyState:
 
 @dataclass(slots=True)
 class CountedGaps:
-    """The question how wide gaps must count as contact for bricks to be STABLE. The answer is found on demand and kept.
+    """The least width of gaps that must count as contact for bricks to be STABLE, computed on demand and cached.
 
-    Bricks that are measured, or cut of wood, have gaps of some hundredths of a millimetre, and settle: so gaps count as
-    contact. A verdict that would be another without them says that it counts on them.
+    Measured or wooden bricks have gaps of some hundredths of a millimetre, and settle: so gaps count as contact. A
+    verdict that depends on these gaps says so.
     """
 
     bricks: Sequence[Placed]
-    contacts: Sequence[Contact]  # those across gaps
+    contacts: Sequence[Contact]  # with gaps
     planes: tuple[Plane, ...]
     friction: GivenFriction
     gravity: float  # [m/s2]
@@ -450,7 +450,7 @@ class CountedGaps:
     _answer: float | None = field(default=None, init=False)
 
     def within(self) -> float:
-        """The least `Tolerances.within` [m] with which the bricks are proven stable, rounded up to three digits."""
+        """Return the least `Tolerances.within` [m] with which the bricks are proven stable, rounded up to 3 digits."""
         if self._answer is None:
             self._answer = self._searched()
             self.bricks, self.contacts = (), ()
@@ -476,7 +476,7 @@ class CountedGaps:
 
 
 def _widths(contact: Contact) -> Iterable[float]:
-    """By point, the least `Tolerances.within` [m] with which its gap counts; see `gap_bridged`."""
+    """Yield by point the least `Tolerances.within` [m] with which its gap counts; see `gap_bridged`."""
     share = min(1.0, max(BESIDE, *(abs(normal[2]) for normal in contact.normals_W)))
     return (gap / share for gap in contact.gaps if gap > 0.0)
 
@@ -487,7 +487,7 @@ def _rounded_up(width: float) -> float:
 
 
 class Assembly(AssemblyAnswers):
-    """Bricks, what they stand on, and the proof of each brick."""
+    """Bricks, fixed bodies, and the proof of each brick."""
 
     def __init__(  # noqa: PLR0913 -- all that a site is made of
         self,
@@ -499,11 +499,11 @@ class Assembly(AssemblyAnswers):
         *,
         overlap: float = OVERLAP,
     ) -> None:
-        """Begin with the fixed bodies alone: planes, and `tables`, which are boxes that never move.
+        """Start with the fixed bodies: planes, and `tables`, which are boxes that never move.
 
-        `friction` is the Coulomb coefficient of brick on brick and on tables, or a `Friction` where it differs by brick
-        or by pair; `gravity` is along -z [m/s2]. A brick that is to come deeper than `overlap` [m] into another body is
-        a ValueError, and so is one so deep that the two would not count as touching; with `inf` none is.
+        `friction` is the Coulomb coefficient between bricks and on tables, or a `Friction` if it differs by brick or by
+        pair; `gravity` is along -z [m/s2]. A new brick that overlaps another body by more than `overlap` [m], or by so
+        much that the two would not count as touching, is a ValueError; with `inf` no overlap is.
         """
         planes, tables = listed(planes, "planes, such as [Plane(...)]"), listed(tables, "tables, such as [Placed(...)]")
         admit_site(planes, tables, friction, gravity)
@@ -518,20 +518,20 @@ class Assembly(AssemblyAnswers):
         self._working.structure.journal.keep()
 
     def copied(self) -> "Assembly":
-        """Another with the same bricks and proofs, which changes by itself; `copy` and `pickle` make such ones too."""
+        """Return an independent copy with the same bricks and proofs; `copy` and `pickle` make such copies too."""
         make, arguments = self.__reduce__()
         return make(*arguments)
 
     def __copy__(self) -> "Assembly":
-        """As `copied`: nothing that an assembly holds is changed in place, so copies may share it."""
+        """Return a copy as `copied` does: assemblies change no stored object in place, so copies may share them."""
         return self.copied()
 
     def __deepcopy__(self, memo: dict[int, object]) -> "Assembly":
-        """As `copy`."""
+        """Return a copy as `copied` does."""
         return self.copied()
 
     def __reduce__(self) -> "tuple[Callable[..., Assembly], tuple[object, ...]]":
-        """The site, and all that is known."""
+        """Return the fixed bodies and the state for pickle."""
         structure = self._structure
         site = self.planes, self.friction, self.gravity, structure.tolerances, self.tables, self._overlap
         return _made_again, (type(self), site, self._prover.state(), self._verdict)
@@ -575,11 +575,11 @@ class Assembly(AssemblyAnswers):
             working.structure.journal.undo()
 
     def state(self) -> AssemblyState:
-        """All bricks in their places with their proofs, to be restored whenever that is wanted, as often as it is."""
+        """Return all placed bricks with their proofs, which `restore` accepts any number of times."""
         return AssemblyState(self, self._prover.state(), self._verdict)
 
     def restore(self, state: AssemblyState) -> None:
-        """Let all be as it was, proofs as well, to the bit. Raises ValueError for the state of another assembly."""
+        """Restore a state, with its proofs, bit for bit. Raises ValueError for the state of another assembly."""
         if not isinstance(state, AssemblyState):
             raise TypeError(f"expected what `state()` gave, not {told(state)}")
         if state.of is not self:
@@ -621,7 +621,7 @@ class Assembly(AssemblyAnswers):
 
     @one_thread()
     def move(self, brick: BodyId, pose: Pose) -> Verdict:
-        """Put a brick somewhere else, at rest. Raises LookupError for none that is there, and ValueError as `add`."""
+        """Move a brick to another place, at rest. Raises LookupError for an unknown brick, and ValueError as `add`."""
         started = perf_counter()
         self._reject_unknown([brick])
         with self._changing() as prover:
@@ -646,7 +646,7 @@ class Assembly(AssemblyAnswers):
         return said
 
     def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
-        """Whether the proof of all there is counts on gaps as contact; none where there are no gaps."""
+        """Return the question whether the proof of all bricks depends on gaps as contact; none without gaps."""
         across = tuple(structure.across_gaps.values())
         if not across:
             return ()
@@ -664,13 +664,13 @@ def _made_again(kind: type[Assembly], site: tuple[Any, ...], known: ProverState,
 # Decides whether a standing structure also stands under additional loads.
 
 
-MOST = 60  # bricks in one program: a few milliseconds
+MOST = 60  # bricks of one program: a few milliseconds
 
 
 def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
-    """Whether forces are proven to balance all that is connected with the loaded bricks; False if that is not known.
+    """Return whether forces are proven to balance all bricks connected with the loaded ones; False if undecided.
 
-    Loads are at the centres of the bricks, in W. Far from them, bricks are held fixed where there are too many.
+    Loads act at the centres of the bricks, in W. If there are too many bricks, those far from the loads are held fixed.
     """
     from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
 
@@ -686,7 +686,7 @@ def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
 
 
 def _connected(assembly: Assembly, bricks: list[BodyId]) -> set[BodyId]:
-    """All that touches these bricks, directly or through others, or the nearest of them."""
+    """Return the bricks that touch these bricks, directly or through others, or only the nearest ones."""
 
     def onwards(brick: BodyId) -> list[BodyId]:
         bodies = {body for contact in assembly.contacts(brick) for body in (contact.lower, contact.upper)}

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from stability.statics.equilibrium import Balance
 
 
-# Falls of the upper part of an assembly: of some bricks and all that they carry, while the rest is held fixed.
+# Falls of the upper part of an assembly: some bricks and all that they carry move, and the rest is held fixed.
 
 
-CUT = 60  # bricks: in a falling group up to this size the smallest upper part that falls as one body is looked for
-LITTLE = 8  # bricks: a program of so few costs about as much as writing it down
+CUT = 60  # bricks: up to this size of a falling group the smallest upper part that falls as one body is searched
+LITTLE = 8  # bricks: up to this size solving a program costs about as much as setting it up
 
 
 def little_fall(
@@ -51,12 +51,15 @@ def little_fall(
 
 
 def fall_of(structure: Structure, brick: BodyId) -> Fall | None:
-    """The fall of a brick and all that it can carry as one body, if plain arithmetic agrees."""
+    """Return the fall of a brick and all that it can carry as one body, if plain arithmetic confirms it."""
     return fall_as_one(structure, structure.with_all_above([brick]))
 
 
 def fall_on_top(structure: Structure, bricks: Collection[BodyId]) -> Fall | None:
-    """The smallest upper part of falling bricks that falls as one body: all, or those above one, with it or without."""
+    """Return the smallest upper part of falling bricks that falls as one body.
+
+    Upper parts are the whole, and the bricks above one brick, with or without this brick.
+    """
     if len(bricks) > CUT:
         return None
     above = {frozenset(bricks)} | {frozenset(structure.with_all_above([name])) for name in bricks}
@@ -77,27 +80,27 @@ def fall_as_one(structure: Structure, moving: Set[BodyId]) -> Fall | None:
     return fall if checked.holds else None
 
 
-# The cascade: the cheapest test that can prove its answer ends the question.
+# The cascade: the cheapest test with a proof decides.
 #
-# A brick whose weight is not covered yet is judged together with a group: itself, what it can carry, then step by step
-# the bricks below, with what these can carry. Loads may leave the group into load cores of the bricks below, so a group
-# that balances is proven whatever it stands on. A group that cannot balance even with all the rest held fixed is proven
-# to fall. What neither shows is asked again of a larger group, up to everything that is connected.
+# A brick without a proof is judged together with a group: itself, the bricks that it can carry, then step by step the
+# bricks below with those that they can carry. Loads may leave the group into load cores of the bricks below, so a
+# balanced group is proven independently of its supports. A group that cannot balance with all other bricks held fixed
+# is proven to fall. If neither is shown, a larger group is judged, up to all connected bricks.
 #
-# What checks a proof or solves a program is imported where it is first asked: it brings numpy, which takes longer to
-# load than most scenes take to judge, and what stands on load cores needs neither.
+# Proof checks and solvers are imported at their first use: they import numpy, which takes longer to load than most
+# scenes take to judge, and bricks on load cores need neither.
 
 
-SPREAD = 4  # times more levels, or bricks, each time that a group grows
-SEARCHED = 300  # bricks: in a tipping body up to this size the smallest part that tips by itself is looked for
-TOLD = 20  # moving bricks that are tested for lying deep in another body, for the reason of a verdict
-SMALL = 60  # bricks: a program of so many is still cheap
-MUCH_LESS = 0.5  # share of a group, or of all that is connected: so much less is asked first
+SPREAD = 4  # factor on levels, or bricks, each time a group grows
+SEARCHED = 300  # bricks: up to this size of a tipping body the smallest part that tips by itself is searched
+TOLD = 20  # moving bricks that are tested for an overlap, for the reason of a verdict
+SMALL = 60  # bricks: up to this size a program is cheap
+MUCH_LESS = 0.5  # share of a group, or of all connected bricks: only a smaller group is judged first
 
 
 @dataclass(frozen=True, slots=True)
 class StageAnswer:
-    """The result of the cascade for a brick: the group that proves it, or a verdict other than STABLE."""
+    """Result of the cascade for a brick: the group that proves it, or a verdict other than STABLE."""
 
     group: ProofGroup | None = None
     verdict: Verdict | None = None
@@ -105,7 +108,7 @@ class StageAnswer:
 
 @dataclass(frozen=True, slots=True)
 class _Falling:
-    """A group that cannot balance, and a motion that proves it, of more bricks than need be."""
+    """Group that cannot balance, and a motion that proves it, possibly with more bricks than needed."""
 
     problem: Problem
     motion: Motion
@@ -114,10 +117,10 @@ class _Falling:
 def judge(
     structure: Structure, brick: BodyId, partners: "Partners", names_smallest: bool, doubted: Collection[BodyId]
 ) -> StageAnswer:
-    """Prove that a brick stands, or that something falls, or say why neither can be proven.
+    """Prove that a brick stands or that something falls, or return the reason why neither is proven.
 
-    With `names_smallest` as few bricks are named as are found to fall without the rest; first those are looked for that
-    fall with one of the `doubted`, which have no proof.
+    With `names_smallest` the verdict names the smallest falling set that is found; falls of one of the `doubted`
+    bricks, which have no proof, are searched first.
     """
     fallen = _tips(structure, brick)
     if fallen is not None:
@@ -139,7 +142,7 @@ def judge(
 
 
 def prove_together(structure: Structure, bricks: Collection[BodyId], partners: "Partners") -> ProofGroup | None:
-    """Prove in one program that several bricks stand which would be asked one by one, each with most of the others."""
+    """Prove several bricks in one program; judged one by one, the group of each would contain most of the others."""
     group = partners.of(set(bricks) | structure.below(bricks))
     return _with_next_above(structure, bricks, partners, len(group)) or _proven(structure, sorted(group))
 
@@ -161,7 +164,7 @@ def _proven(structure: Structure, group: Sequence[BodyId]) -> ProofGroup | None:
 
 
 def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyId], levels: int) -> set[BodyId]:
-    """A group with some bricks below it, and so many levels of bricks below these."""
+    """Return a group extended by some bricks below it and by a number of levels of bricks below these."""
     larger = group.union(downwards)
     front = set(downwards)
     for _ in range(levels - 1):
@@ -171,7 +174,7 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
 
 
 def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> StageAnswer | _Falling:
-    """The stages that need a solver, on groups that spread from a brick up to all that is connected with it."""
+    """Run the stages that need a solver, on groups that grow from a brick up to all connected bricks."""
     whole = partners.of(structure.component(brick))
     asked = partners.of({brick} | structure.below([brick]))
     while True:
@@ -186,12 +189,13 @@ def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners:
         else:
             asked = partners.of(structure.spread(asked, at_least=max(SMALL, SPREAD * len(asked))))
         if len(asked) > MUCH_LESS * len(whole):
-            asked = whole  # what leans on cores, and is nearly all, is as dear, and may be too close to call
+            # a group with nearly all bricks costs as much as all, and its restriction to cores may be indecisive
+            asked = whole
 
 
 @dataclass(frozen=True, slots=True)
 class Partners:
-    """Completes a group by those that were proven together with one of its bricks."""
+    """Extends a group by the bricks that were proven together with one of its bricks."""
 
     structure: Structure
     with_partners: Callable[[Collection[BodyId]], set[BodyId]]
@@ -250,12 +254,12 @@ def _passed_down(structure: Structure, group: set[BodyId]) -> StageAnswer | Fail
 
 
 def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAnswer | _Falling | None:
-    """The exact problem of a group: proven to stand on cores, or to fall though all the rest is held fixed."""
+    """Judge a group by its exact equilibrium: it stands on cores, or falls even with all other bricks fixed."""
     from stability.statics.equilibrium import balance, falling_motion  # noqa: PLC0415 -- it brings numpy
 
     members, contacts = frozenset(group), structure.contacts_of(group)
-    fixed = structure.problem(group, contacts)  # all the rest held fixed: more than there is to stand on
-    # What leans on others is only asked whether it falls: forces on what would be held fixed are of no use.
+    fixed = structure.problem(group, contacts)  # all other bricks held fixed: an upper bound on the support
+    # For a group that leans on others only a fall is tested: forces on bricks held fixed would prove nothing.
     alone = all(_is_within(contact, members, structure) for contact in contacts)
     optimistic = balance(fixed, structure.tolerances) if alone else None
     motion = optimistic.motion if optimistic is not None else falling_motion(fixed, structure.tolerances)
@@ -269,15 +273,15 @@ def _cones(structure: Structure, group: Sequence[BodyId], last: bool) -> StageAn
 
 @dataclass(frozen=True, slots=True)
 class _Careful:
-    """The result for a group that may lean on the others only at load cores."""
+    """Result for a group that may lean on other bricks only at load cores."""
 
     problem: Problem
     balance: "Balance"
-    group: ProofGroup | None = None  # None unless it is proven to stand
+    group: ProofGroup | None = None  # None unless the group is proven to stand
 
 
 def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "Balance | None" = None) -> _Careful:
-    """Prove that a group stands on load cores; `if_fixed` is how it balances with all the rest held fixed, if known."""
+    """Prove that a group stands on load cores; `if_fixed` is its balance with all other bricks fixed, if known."""
     from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
     from stability.statics.self_stress import forces_without_self_stress  # noqa: PLC0415 -- it brings numpy
 
@@ -285,7 +289,8 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
     inner = [c for c in contacts if _is_within(c, members, structure)]
     outer = [c for c in contacts if not _is_within(c, members, structure) and carries_upright(c)]
     landings = list(landings_of(structure, members, outer))
-    alone = not landings and len(inner) == len(contacts)  # then it is the same problem as with the rest held fixed
+    # the problem is then the same as with all other bricks held fixed
+    alone = not landings and len(inner) == len(contacts)
     problem = structure.problem(group, contacts if alone else [*inner, *(landing for landing, _ in landings)])
     answer = if_fixed if alone and if_fixed is not None else balance(problem, structure.tolerances)
     honest = (
@@ -299,7 +304,7 @@ def _proven_in_cones(structure: Structure, group: Sequence[BodyId], if_fixed: "B
 
 
 def _is_within(contact: Contact, members: Collection[BodyId], structure: Structure) -> bool:
-    """Whether a contact is among the group, or with a fixed body."""
+    """Return whether both bodies of a contact belong to the group or one is fixed."""
     return all(body in members or body not in structure.bricks for body in (contact.lower, contact.upper))
 
 

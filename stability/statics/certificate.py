@@ -13,15 +13,15 @@ from stability.statics.load_core import LoadCore, plan, upright_normal
 from stability.statics.propagation import VerticalLoad, least_norm, shared
 from stability.statics.structure import Structure
 
-# The forces of a whole assembly, written out from its groups, so that plain arithmetic can check them all at once.
+# The forces of a whole assembly, assembled from its groups, so that plain arithmetic can check them all at once.
 #
-# Groups hand their upright loads to load cores. From the top down, all that a brick takes inside its core is one load
-# inside it, because a core is convex; it is split over the corners of the core, and each part goes down where it
-# stands.
+# Groups pass their vertical loads to load cores. From the top down, all loads of a brick inside its core are one load
+# inside it, because a core is convex; it is split over the corners of the core, and each part is passed down at its
+# corner.
 
 
 class Tally:
-    """Sums of cone forces by contact. They are only noted as they come, and summed up where somebody asks."""
+    """Sums of cone forces by contact. Added forces are stored, and summed on demand."""
 
     def __init__(self) -> None:
         self._noted: dict[BodyId, dict[BodyId, tuple[Contact, list[ConeForces | VerticalLoad]]]] = {}  # by lower, upper
@@ -33,15 +33,18 @@ class Tally:
         return onto[contact.upper][1]
 
     def add(self, contact: Contact, forces: ConeForces) -> None:
-        """Forces at the points of a contact."""
+        """Add forces at the points of a contact."""
         self._of(contact).append(forces)
 
     def press(self, contact: Contact, load: VerticalLoad) -> None:
-        """An upright force somewhere in a contact, as one at its corners."""
+        """Add a vertical force inside a contact, as forces at its corners."""
         self._of(contact).append(load)
 
     def of(self, contact: Contact) -> ConeForces:
-        """The sums of a contact; nothing if nothing was added. Raises ValueError if it carries nothing upright."""
+        """Return the sums of a contact; zero if nothing was added.
+
+        Raises ValueError for a contact without vertical forces.
+        """
         _, noted = self._noted.get(contact.lower, {}).get(contact.upper, (contact, []))
         return _summed(contact, noted)
 
@@ -70,7 +73,7 @@ def _press(contact: Contact, load: VerticalLoad, sums: Sequence[list[Vec3]]) -> 
 
 
 def _at_corners(contact: Contact, at: Point2) -> list[float]:
-    """Shares of the points of a contact in a unit force at a point in plan."""
+    """Return the shares of the points of a contact in a unit force at a point in plan."""
     points = [(x, y) for x, y, _ in contact.points_W]
     if len(points) == 1:
         return [1.0]
@@ -84,13 +87,13 @@ def _at_corners(contact: Contact, at: Point2) -> list[float]:
 
 
 def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
-    """The forces that the groups of an assembly come to, one entry for each of these contacts."""
+    """Return the sums of the forces of an assembly's groups, one entry per contact."""
     tally = tallied(structure, ledger, structure.bricks.keys())
     return Forces(tuple(tally.of(contact) for contact in contacts))
 
 
 def tallied(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tally:
-    """The forces that the groups of an assembly come to, but for those of the cores of other bricks than these."""
+    """Return the sums of the forces of all groups, with forces of load cores only for `bricks`."""
     tally = Tally()
     loads = {name: structure.weights[name] for name in ledger.by_core() & bricks}
     for group in ledger.groups():
@@ -115,7 +118,7 @@ def _load(loads: dict[BodyId, VerticalLoad], brick: BodyId, load: VerticalLoad) 
 
 
 def routed(load: VerticalLoad, core: LoadCore) -> list[tuple[Contact, VerticalLoad]]:
-    """A load inside a core, as loads on the contacts that make up the core."""
+    """Return a load inside a core as loads on the contacts that make up the core."""
     if len(core.pieces) == 1:
         return [(core.pieces[0][0], load)]
     corners = [(contact, point) for contact, points in core.pieces for point in points]
@@ -128,7 +131,7 @@ def routed(load: VerticalLoad, core: LoadCore) -> list[tuple[Contact, VerticalLo
 
 
 def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) -> list[float]:
-    """A load on at most three corners of the hull, which always works, though it may end on a far corner."""
+    """Return a load as loads on at most three corners of the hull: always possible, but a corner may be far away."""
     weights: Mapping[Point2, float] = dict(zip(core.polygon, barycentric(at, core.polygon), strict=True))
     used: set[Point2] = set()
     shares = []
@@ -140,13 +143,13 @@ def _of_hull(at: Point2, core: LoadCore, corners: list[tuple[Contact, Point2]]) 
 
 # The brick graph: the supports of each brick and their shares of its load.
 #
-# Contact forces are not unique, so shares are a convention where a brick has more supports than it needs: weights are
-# passed down with forces of least norm, which depend on geometry and weights alone and on no solver. Where weights
-# cannot be passed down so, because friction, leaning or a counterweight holds a brick, a share is known only if no
-# other body could take any; else it is not a number.
+# Contact forces are not unique, so shares are a convention if a brick has redundant supports: weights are passed down
+# by forces of least norm, which depend only on geometry and weights, not on a solver. If weights cannot be passed down
+# in this way, because friction, leaning or a counterweight holds a brick, a share is known only if there is no other
+# support; otherwise it is NaN.
 
 
-NOTHING = 1e-6  # share of a brick's weight: a contact that presses less is taken to press with nothing
+NOTHING = 1e-6  # share of a brick's weight: a contact with a smaller normal force counts as unloaded
 SIDEWAYS = 1e-6  # vertical part of a normal up to which a contact without friction carries no weight
 
 Shares = Mapping[BodyId, float]
@@ -158,7 +161,7 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
     leaning = {name: bodies for name in group if (bodies := _leans_on(structure, ledger, name)) is not None}
     loads: dict[BodyId, VerticalLoad | None] = {
         name: structure.weights[name] for name in group
-    }  # None for an unknown one
+    }  # None for an unknown share
     found: dict[BodyId, Shares] = {}
     order = from_the_top(structure.rests_on(group))
     for name in (*order, *sorted(group.difference(order))):  # bricks that rest on one another in a ring come last
@@ -181,12 +184,12 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
 
 
 def supports_of(structure: Structure, brick: BodyId) -> list[BodyId]:
-    """The bodies below that can press a brick straight up, by name."""
+    """Return the bodies below that can push a brick vertically up, by name."""
     return sorted({contact.lower for contact in structure.supports[brick]})
 
 
 def _of_unknown(structure: Structure, name: BodyId, leans_on: Iterable[BodyId]) -> Shares:
-    """Shares of a brick whose load upright forces do not pass down."""
+    """Return the shares of a brick whose load is not passed down by vertical forces."""
     supports = sorted({*supports_of(structure, name), *leans_on})
     able = [on for on in supports if _takes_weight(structure.touching[name][on])]
     if len(able) == 1:
@@ -199,12 +202,12 @@ def _takes_weight(contact: Contact) -> bool:
 
 
 def rests_on(structure: Structure, ledger: Ledger, brick: BodyId) -> list[BodyId]:
-    """The bodies that a brick rests on or leans on, by name."""
+    """Return the bodies that a brick rests on or leans on, by name."""
     return sorted({*supports_of(structure, brick), *(_leans_on(structure, ledger, brick) or ())})
 
 
 def _leans_on(structure: Structure, ledger: Ledger, brick: BodyId) -> set[BodyId] | None:
-    """The bodies that hold a brick by friction or leaning, but for those that it carries; None if upright forces do."""
+    """Return the bodies that hold a brick by friction or leaning; None if vertical forces hold it."""
     proven = ledger.group(brick)
     if proven is None or proven.stage is not Stage.CONES:
         return None
@@ -217,10 +220,10 @@ def _leans_on(structure: Structure, ledger: Ledger, brick: BodyId) -> set[BodyId
 
 
 def _is_upright(contact: Contact) -> bool:
-    """Whether two bodies lean on each other face to face: then neither lies on the other."""
+    """Return whether two bodies lean on each other face to face, so that neither lies on the other."""
     return abs(sum(normal[2] for normal in contact.normals_W)) <= SIDEWAYS
 
 
 def _size(forces: ConeForces) -> float:
-    """The sum of the absolute components of forces [N]."""
+    """Return the sum of the absolute components of forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)

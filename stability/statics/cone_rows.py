@@ -12,72 +12,73 @@ from stability.geometry.rows import Array, Indices
 from stability.statics.conic_program import ConicProgram, Matrix
 
 UNIT = Coulomb(1.0)
-# Times the squares of the three parts of a force in a cone of unit slope: their sum is not negative, nor is the first.
+# Factors on the squared components of a force in a cone of unit slope: their sum and the first component are not
+# negative.
 SQUARES = np.array([1.0, -1.0, -1.0])
 
 Number = TypeVar("Number", bound=np.generic)
 
 
 def with_and_without(friction: Array) -> tuple[Indices, Indices]:
-    """Which cones have friction, and are round, and which have none, and are rays."""
+    """Return the indices of the cones with friction, which are round, and of those without, which are rays."""
     rubs = friction > 0.0
     return np.flatnonzero(rubs), np.flatnonzero(~rubs)
 
 
 def row_units(friction: Array) -> Array:
-    """(cones, 3) the units of the normal and the tangential forces of each, in which its cone is of unit slope."""
+    """Return (cones, 3) the units of normal and tangential forces in which each cone has unit slope."""
     ones = np.ones(len(friction))
     return np.stack([ones, friction, friction], axis=1)
 
 
 @dataclass(frozen=True, slots=True)
 class ConeRows:
-    """Where the forces of contacts, or their slips, are among the rows of a vector or a matrix.
+    """Positions of the forces or slips of contacts among the rows of a vector or a matrix.
 
-    In `row_units` every cone is of unit slope, of forces as of slips: the first of its three rows, the normal one, is
-    no less than the norm of the other two.
+    In `row_units` every cone has unit slope, for forces and for slips: the first of its three rows, the normal one, is
+    at least the norm of the other two.
     """
 
-    round: int  # cones with friction, which have rows 3 i to 3 i + 2
-    flat: int  # those without, which have rows 3 round + i
+    round: int  # number of cones with friction, with rows 3 i to 3 i + 2
+    flat: int  # number of cones without friction, with rows 3 round + i
 
     def __len__(self) -> int:
-        """How many rows there are."""
+        """Return the number of rows."""
         return self.of_round + self.flat
 
     @property
     def of_round(self) -> int:
-        """How many rows the cones with friction have, which come first."""
+        """Return the number of rows of the cones with friction, which come first."""
         return 3 * self.round
 
     @property
     def normals(self) -> Indices:
-        """(cones,) the rows of normal forces."""
+        """Return (cones,) the rows of normal forces."""
         return np.append(np.arange(0, self.of_round, 3), np.arange(self.of_round, len(self)))
 
     def triples(self, rows: Array) -> Array:
-        """(..., round, 3) those of the cones with friction: a view."""
+        """Return (..., round, 3) the rows of the cones with friction: a view."""
         return rows[..., : self.of_round].reshape(*rows.shape[:-1], self.round, 3)
 
     def singles(self, rows: Array) -> Array:
-        """(..., flat) those of the cones without: a view."""
+        """Return (..., flat) the rows of the cones without friction: a view."""
         return rows[..., self.of_round :]
 
     def joined(self, triples: NDArray[Number], singles: NDArray[Number]) -> NDArray[Number]:
-        """The rows of (round, 3) and (flat,)."""
+        """Return the rows of (round, 3) and (flat,)."""
         return np.append(triples.ravel(), singles)
 
     def by_row(self, of_cones: NDArray[Number]) -> NDArray[Number]:
-        """For each row the number of its cone."""
+        """Return the number of the cone of each row."""
         return np.append(np.repeat(of_cones[: self.round], 3), of_cones[self.round :])
 
     def spare(self, rows: Array) -> Array:
-        """(cones,) how far each force, or slip, is inside its cone; negative outside."""
+        """Return (cones,) the distance of each force or slip from the border of its cone; negative outside."""
         triples = self.triples(rows)
         return np.append(triples[:, 0] - np.hypot(triples[:, 1], triples[:, 2]), self.singles(rows))
 
     def project(self, rows: Array) -> Array:
-        """The nearest forces, or slips, in their cones."""
+        """Return the nearest forces or slips within their cones."""
         triples = self.triples(rows)
         tangential = np.hypot(triples[:, 1], triples[:, 2])
         normal, kept = UNIT.project(triples[:, 0], tangential)
@@ -86,10 +87,10 @@ class ConeRows:
         return self.joined(nearest, np.maximum(self.singles(rows), 0.0))
 
     def least_share(self, rows: Array, deep: Array) -> float:
-        """The least share of forces deep in their cones that brings others into these."""
+        """Return the least share of forces deep in their cones that brings others into their cones."""
         outside = self.spare(rows)[: self.round] < 0.0
         own, change = self.triples(rows)[outside], self.triples(deep - rows)[outside]
-        # (t + s dt)^2 = (n + s dn)^2: the way in is the last crossing, as one before is of the cone upside down.
+        # (t + s dt)^2 = (n + s dn)^2: the cone is entered at the last root; an earlier root lies on the opposite cone.
         squared, mixed, first = ((x * y) @ -SQUARES for x, y in ((change, change), (own, change), (own, own)))
         root = np.sqrt(np.maximum(mixed * mixed - squared * first, 0.0))
         larger = -(mixed + np.copysign(root, mixed))
@@ -101,9 +102,10 @@ class ConeRows:
         return float(max(crossings.max(initial=0.0), flat.max(initial=0.0)))
 
     def barrier(self, rows: Array) -> tuple[Array, Array]:
-        """Of minus the logarithm of all that forces have to spare, the gradient and the inverse of the Hessian.
+        """Return the gradient and the inverse Hessian of minus the logarithm of the slacks of forces.
 
-        The latter is z z' - (q / 2) J for each cone with friction, (round, 3, 3), then a number for each without.
+        The inverse Hessian is z z' - (q / 2) J for each cone with friction, (round, 3, 3), then a number for each
+        without.
         """
         triples, singles = self.triples(rows), self.singles(rows)
         spare = (triples * triples) @ SQUARES
@@ -123,10 +125,10 @@ class ConeRows:
         curvature: Matrix = None,
         semidefinite: int = 0,
     ) -> ConicProgram:
-        """The program whose rows are `equal` equalities, these, and others.
+        """Return the program whose rows are `equal` equalities, these rows, and other rows.
 
-        Other round cones, of the sizes `norms`, stand between the cones with friction and those without; `positive`
-        rows that must not be negative come after these, and the semidefinite cone last.
+        Other round cones, of the sizes `norms`, come between the cones with friction and those without; `positive` rows
+        that must not be negative come after these, and the semidefinite cone last.
         """
         sizes = [3] * self.round + [*norms]
         return ConicProgram(cost, matrix, offset, equal, sizes, self.flat + positive, curvature, semidefinite)

@@ -1,4 +1,4 @@
-"""Conic programs, and the solver that finds points for them. The status that it reports is never more than a note."""
+"""Conic programs, and the solver that computes points for them. The solver's status is used only as a note."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,58 +10,59 @@ import numpy as np
 from stability.geometry.rows import Array
 from stability.work_limit import TooMuchWorkError, add_program, add_steps
 
-Matrix: TypeAlias = Any  # sparse by column; scipy's matrices have no types
+Matrix: TypeAlias = Any  # compressed by column; scipy's matrices have no types
 
-FINE = 1e-10  # accuracies below that are asked for so that little is left to correct
-MOST_STEPS = 200  # of the interior point method; 15 to 40 are usual
-# Rows. From there on refining each step's solution is a third of the work, and gains less than the check corrects.
+FINE = 1e-10  # requested accuracies below this leave little to correct
+MOST_STEPS = 200  # of the interior-point method; 15 to 40 are usual
+# Rows. For larger programs refining each step's solution is a third of the work and gains less than later corrections.
 LARGE = 20_000
 SOLVED, NEARLY_SOLVED = "Solved", "AlmostSolved"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConicProgram:
-    """Minimise `cost @ x` with `offset - matrix @ x` zero in the first `equal` rows, and in the cones after these.
+    """Minimise `cost @ x` with `offset - matrix @ x` zero in the first `equal` rows and in cones in the other rows.
 
     With `curvature`, half of `x @ curvature @ x` is added to the cost. A round cone of size k has k rows of which the
     first is at least the norm of the others. A semidefinite cone has the upper triangle of a symmetric matrix, by
-    columns, with the entries off the diagonal times the root of two.
+    columns, with the off-diagonal entries times the square root of two.
     """
 
     cost: Array  # (columns,)
     matrix: Matrix  # (rows, columns)
     offset: Array  # (rows,)
-    equal: int = 0  # rows
+    equal: int = 0  # number of rows
     round: Sequence[int] = ()  # sizes of the round cones
-    positive: int = 0  # rows that must not be negative
-    curvature: Matrix = None  # (columns, columns), its upper half
-    semidefinite: int = 0  # size of the one such cone, in the last rows
+    positive: int = 0  # number of rows that must not be negative
+    curvature: Matrix = None  # (columns, columns), its upper triangle
+    semidefinite: int = 0  # size of the only semidefinite cone, in the last rows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SolverPoint:
-    """The point where a solver ended, and the status that it reports."""
+    """Final point of a solver, and the status that it reports."""
 
     x: Array  # (columns,)
-    dual: Array  # (rows,) in the same cones where it is a solution: `matrix.T @ dual + cost = 0`
+    dual: Array  # (rows,) in the same cones for a solution: `matrix.T @ dual + cost = 0`
     status: str
 
 
-Solver: TypeAlias = Callable[[ConicProgram, float], SolverPoint]  # takes the accuracy to ask for
+Solver: TypeAlias = Callable[[ConicProgram, float], SolverPoint]  # arguments: the program and the requested accuracy
 
 
 def clarabel_solve(program: ConicProgram, accuracy: float) -> SolverPoint:
-    """Clarabel's point, by an interior point method."""
+    """Return Clarabel's point, by an interior-point method."""
     if len(program.offset) > LARGE:
         quick = quick_solve(program, accuracy)
-        # What asks for more than can be had is nearly solved with refined steps too: the check tells if it is enough.
+        # An unreachable accuracy ends in "almost solved" with refinement too: the check shows whether the point is good
+        # enough.
         if quick.status == SOLVED or (quick.status == NEARLY_SOLVED and accuracy < FINE):
             return quick
     return _solved(program, accuracy, refined=True)
 
 
 def quick_solve(program: ConicProgram, accuracy: float) -> SolverPoint:
-    """The same without refined steps, which are a third of the work: enough where little is asked for."""
+    """Return Clarabel's point without refinement, which is a third of the work: enough for low accuracy."""
     return _solved(program, accuracy, refined=False)
 
 
@@ -73,18 +74,18 @@ def _solved(program: ConicProgram, accuracy: float, *, refined: bool) -> SolverP
 
 
 class QuickSeries:
-    """Solves programs quickly whose matrices differ in values but not in sparsity.
+    """Solver of programs whose matrices differ in values but not in sparsity.
 
-    Only the first needs preparation, a tenth of its time.
+    Only the first program needs a set-up, a tenth of its time.
     """
 
     def __init__(self, accuracy: float) -> None:
-        """`accuracy` is asked of the solver for all of them."""
+        """Store the `accuracy` that is requested for all programs."""
         self._accuracy = accuracy
         self._solver: Any = None
 
     def solve(self, program: ConicProgram) -> SolverPoint:
-        """The point of one more program."""
+        """Return the point of the next program."""
         if self._solver is None:
             self._solver = _made_ready(program, self._accuracy, refined=False)
         else:
@@ -93,7 +94,7 @@ class QuickSeries:
 
 
 def count_work(program: ConicProgram) -> None:
-    """Count the work of a program that is about to be solved. Raises TooMuchWorkError."""
+    """Count the work of a program before it is solved. Raises TooMuchWorkError."""
     add_program(_entries(program))
 
 
@@ -113,8 +114,8 @@ def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any
     settings.verbose = False
     settings.max_iter = MOST_STEPS
     settings.max_threads = 1  # the same bytes on every machine
-    settings.presolve_enable = False  # it may leave out rows of which the dual is needed
-    if program.semidefinite:  # where many equalities say the same, with less of it the first step fails
+    settings.presolve_enable = False  # presolve may remove rows whose dual is needed
+    if program.semidefinite:  # with linearly dependent equalities, a smaller regularisation makes the first step fail
         settings.static_regularization_constant = 1e-7
         settings.chordal_decomposition_enable = False
     settings.iterative_refinement_enable = refined
@@ -131,14 +132,14 @@ def _made_ready(program: ConicProgram, accuracy: float, *, refined: bool) -> Any
 
 @lru_cache(maxsize=64)
 def _flat(columns: int) -> Any:  # noqa: ANN401 -- scipy's matrices have no types
-    """No curvature: a matrix that the solver only reads."""
+    """Return zero curvature: a matrix that the solver only reads."""
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     return csc_matrix((columns, columns))
 
 
 def solve(program: ConicProgram, accuracy: float, solver: Solver) -> SolverPoint | str:
-    """The solver's point, or the reason why it gave none."""
+    """Return the solver's point, or the reason why there is none."""
     try:
         point = solver(program, accuracy)
     except TooMuchWorkError:

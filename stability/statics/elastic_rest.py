@@ -1,13 +1,13 @@
 """Load-induced forces: those under which slightly elastic contacts bring a structure to rest.
 
-Every contact point is a normal spring, which presses and never pulls, and a tangential spring, which resists a slip up
-to the friction limit. Loads that grow from zero, on unstressed contacts, lead to rest or to none. A wedge tightens
+Every contact point is a normal spring, which pushes and never pulls, and a tangential spring, which resists a slip up
+to the friction limit. Loads that grow from zero on unstressed contacts either lead to rest or do not. A wedge tightens
 itself between steep walls; a plank between vertical walls does not, although both would hold if squeezed. Kao et al.
 (2022), "Coupled Rigid-Block Analysis", likewise couple forces with a small motion, which they bound; here contacts have
-a stiffness instead, and any stiffness that leads to rest will do.
+a stiffness instead, and any stiffness that leads to rest is sufficient.
 
-There may be states of rest to which loads do not lead: a row of blocks between vertical walls would hold as an arch,
-but falls as one body and presses nothing. Therefore the motion is followed from the initial state, with a drag on each
+There may be states of rest that loads do not reach: a row of blocks between vertical walls would hold as an arch, but
+falls as one body without normal forces. Therefore the motion is followed from the initial state, with a drag on each
 brick proportional to its mass, so that freely falling bricks fall together. Every step is implicit: Newton's method
 finds a root, and steps grow while it converges. The final forces are checked; a failure proves nothing.
 """
@@ -23,28 +23,29 @@ from stability.problem import Forces, Problem, Tolerances
 from stability.statics.equilibrium import proven_forces
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
-# Times what is closed, how far what presses may slip: a slimmer wedge sinks so far that it may find other faces there.
+# Ratio of slip to compression at a loaded contact: a slimmer wedge sinks so far that it may touch other faces there.
 FURTHEST = 1000.0
-SLIGHT = 1e-3  # share of what a brick carries: with less a contact may be pressed wherever it slips to
-ROUNDING = 1e-12  # of how far bricks have moved
+SLIGHT = 1e-3  # share of the load capacity: a smaller normal force may act at any slip
+ROUNDING = 1e-12  # share of the displacement of the bricks
 MOST_STEPS, MOST_ROUNDS = 80, 10
-AT_REST, ROUNDED = 1e-13, 1e-9  # shares of the loads that nothing balances: wanted, and where rounding may end a step
-CLOSE = 1e-2  # share of what was left over before a step: so near to its root it is far enough
+# shares of the loads without balance: the target, and the limit at which rounding may end a step
+AT_REST, ROUNDED = 1e-13, 1e-9
+CLOSE = 1e-2  # share of the residual before a step: a smaller one ends the step
 FIRST, LEAST, MOST = 1.0, 1e-14, 1e12  # drag of a step, as a share of the stiffness
-LESS, MORE = 0.4, 5.0  # times the drag, after a step and where none is found
-SHORTER, SHORTEST = 0.5, 0.02  # shares of what Newton's method says
-NEARER = 1e-4  # share of the rest that a whole such share has to take away
+LESS, MORE = 0.4, 5.0  # factors on the drag after a step, and after a step without a root
+SHORTER, SHORTEST = 0.5, 0.02  # shares of the step of Newton's method
+NEARER = 1e-4  # share of the residual that a whole step must remove
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Pressed:
-    """How contacts answer a motion, in the units of the rows."""
+    """Contact forces of a displacement, in the units of the rows."""
 
-    rows: Array  # (rows,) their forces, within their cones
-    normal: Array  # (k,) those along the normals of cones with friction
-    resisting: Array  # (k,) what would resist the slip, were there no limit to friction
-    along: Array  # (k, 2) which way, a unit vector
-    slips: NDArray[np.bool_]  # (k,) whether friction is used up
+    rows: Array  # (rows,) forces within their cones
+    normal: Array  # (k,) normal forces at the cones with friction
+    resisting: Array  # (k,) tangential spring forces without a friction limit
+    along: Array  # (k, 2) their directions, unit vectors
+    slips: NDArray[np.bool_]  # (k,) whether the friction limit is reached
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +54,7 @@ class _Moved:
 
     motion: Array  # (columns,)
     pressed: _Pressed
-    left: Array  # (columns,) of the loads, what no contact balances
+    left: Array  # (columns,) the loads that no contact balances
 
     @property
     def size(self) -> float:
@@ -64,7 +65,7 @@ def elastic_rest(
     problem: Problem,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
 ) -> Forces | None:
-    """Forces that balance a problem and that its loads alone bring forth; None if none are found."""
+    """Return the load-induced forces that balance a problem; None if none are found."""
     system = wrench_matrix(problem)
     moved = _given_way(problem, system)
     if _is_far(system, moved.pressed):
@@ -79,7 +80,7 @@ def load_induced_forces(problem: Problem) -> Array:
 
 
 def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
-    """How far loads move bricks before contacts hold them, or before that is given up."""
+    """Return the displacement at which contacts hold the loads, or the last one before the search ends."""
     moved, masses, drag = _moved(system, np.zeros(len(system.loads))), _masses(problem, system), FIRST
     loads = moved.size
     for _ in range(MOST_STEPS):
@@ -98,7 +99,7 @@ def _given_way(problem: Problem, system: WrenchMatrix) -> _Moved:
 
 
 def _polished(system: WrenchMatrix, moved: _Moved, drag: Sparse) -> _Moved:
-    """Nearer to rest, as far as rounding lets Newton's method get."""
+    """Return a point nearer to rest, within the accuracy of Newton's method."""
     for _ in range(MOST_ROUNDS):
         after = _moved(system, moved.motion + _solved(_stiffness(system, moved.pressed) + drag, moved.left))
         if not after.size < moved.size:
@@ -108,7 +109,7 @@ def _polished(system: WrenchMatrix, moved: _Moved, drag: Sparse) -> _Moved:
 
 
 def _stepped(system: WrenchMatrix, before: _Moved, drag: Sparse) -> _Moved | None:
-    """Where loads, contacts and drag are in balance at the end of a step; None if that is not found."""
+    """Return the balance of loads, contacts and drag at the end of a step; None if it is not found."""
     moved, rest = before, before.left
     for _ in range(MOST_ROUNDS):
         way, share, size = _solved(_stiffness(system, moved.pressed) + drag, rest), 1.0, float(np.linalg.norm(rest))
@@ -132,13 +133,13 @@ def _moved(system: WrenchMatrix, motion: Array) -> _Moved:
 
 
 def _falls_freely(system: WrenchMatrix, moved: _Moved) -> bool:
-    """Whether nothing is closed, however far bricks have moved."""
+    """Return whether no contact is closed, at any displacement."""
     closed = moved.pressed.rows[system.rows.normals].max(initial=0.0)
     return bool(closed <= ROUNDING * np.abs(moved.motion).max(initial=0.0))
 
 
 def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
-    """Whether a contact that presses has slipped too far for that, the most at any of its points for the most."""
+    """Return whether the largest slip of a loaded contact is too large for its largest compression."""
     shapes = system.cones.shapes
     contact = np.repeat(np.arange(len(shapes)), [points * normals for points, normals in shapes])[system.round]
     closed, slipped = np.zeros(len(shapes)), np.zeros(len(shapes))
@@ -148,7 +149,7 @@ def _is_far(system: WrenchMatrix, pressed: _Pressed) -> bool:
 
 
 def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
-    """Coulomb's law for springs of unit stiffness."""
+    """Return the forces of springs of unit stiffness by Coulomb's law."""
     ways = system.matrix @ motion
     cones = system.rows.triples(ways)
     normal, resisting = np.maximum(-cones[:, 0], 0.0), np.hypot(cones[:, 1], cones[:, 2])
@@ -159,13 +160,14 @@ def _pressed(system: WrenchMatrix, motion: Array) -> _Pressed:
 
 
 def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
-    """(columns, columns) by how much more contacts hold against a motion that is further by a unit."""
+    """Return (columns, columns) the change of contact forces per unit of displacement."""
     from scipy.sparse import block_diag, bsr_matrix, diags  # noqa: PLC0415 -- slow to import, and few need to ask
 
     count, along = system.rows.round, pressed.along
     blocks = np.zeros((count, 3, 3))
     blocks[:, 0, 0] = pressed.normal > 0.0
-    blocks[:, 1:, 0] = along * (pressed.slips & (pressed.normal > 0.0))[:, None]  # friction goes with the pressure
+    # friction is proportional to the normal force
+    blocks[:, 1:, 0] = along * (pressed.slips & (pressed.normal > 0.0))[:, None]
     across = np.identity(2) - along[:, :, None] * along[:, None, :]
     turned = np.divide(pressed.normal, pressed.resisting, out=np.zeros(count), where=pressed.slips)
     blocks[:, 1:, 1:] = np.where(pressed.slips[:, None, None], turned[:, None, None] * across, np.identity(2))
@@ -175,7 +177,7 @@ def _stiffness(system: WrenchMatrix, pressed: _Pressed) -> Sparse:
 
 
 def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
-    """(columns, columns) masses and moments of inertia of the bricks, the largest entry 1."""
+    """Return (columns, columns) masses and moments of inertia of the bricks, the largest entry 1."""
     from scipy.sparse import block_diag  # noqa: PLC0415 -- slow to import, and few need to ask
 
     blocks = []
@@ -189,11 +191,11 @@ def _masses(problem: Problem, system: WrenchMatrix) -> Sparse:
 
 
 def _solved(stiffness: Sparse, loads: Array) -> Array:
-    """The motion under loads that springs and drag resist; not a number where none does."""
+    """Return the displacement under loads against springs and drag; NaN if nothing resists."""
     from scipy.sparse.linalg import splu  # noqa: PLC0415 -- slow to import, and few need to ask
 
     try:
         motion: Array = splu(stiffness.tocsc()).solve(loads)
-    except RuntimeError:  # singular, as far as it can tell
+    except RuntimeError:  # singular within rounding
         return np.full(len(loads), np.nan)
     return motion

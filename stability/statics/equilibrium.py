@@ -17,29 +17,29 @@ from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # Separating motions: they open contacts strictly.
 #
-# If some motion opens all contacts, the only contact forces that balance each other are none at all.
+# If some motion opens all contacts, no contact forces except zero balance each other.
 
 
-# Of the speed there: a contact that opens more slowly may be closed by what is not known of the geometry.
+# Share of the speed: a contact that opens more slowly may be closed because of errors of the geometry.
 SEPARATES = 1e-6
-SPREAD = 0.5  # how much of the friction that a rise leaves free its sideways spread may use up
-# Times the number of bricks: how much faster a brick may move than the slowest contact opens. In a row of leaning
-# planks each moves faster than the one before, so height is no measure.
+SPREAD = 0.5  # share of the free friction of a rise that its horizontal spread may use
+# Times the number of bricks: the largest ratio of the speed of a brick to the slowest opening speed. In a row of
+# leaning planks each moves faster than the one before, so height is no measure.
 ROOM = 10.0
-LAYER = 0.01  # share of the smallest side: centres as level as this are of one layer
-ACCURACY = 1e-9  # what the solver is asked for; what is found is checked
+LAYER = 0.01  # share of the smallest side: centres with a smaller height difference belong to one layer
+ACCURACY = 1e-9  # requested accuracy of the solver; its results are checked
 
 
 @dataclass(frozen=True, slots=True)
 class ContactSeparation:
-    """A motion, and how far it opens each contact of a problem: from 0 for not at all to 1."""
+    """Motion, and the separation of each contact of a problem: from 0 for none to 1."""
 
     motion: Motion
     of_contacts: tuple[float, ...]
 
 
 def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Motion | None:
-    """A motion that is proven to open every contact strictly; None if none is found."""
+    """Return a motion that is proven to open every contact strictly; None if none is found."""
     rising = next(_opening(problem), None)
     if rising is not None:
         return rising
@@ -50,7 +50,7 @@ def separating_motion(problem: Problem, solver: Solver = clarabel_solve) -> Moti
 
 
 def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mapping[BodyId, Vec3] | None:
-    """Velocities, none faster than 1, that open every contact of some bricks strictly while the rest stays; or None."""
+    """Return velocities, at most 1, that strictly open all contacts of moving bricks with the rest fixed; or None."""
     bricks = {name: problem.bricks[name] for name in sorted(moving)}
     contacts = [c for c in problem.contacts if c.lower in bricks or c.upper in bricks]
     part = replace(problem, bricks=bricks, contacts=contacts)
@@ -61,7 +61,7 @@ def separating_velocities(problem: Problem, moving: Collection[BodyId]) -> Mappi
 
 
 def _opening(problem: Problem) -> Iterator[Motion]:
-    """The motions of those that are tried without a solver that open every contact."""
+    """Yield the motions that open every contact, among those tried without a solver."""
     for ranks in (stack_ranks(problem), layers(problem)):
         for spread in (0.0, SPREAD):
             motion = _rising(problem, ranks, spread)
@@ -70,7 +70,7 @@ def _opening(problem: Problem) -> Iterator[Motion]:
 
 
 def _rising(problem: Problem, ranks: Mapping[BodyId, int], spread: float) -> Motion:
-    """All bricks move up, those of a higher rank the faster, and sideways from the middle."""
+    """Return an upward motion of all bricks, faster with higher rank, that spreads horizontally from the middle."""
     centres = [placed.pose.position_W for placed in problem.bricks.values()]
     middle = (
         tuple(0.5 * (min(c[i] for c in centres) + max(c[i] for c in centres)) for i in (0, 1)) if centres else (0, 0)
@@ -119,7 +119,7 @@ def layers(problem: Problem) -> Mapping[BodyId, int]:
 
 
 def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> ContactSeparation | None:
-    """The motion that opens contacts most, each counted up to a limit: those that it leaves shut, no motion opens."""
+    """Return the motion with the largest sum of limited separations: contacts that it keeps shut, no motion opens."""
     system = wrench_matrix(problem, whole=True, carried=dict.fromkeys(problem.bricks, 1.0))
     room = ROOM * (1 + len(problem.bricks))
     point = solve(_program(system, len(problem.contacts), room), ACCURACY, solver)
@@ -131,7 +131,7 @@ def widest_separation(problem: Problem, solver: Solver = clarabel_solve) -> Cont
 
 
 def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
-    """The largest sum of separations, one a contact and each from 0 to 1, at a speed of up to `room`."""
+    """Return the program of the largest sum of separations, one per contact from 0 to 1, at speeds up to `room`."""
     from scipy.sparse import bmat, csc_matrix, identity  # noqa: PLC0415 -- slow to import, and few need to ask
 
     rows, columns = system.matrix.shape
@@ -150,31 +150,32 @@ def _program(system: WrenchMatrix, contacts: int, room: float) -> ConicProgram:
 
 # Balances the loads on every brick by contact forces within exact Coulomb cones: the last stage of the cascade.
 #
-# One conic program over velocities u: the largest power of the loads such that no contact resists, each slip within the
-# dual of its friction cone. Slips may be short of that by a fixed share; the forces that hold them to it, the duals of
-# the program, then balance the loads with least sum. If no forces do, the power grows without end along a motion.
+# One conic program over velocities u maximises the power of the loads with each slip within the dual of its friction
+# cone, so that no contact resists. Slips may violate this by a fixed share; the duals of the program are then forces
+# that balance the loads with the least sum. If no such forces exist, the power is unbounded along a motion.
 #
-# A solver's status decides nothing, only its points do: forces or motion are handed out once `proof` has found them
-# right by plain arithmetic. Where neither is, the solver is asked again with other accuracy, and then for the motion of
-# most power at bounded speed, of which the duals leave the least residual.
+# Only the solver's points matter, not its status: forces or a motion are returned after `proof` has checked them by
+# plain arithmetic. If neither passes, the solver runs again with another accuracy, and then for the motion of largest
+# power at bounded speed, whose duals leave the least residual.
 
 
-MOST_CORRECTIONS = 3  # of forces; what they do not mend is no rounding
-HOPELESS = 1e-6  # share of what a brick carries: a residual above is no rounding
-FAINT = 1e-8  # share of a usual force by which even a contact that does not press may be corrected
-MIXED = (1e-11, 1e-9, 1e-7, 1e-5)  # shares of the speed of the fastest that a separating motion is mixed in with
+MOST_CORRECTIONS = 3  # of forces; an error that remains after them is not rounding
+HOPELESS = 1e-6  # share of the load capacity: a larger residual is not rounding
+FAINT = 1e-8  # share of a usual force by which even a contact without pressure may be corrected
+# speeds of a separating motion, relative to the fastest brick, that are mixed into a motion
+MIXED = (1e-11, 1e-9, 1e-7, 1e-5)
 DENSE = 90  # columns up to which dense matrices are faster than the import of sparse ones
-QUICK = 1e-9  # accuracy to which is asked only whether something falls
-QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken to stay
+QUICK = 1e-9  # accuracy of the search for a fall alone
+QUIET = (1e-4, 1e-9, 0.0)  # shares of the largest speed below which a brick is first taken as static
 
 
 @dataclass(frozen=True, slots=True)
 class Balance:
-    """Forces that balance a problem, or a motion that none can stop; neither if neither could be proven."""
+    """Forces that balance a problem, or a motion that no contact resists; neither if none was proven."""
 
     forces: Forces | None
     motion: Motion | None
-    note: str  # why there is neither; empty otherwise
+    note: str  # why there is neither; otherwise empty
 
 
 def balance(
@@ -182,7 +183,7 @@ def balance(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
 ) -> Balance:
-    """Proven forces that balance a problem, or a proven motion; neither, with a note, if the solver finds no proof."""
+    """Return proven forces that balance a problem, or a proven motion; neither, with a note, if there is no proof."""
     system = wrench_matrix(problem)
     notes = []
     for build, accuracy in ATTEMPTS:
@@ -203,9 +204,9 @@ def falling_motion(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = quick_solve,
 ) -> Motion | None:
-    """A proven motion that lowers a problem; None if the solver says that there is none, which nobody has checked.
+    """Return a proven motion that lowers a problem; None if the solver finds none, which is not a proof of rest.
 
-    Where weights can be handed down there is none, and the solver need not be asked.
+    If weight propagation succeeds there is none, and the solver is not needed.
     """
     if is_held_upright(problem):
         return None
@@ -217,12 +218,12 @@ def falling_motion(
 
 
 def _held(system: WrenchMatrix) -> ConicProgram:
-    """The most power, where no slip may be short of its cone by more than a unit."""
+    """Return the program of the largest power with violations of the slip cones of at most 1."""
     return system.rows.program(-system.loads, -system.matrix, _normal_rows(system))
 
 
 def _bounded(system: WrenchMatrix) -> ConicProgram:
-    """The most power, where no part of the motion may be faster than a unit; duals leave the least residual."""
+    """Return the program of the largest power with speeds of at most 1; its duals leave the least residual."""
     from scipy.sparse import identity, vstack  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     columns = len(system.loads)
@@ -231,7 +232,7 @@ def _bounded(system: WrenchMatrix) -> ConicProgram:
     return system.rows.program(-system.loads, matrix, offset, positive=2 * columns)
 
 
-# A tight accuracy comes first: it costs one or two steps, and leaves residuals that need no correction.
+# The tight accuracy is tried first: it costs one or two steps, and its residuals need no correction.
 ATTEMPTS: tuple[tuple[Callable[[WrenchMatrix], ConicProgram], float], ...] = (
     (_held, 1e-12),
     (_bounded, 1e-13),
@@ -242,14 +243,14 @@ ATTEMPTS: tuple[tuple[Callable[[WrenchMatrix], ConicProgram], float], ...] = (
 
 
 def _normal_rows(system: WrenchMatrix) -> Array:
-    """One in the rows of normals, nothing in those of tangents."""
+    """Return 1 in the rows of normal components, 0 in those of tangential ones."""
     rows = np.zeros(len(system.row_scale))
     rows[system.rows.normals] = 1.0
     return rows
 
 
 def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerances: Tolerances) -> Forces | None:
-    """Forces near the given ones, in units of the rows, that are proven to balance the problem."""
+    """Return forces near the given ones, in units of the rows, that are proven to balance the problem."""
     for _ in range(1 + MOST_CORRECTIONS):
         if not np.isfinite(rows).all():
             return None
@@ -265,7 +266,7 @@ def proven_forces(problem: Problem, system: WrenchMatrix, rows: Array, tolerance
 
 
 def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
-    """The change of least norm that takes the residual away, each force weighed by its size so that none turns over."""
+    """Return the smallest change that removes the residual, weighted by force so that no force changes sign."""
     normal = system.rows.by_row(rows[system.rows.normals])
     weight = normal * normal + FAINT
     change: Array = -weight * (system.matrix @ _solved(system.matrix, weight, residual))
@@ -273,13 +274,13 @@ def _correction(system: WrenchMatrix, rows: Array, residual: Array) -> Array:
 
 
 def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
-    """The x of `matrix.T @ diag(weight) @ matrix @ x = residual`, or near it; nothing if that fails."""
+    """Return x with `matrix.T @ diag(weight) @ matrix @ x = residual`, approximately; zero if that fails."""
     if len(residual) <= DENSE:
         rows = matrix.toarray()
         square = rows.T @ (weight[:, None] * rows)
         try:
             near: Array = np.linalg.solve(square + FAINT * FAINT * np.identity(len(residual)), residual)
-        except np.linalg.LinAlgError:  # singular, as far as it can tell
+        except np.linalg.LinAlgError:  # singular within rounding
             return np.zeros(len(residual))
         return near
     from scipy.sparse import diags, identity  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
@@ -288,7 +289,7 @@ def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
     square = matrix.T @ diags(weight) @ matrix + FAINT * FAINT * identity(len(residual))
     try:
         solved: Array = splu(square.tocsc()).solve(residual)
-    except RuntimeError:  # singular, as far as it can tell
+    except RuntimeError:  # singular within rounding
         return np.zeros(len(residual))
     return solved
 
@@ -296,9 +297,9 @@ def _solved(matrix: Sparse, weight: Array, residual: Array) -> Array:
 def proven_motion(
     problem: Problem, system: WrenchMatrix, columns: Array, tolerances: Tolerances, quiet: Sequence[float] = QUIET
 ) -> Motion | None:
-    """A motion near the given velocities, in units of the columns, that is proven to lower the problem.
+    """Return a motion near the given velocities, in units of the columns, that is proven to lower the problem.
 
-    `quiet`: shares of the largest speed, one tried after the other, below which a brick is taken to stay.
+    `quiet` holds shares of the largest speed, tried in turn, below which a brick is taken as static.
     """
     if not (np.isfinite(columns).all() and columns @ system.loads > 0.0):
         return None

@@ -10,33 +10,33 @@ from stability.model import BodyId, Vec3
 from stability.name_order import in_order
 from stability.problem import ZERO, Contact, Motion, Placed, Problem, Stability, Stage, Verdict
 
-# A fall in words: which bricks tip over what, slide on what, or fall with nothing to hold them.
+# Description of a fall: bricks that tip over others, slide on others, or drop without support.
 
 
-STUCK = 1e-2  # of the speed of a group: a point that moves less against another body is what the group turns about
-TURNING = 1e-3  # of the speed of a group: what its spin may add to that without being called a turn
-ROUNDED = 1e-5  # of the fastest brick: what moves less is a remainder of the solver, and stands
-MOST_NAMES = 6  # names that are written out; more are counted
+STUCK = 1e-2  # of the speed of a group: a point that is slower relative to another body is a pivot of the group
+TURNING = 1e-3  # of the speed of a group: its spin may add this much without the motion counting as a rotation
+ROUNDED = 1e-5  # of the fastest brick: slower bricks are numerical noise of the solver, and count as standing
+MOST_NAMES = 6  # written-out names; further bricks are counted
 
 
 @dataclass(frozen=True, slots=True)
 class _Slip:
-    """How the upper body of a contact moves against the lower one at a point, at one of the normals there."""
+    """Relative motion of the upper body of a contact at a point, for one normal there."""
 
     separating: float  # along the normal [m/s]
     sliding: float  # across the normal [m/s]
     law: ContactLaw
 
     def size(self) -> float:
-        """The relative speed [m/s]."""
+        """Return the relative speed [m/s]."""
         return hypot(self.separating, self.sliding)
 
     def sticks(self, speed: float) -> bool:
-        """Whether the point stands still, for a group that moves so fast [m/s]."""
+        """Return whether the point is static, compared with the speed of its group [m/s]."""
         return self.size() <= STUCK * speed
 
     def slides(self, speed: float) -> bool:
-        """Whether the point slides along the other body: it separates no faster than friction allows, if at all."""
+        """Return whether the point slides along the other body: it separates at most as fast as friction allows."""
         return -self.law.shortfall(self.separating, self.sliding) <= STUCK * speed and self.sliding > self.separating
 
 
@@ -48,14 +48,14 @@ def described(problem: Problem, motion: Motion) -> str:
 
 
 def really_moving(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
-    """The bricks that move, without those whose motion is a remainder of the solver."""
+    """Return the moving bricks, without those whose motion is numerical noise of the solver."""
     speeds = {name: _speed(problem, motion, name) for name in motion.velocity}
     least = ROUNDED * max(speeds.values(), default=0.0)
     return tuple(name for name in motion.velocity if speeds[name] >= least)
 
 
 def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:
-    """Bricks that touch and move as one body, by the lowest of each."""
+    """Return the groups of touching bricks that move as one body, by the lowest brick of each."""
     group_of = {name: [name] for name in sorted(motion.velocity)}
     for contact in problem.contacts:
         lower, upper = group_of.get(contact.lower), group_of.get(contact.upper)
@@ -70,7 +70,7 @@ def _groups(problem: Problem, motion: Motion) -> list[list[BodyId]]:
 
 
 def _as_one(problem: Problem, motion: Motion, contact: Contact) -> bool:
-    """Whether two bricks move as one body: alike where they touch, and with the same spin."""
+    """Return whether two bricks move as one body: with equal velocity at the contact and equal spin."""
     pair = (contact.lower, contact.upper)
     still = STUCK * max(_speed(problem, motion, name) for name in pair)
     turn = hypot(*subtract(*(motion.velocity[name][1] for name in pair))) * max(_half(problem, name) for name in pair)
@@ -98,7 +98,7 @@ def _verb(stem: str, group: Sequence[BodyId]) -> str:
 
 
 def _still_against(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> tuple[set[BodyId], set[BodyId]]:
-    """The bodies that a group turns about, and those that it slides along without turning about them."""
+    """Return the bodies on which a group pivots, and those along which it slides without a pivot."""
     speed = _group_speed(problem, motion, group)
     about, along = set[BodyId](), set[BodyId]()
     for contact, other in _border(problem, group):
@@ -108,7 +108,7 @@ def _still_against(problem: Problem, motion: Motion, group: Sequence[BodyId]) ->
             elif slip.slides(speed):
                 along.add(other)
     along -= about
-    # What stands still is what a group tips over; what moves along with it counts only where nothing stands still.
+    # A group tips over static bodies; bodies that move along with it count only if no body is static.
     standing = (about | along) - motion.velocity.keys()
     return (about & standing, along & standing) if standing else (about, along)
 
@@ -123,7 +123,7 @@ def _group_speed(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> f
 
 
 def _border(problem: Problem, group: Sequence[BodyId]) -> Iterator[tuple[Contact, BodyId]]:
-    """The contacts of a group with others, and the other body of each."""
+    """Yield the contacts of a group with other bodies, each with the other body."""
     members = set(group)
     for contact in problem.contacts:
         if (contact.lower in members) != (contact.upper in members):
@@ -163,23 +163,24 @@ def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
     return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
 
 
-# The direction of a fall, and the overhang of its weight over the tipping edge.
+# The direction of a fall, and the overhang of the centre of mass over the tipping edge.
 
 
 ALIKE = 1e-6  # share by which spins of one body may differ
-SIDEWAYS = 0.05  # of the mean speed: what goes to a side more slowly goes down
+SIDEWAYS = 0.05  # of the mean speed: a motion with a smaller horizontal part counts as straight down
 
 
 @dataclass(frozen=True, slots=True)
 class FallSide:
-    """The direction of a fall; fields are None for bricks that drop straight down."""
+    """Direction of a fall; fields are None for bricks that drop straight down."""
 
     bearing: float | None = None  # from +x towards +y [rad]
-    overhang: float | None = None  # of the common centre of mass beyond the edge, in plan [m]; of what tips as one body
+    # of the common centre of mass beyond the edge, in plan [m]; only for bricks that tip as one body
+    overhang: float | None = None
 
 
 def fall_side(verdict: Verdict, bricks: Mapping[BodyId, Placed]) -> FallSide:
-    """The side of a proven fall of some bricks in their places."""
+    """Return the direction of a proven fall of placed bricks."""
     motion = verdict.motion
     if verdict.stability is not Stability.UNSTABLE or motion is None or not motion.velocity:
         return FallSide()
@@ -188,13 +189,13 @@ def fall_side(verdict: Verdict, bricks: Mapping[BodyId, Placed]) -> FallSide:
 
 
 def _turns_as_one(motion: Motion) -> bool:
-    """Whether all have one spin, as they have where they tip over one edge and nothing else begins to move."""
+    """Return whether all bricks have one spin, as in a tip over one edge without any other motion."""
     spins = [spin for _, spin in motion.velocity.values()]
     return all(dist(spin, spins[0]) <= ALIKE * hypot(*spins[0]) for spin in spins)
 
 
 def _over_an_edge(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:
-    """Of a turn as one body about a level edge: all have one spin, and the centre sinks by the spin times its lever."""
+    """Return the direction of a rotation as one body about a level edge: sink rate = spin times lever arm."""
     _, (wx, wy, _) = next(iter(motion.velocity.values()))
     spin = hypot(wx, wy)
     if spin == 0.0:
@@ -205,7 +206,7 @@ def _over_an_edge(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:
 
 
 def _sideways(motion: Motion, bricks: Mapping[BodyId, Placed]) -> FallSide:
-    """Of any other motion: where its mass goes, if that is to one side."""
+    """Return the direction of any other motion: the mean horizontal motion of the mass, if large enough."""
     x = y = speed = 0.0
     for name, (velocity, _) in motion.velocity.items():
         mass = bricks[name].brick.mass

@@ -15,11 +15,11 @@ from stability.problem import ZERO, Contact, Forces, Motion, Placed, Problem, To
 from stability.statics.elastic_rest import load_induced_forces
 from stability.statics.proof import check_forces
 
-# The equations by which bricks at rest would start to move: M a = g + J' f, and what is known of a and f.
+# The equations of a start from rest: M a = g + J' f, and the constraints on a and f.
 #
-# At rest no velocity adds anything: the relative acceleration of two bodies at a point is linear in those of the
-# bricks. Units are chosen so that all numbers are near one: the largest mass, the largest load, and the largest half
-# diagonal. A force anywhere on a patch counts at its corners, in the shares by which its point is a mean of them.
+# At rest all velocity terms vanish: the relative acceleration of two bodies at a point is linear in the accelerations
+# of the bricks. Units are chosen so that all numbers are near one: the largest mass, the largest load, and the largest
+# half diagonal. A force inside a patch counts as forces at its corners, with the barycentric weights of its point.
 
 
 UPRIGHT = 0.9  # a normal with a vertical part up to this takes the vertical as the reference of its tangents
@@ -28,28 +28,28 @@ NO_LOAD = Wrench((0.0, 0.0, 0.0))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StartEquations:
-    """All that decides how a group starts, per point of its contacts; D is six times the number of bricks."""
+    """Equations of a start from rest, per contact point; D is six times the number of bricks."""
 
     names: tuple[BodyId, ...]
     mass: Array  # (D, D)
     loads: Array  # (D,)
-    slips: Array  # (points, 3, D): the acceleration of the upper body there against the lower one, in W
-    axes: Array  # (points, 3, 3): of the first normal, it and two tangents, by rows
-    normals: tuple[Array, ...]  # of each point (k, 3), from the lower body towards the upper
+    slips: Array  # (points, 3, D): the acceleration of the upper body relative to the lower one, in W
+    axes: Array  # (points, 3, 3): the first normal and two tangents, by rows
+    normals: tuple[Array, ...]  # (k, 3) per point, from the lower body towards the upper
     law: Coulomb  # of all points
-    contact: Indices  # (points,) which contact of the problem each belongs to
+    contact: Indices  # (points,) index of the contact in the problem
     units: tuple[float, float, float]  # force [N], mass [kg], length [m]
 
     def law_at(self, point: int) -> Coulomb:
-        """The law of one point."""
+        """Return the law of one point."""
         return self.law.with_friction(float(self.law.friction[point]))
 
     def law_of_contact(self, contact: int) -> Coulomb:
-        """The law of one contact."""
+        """Return the law of one contact."""
         return self.law_at(int(np.argmax(self.contact == contact)))
 
     def motion(self, acceleration: Array) -> Motion:
-        """Accelerations (D,) as those of bricks [m/s2] and [rad/s2]."""
+        """Return accelerations (D,) as those of bricks [m/s2] and [rad/s2]."""
         force, mass, length = self.units
         rows = (acceleration.reshape(-1, 6) * (force / mass)).tolist()
         return Motion(
@@ -61,7 +61,7 @@ class StartEquations:
 
 
 def start_equations(problem: Problem) -> StartEquations:
-    """The equations of a problem with at least one brick."""
+    """Return the equations of a problem with at least one brick."""
     names = tuple(sorted(problem.bricks))
     placed = [problem.bricks[name] for name in names]
     wrenches = [problem.loads.get(name, NO_LOAD) for name in names]
@@ -85,7 +85,7 @@ def start_equations(problem: Problem) -> StartEquations:
 
 
 def frame(normal: Array) -> Array:
-    """A unit normal and two tangents, by rows (3, 3)."""
+    """Return a unit normal and two tangents, by rows (3, 3)."""
     reference = np.array([0.0, 1.0, 0.0]) if abs(normal[2]) > UPRIGHT else np.array([0.0, 0.0, 1.0])
     first = np.cross(reference, normal)
     first /= np.linalg.norm(first)
@@ -99,7 +99,7 @@ def _units(placed: list[Placed], wrenches: list[Wrench]) -> tuple[float, float, 
 
 
 def _mass(placed: list[Placed], units: tuple[float, float, float]) -> Array:
-    """(D, D) masses and inertias about the centres, along the axes of W."""
+    """Return (D, D) masses and inertias about the centres, along the axes of W."""
     _, mass, length = units
     found = np.zeros((6 * len(placed), 6 * len(placed)))
     for number, each in enumerate(placed):
@@ -128,31 +128,31 @@ def _bodies(contact: Contact) -> Iterator[tuple[BodyId, float]]:
     yield contact.lower, -1.0
 
 
-# Another start than rest: accelerations and contact forces that obey all laws of contact, and are not nothing.
+# Another start than rest: non-zero accelerations, with contact forces that obey all laws of contact.
 #
 # Coulomb's law at rest is a root (De Saxce and Feng 1998): with a the relative acceleration at a point and n its
 # normal, every force f is the projection onto its friction cone of f - r (a + mu |a_t| n), for any r > 0. Newton's
-# method looks for such a root from a guess; it finds rest as well, or nothing. `start_proof` checks what it finds.
+# method searches such a root from a guess; it may also find rest, or no root. `start_proof` checks the result.
 
 
 MOST_STEPS = 60
-CLOSE = 1e-13  # of the largest load: the rest of the root
-DAMPED = 1e-12  # of the largest entry: forces that are not unique are changed as little as can be
-SHORTEST = 1e-3  # part of a step
-SLOWEST = 1e-6  # of the largest load over the largest mass: starts slower than this are none
+CLOSE = 1e-13  # of the largest load: accepted residual of the root
+DAMPED = 1e-12  # of the largest entry: non-unique forces are changed as little as possible
+SHORTEST = 1e-3  # shortest share of a step
+SLOWEST = 1e-6  # of the largest load over the largest mass: a slower start counts as none
 
 
 @dataclass(frozen=True, slots=True)
 class InitialMotion:
-    """How bricks at rest could start to move, with the forces of the contacts meanwhile."""
+    """Possible start of bricks at rest, with the contact forces."""
 
-    acceleration: Motion  # accelerations in place of velocities [m/s2] and [rad/s2]
+    acceleration: Motion  # accelerations instead of velocities [m/s2] and [rad/s2]
     forces: Forces
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Root:
-    """Forces (points, 3) along the axes of each point; the accelerations they cause are `response @ f + free`."""
+    """Equation for forces (points, 3) along the axes of each point; accelerations are `response @ f + free`."""
 
     response: Array  # (3 points, 3 points)
     free: Array  # (3 points,)
@@ -179,7 +179,7 @@ class _Root:
 
 
 def other_start(problem: Problem, equations: StartEquations, forces: Array) -> InitialMotion | None:
-    """A start near forces (points, 3), not proven; None if only rest is near it, or a point has several normals."""
+    """Return an unproven start near forces (points, 3); None if only rest is near, or a point has several normals."""
     if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
     root, caused = _root(equations)
@@ -203,7 +203,7 @@ def _root(equations: StartEquations) -> tuple[_Root, Array]:
 
 
 def _solved(root: _Root, forces: Array) -> Array | None:
-    """Newton's method with shorter steps where the whole one is no gain."""
+    """Solve by Newton's method, with shorter steps if the whole one does not reduce the residual."""
     forces, _ = root.law.projection(forces)
     rest, derivative = root.rest(forces)
     for _ in range(MOST_STEPS):
@@ -223,30 +223,31 @@ def _solved(root: _Root, forces: Array) -> Array | None:
 
 
 def _forces(problem: Problem, pressed: Array) -> Forces:
-    """Forces (points, 3) by contact and point, each along its one normal's cone."""
+    """Return forces (points, 3) by contact and point, each along the cone of its only normal."""
     each = iter(pressed.tolist())
     return Forces(tuple(tuple((tuple(next(each)),) for _ in contact.points_W) for contact in problem.contacts))
 
 
-# Checks by plain arithmetic whether bricks at rest could start to move as is said, trusting nothing but the problem.
+# Checks by plain arithmetic whether bricks at rest can start with a motion, trusting nothing but the problem.
 #
-# The forces must balance loads and inertia on every brick, within their cones. At every point where forces act neither
-# may open, and where the bodies slip friction must be as large as it can be, against the slip. No point may close.
+# The forces must balance loads and inertia on every brick, within their cones. Each point with a force must stay
+# closed, and where the bodies slip, friction must be at its limit, against the slip. No point may close.
 
 
-LAWFUL = 1e-8  # of the largest acceleration, and of that times the largest force: what laws may be violated by rounding
+# of the largest acceleration, and of it times the largest force: accepted rounding error of the contact laws
+LAWFUL = 1e-8
 
 
 @dataclass(frozen=True, slots=True)
 class StartCheck:
-    """Whether bricks could start so, and by how much that violates the laws of contact."""
+    """Result of a check of a start: whether it is possible, and by how much it violates the laws of contact."""
 
     holds: bool
-    violation: float  # relative to the largest acceleration of a point, and force
+    violation: float  # relative to the largest acceleration of a point, and to the largest force
 
 
 def check_start(problem: Problem, start: InitialMotion, tolerances: Tolerances) -> StartCheck:
-    """Whether a start obeys the laws of motion and of contact, and is none of rest."""
+    """Return whether a start obeys the laws of motion and of contact, and differs from rest."""
     moving = replace(problem, loads=dict(_with_inertia(problem, start.acceleration)))
     balanced = check_forces(moving, start.forces, rounded(problem, tolerances)).holds
     if not balanced or any(len(contact.normals_W) > 1 for contact in problem.contacts):
@@ -271,7 +272,7 @@ def _with_inertia(problem: Problem, acceleration: Motion) -> Iterator[tuple[Body
 
 
 def _points(problem: Problem, start: InitialMotion) -> Iterator[tuple[Vec3, ContactLaw, Vec3, Vec3]]:
-    """Of each point the normal, the law, the force on the upper body, and the slip of that against the lower."""
+    """Yield for each point its normal, law, force on the upper body, and slip of it relative to the lower body."""
     for contact, forces in zip(problem.contacts, start.forces.of_contacts, strict=True):
         for point, (force,) in zip(contact.points_W, forces, strict=True):
             yield contact.normals_W[0], contact.law, force, _slip(problem, start.acceleration, contact, point)
@@ -290,7 +291,7 @@ def _at(problem: Problem, acceleration: Motion, name: BodyId, point: Vec3) -> Ve
 
 
 def _violation(point: tuple[Vec3, ContactLaw, Vec3, Vec3], fastest: float, strongest: float) -> float:
-    """By how much a point closes, or a force works where it must not, or friction is less than it can be."""
+    """Return the largest violation at a point: penetration, a force at an open point, or friction below its limit."""
     normal, law, force, slip = point
     opening, pressed = dot(normal, slip), dot(normal, force)
     across = subtract(slip, scale(opening, normal))
@@ -299,21 +300,21 @@ def _violation(point: tuple[Vec3, ContactLaw, Vec3, Vec3], fastest: float, stron
     return max(-opening / fastest, work)
 
 
-# Finds a lawful motion from rest for bricks that can also stay at rest.
+# Searches a lawful motion from rest for bricks that can also stay at rest.
 
 
-MOST_EXACT_POINTS = 100  # of contacts: beyond, to make a start exact takes seconds
+MOST_EXACT_POINTS = 100  # of contacts: with more, making a start exact takes seconds
 
 
 def lets_go(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
-    """A proven start of bricks that can rest, however many they are; None if none is found with little work."""
+    """Return a proven start of bricks that can rest, for any number of bricks; None if a short search finds none."""
     if sum(len(contact.points_W) for contact in problem.contacts) > MOST_EXACT_POINTS:
         return _without_forces(problem, tolerances)
     return _found(problem, start_equations(problem), tolerances)
 
 
 def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
-    """A proven start of a small group, which is looked for near no forces as well."""
+    """Return a proven start of a small group; the search includes starts near zero forces."""
     start = _found(problem, equations, tolerances)
     if start is not None:
         return start
@@ -323,13 +324,13 @@ def first_start(problem: Problem, equations: StartEquations, tolerances: Toleran
 def start_near(
     problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances
 ) -> InitialMotion | None:
-    """A proven start near forces (points, 3), in the units of the equations."""
+    """Return a proven start near forces (points, 3), in the units of the equations."""
     start = other_start(problem, equations, forces)
     return start if start is not None and check_start(problem, start, tolerances).holds else None
 
 
 def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
-    """A proven start without forces, or else near those that loads bring forth."""
+    """Return a proven start without forces, or else one near the load-induced forces."""
     if any(len(normals) > 1 for normals in equations.normals):
         return None
     start = _without_forces(problem, tolerances)
@@ -339,7 +340,7 @@ def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) 
 
 
 def _without_forces(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
-    """The start in which nothing presses; None if it is not lawful, or loads turn a brick."""
+    """Return the start without contact forces; None if it is not lawful, or loads rotate a brick."""
     if any(hypot(*load.torque_W) > 0.0 for load in problem.loads.values()):
         return None
     falling = {

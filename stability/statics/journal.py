@@ -1,4 +1,4 @@
-"""Atomic changes: an interrupt at any place leaves the whole change or none of it.
+"""Atomic changes: after an interrupt at any place either the whole change or none of it remains.
 
 Before each write, the journal notes how to undo it. A change ends with one assignment, that of an empty journal; the
 next access undoes an interrupted change if the journal is not empty. Undoing may itself be interrupted and start again,
@@ -19,14 +19,14 @@ V = TypeVar("V")
 class _Notes:
     def __init__(self) -> None:
         self.undo: list[tuple[Callable[..., object], tuple[Any, ...]]] = []
-        self.ordered: set[int] = set()  # by id, the dicts whose order is noted already
+        self.ordered: set[int] = set()  # by id, the dicts whose order is already noted
 
 
 class Journal:
-    """The notes that undo all writes since the last completed change."""
+    """Notes that undo all writes since the last completed change."""
 
     def __init__(self) -> None:
-        """Nothing has been written."""
+        """Start with an empty journal."""
         self._notes = _Notes()
 
     def note(self, undo: Callable[..., object], *arguments: object) -> None:
@@ -53,7 +53,7 @@ class Journal:
 
 
 class Kept(dict[K, V]):
-    """A dict that notes previous values in a journal. Values must not be changed in place."""
+    """Dict that notes previous values in a journal. Values must not be changed in place."""
 
     __slots__ = ("_journal", "_ordered")
 
@@ -63,7 +63,7 @@ class Kept(dict[K, V]):
         self._ordered = ordered
 
     def __setitem__(self, key: K, value: V) -> None:
-        """As of any dict."""
+        """Set an item as in any dict."""
         if key in self:
             self._journal.note(dict.__setitem__, self, key, self[key])
         else:
@@ -71,31 +71,31 @@ class Kept(dict[K, V]):
         dict.__setitem__(self, key, value)
 
     def __delitem__(self, key: K) -> None:
-        """As of any dict."""
+        """Delete an item as in any dict."""
         if self._ordered:
             self._journal.note_order(self)
         self._journal.note(dict.__setitem__, self, key, self[key])
         dict.__delitem__(self, key)
 
     def replace(self, items: Mapping[K, V]) -> None:
-        """Hold these items and no others, in this order."""
+        """Replace all items by these, in this order."""
         self._journal.note(_refill, self, dict(self))
         _refill(self, items)
 
     def __ior__(self, items: Mapping[K, V]) -> "Kept[K, V]":  # type: ignore[override,misc]
-        """As of any dict."""
+        """Update the dict as any dict."""
         self.update(items)
         return self
 
     def pop(self, key: K, *default: V | None) -> V:  # type: ignore[override]
-        """As of any dict."""
+        """Remove an item as from any dict and return its value."""
         if key not in self and default:
             return default[0]  # type: ignore[return-value]
         found = self[key]
         del self[key]
         return found
 
-    # All other ways to write lead through those above.
+    # All other writing methods call those above.
     popitem = MutableMapping.popitem
     clear = MutableMapping.clear
     update = MutableMapping.update
@@ -108,7 +108,7 @@ def _refill(held: dict[K, V], items: Mapping[K, V]) -> None:
 
 
 def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -> None:
-    """Restore the order of a dict; `found` keeps its items from the first call on, so that it can be repeated."""
+    """Restore the order of a dict; `found` keeps its items from the first call, so that it can be repeated."""
     if not found:
         found.append({key: held[key] for key in order})
     _refill(held, found[0])
@@ -116,16 +116,16 @@ def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -
 
 @dataclass(slots=True)
 class KeptNeighbours(Neighbours[BodyId]):
-    """Bodies by where they are, as a journal notes them."""
+    """Bodies by place, with changes noted in a journal."""
 
     journal: Journal = field(default_factory=Journal)
 
     def add(self, name: BodyId, low_W: Vec3, high_W: Vec3) -> None:
-        """As of all neighbours."""
+        """Add a body and note how to undo it."""
         self.journal.note(self.discard, name, low_W, high_W)
         Neighbours.add(self, name, low_W, high_W)
 
     def remove(self, name: BodyId) -> None:
-        """As of all neighbours."""
+        """Remove a body and note how to undo it."""
         self.journal.note(Neighbours.add, self, name, *self._bounds[name])
         Neighbours.remove(self, name)

@@ -1,8 +1,8 @@
-"""Which proof covers the weight of each brick.
+"""Assigns to each brick the proof that covers its weight.
 
-Forces add, so an assembly is proven in groups: the weight of each brick belongs to one group, and the forces of that
-group balance the weights of its bricks and nothing else. They end on fixed bodies, or as upright loads inside the load
-cores of bricks outside the group, which carry them to the ground whatever else they carry.
+Forces are additive, so an assembly is proven in groups: the weight of each brick belongs to one group, and the forces
+of that group balance the weights of its bricks and nothing else. They end on fixed bodies, or as vertical loads inside
+the load cores of bricks outside the group, which carry them to the ground regardless of other loads.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
@@ -17,22 +17,22 @@ from stability.statics.propagation import VerticalForce
 
 @dataclass(frozen=True, slots=True)
 class ProofGroup:
-    """Bricks that were proven together, and the forces that do it."""
+    """Bricks that were proven together, and the forces of the proof."""
 
     members: tuple[BodyId, ...]
     stage: Stage
-    vertical: Sequence[VerticalForce] = ()  # upright forces, each somewhere in a contact
+    vertical: Sequence[VerticalForce] = ()  # vertical forces, each inside a contact
     forces: Sequence[tuple[Contact, ConeForces]] = ()  # forces at the points of contacts
 
     def touches(self) -> set[BodyId]:
-        """Every body that its forces act on."""
+        """Return every body that the forces act on."""
         used = [force.contact for force in self.vertical] + [contact for contact, _ in self.forces]
         return {*self.members, *(c.lower for c in used), *(c.upper for c in used)}
 
 
 @dataclass(frozen=True, slots=True)
 class LedgerState:
-    """All entries of a ledger, as they were."""
+    """Snapshot of all entries of a ledger."""
 
     by_core: frozenset[BodyId]
     groups: Mapping[int, ProofGroup]
@@ -42,7 +42,7 @@ class LedgerState:
 
 @dataclass
 class Ledger:
-    """The groups of an assembly. A brick whose weight lies in its own load core is a group of its own, a mere name."""
+    """Groups of an assembly. A brick whose weight lies in its own load core is a group by itself, stored as a name."""
 
     journal: Journal = field(default_factory=Journal)
     _by_core: Kept[BodyId, None] = field(init=False)
@@ -52,7 +52,7 @@ class Ledger:
     _numbers: "count[int]" = field(default_factory=count)
 
     def __post_init__(self) -> None:
-        """Nothing is entered yet."""
+        """Start without entries."""
         self._by_core, self._groups, self._group_of, self._touching = (Kept(self.journal) for _ in range(4))
 
     def prove_by_core(self, brick: BodyId) -> None:
@@ -60,9 +60,9 @@ class Ledger:
         self._by_core[brick] = None
 
     def enter(self, group: ProofGroup) -> None:
-        """Enter a group; whatever covered its members before is struck.
+        """Enter a group and remove the previous proofs of its members.
 
-        A group that only rests a load on one of them is left alone: that load is carried by cores, whatever else is.
+        A group that only rests a load on one of them is kept: cores carry that load regardless of other loads.
         """
         for brick in group.members:
             self._by_core.pop(brick, None)
@@ -97,11 +97,11 @@ class Ledger:
         return group.members
 
     def state(self) -> LedgerState:
-        """All entries, as they are now."""
+        """Return a snapshot of all entries."""
         return LedgerState(frozenset(self._by_core), dict(self._groups), dict(self._group_of), dict(self._touching))
 
     def restore(self, state: LedgerState) -> None:
-        """Let all entries be as they were."""
+        """Restore all entries."""
         self._by_core.replace(dict.fromkeys(state.by_core))
         self._groups.replace(state.groups)
         self._group_of.replace(state.group_of)
@@ -109,24 +109,24 @@ class Ledger:
         self._numbers = count(max([next(self._numbers), *(number + 1 for number in state.groups)]))
 
     def stage(self, brick: BodyId) -> Stage | None:
-        """Which stage covers a brick; None if none does."""
+        """Return the stage that proved a brick; None without a proof."""
         if brick in self._by_core:
             return Stage.LOAD_CORE
         return self._groups[self._group_of[brick]].stage if brick in self._group_of else None
 
     def group(self, brick: BodyId) -> ProofGroup | None:
-        """The group that covers a brick; None if its own load core does, or nothing."""
+        """Return the group of a brick; None if its own load core proves it, or nothing."""
         return self._groups[self._group_of[brick]] if brick in self._group_of else None
 
     def with_partners(self, bricks: Collection[BodyId]) -> set[BodyId]:
-        """These bricks, and all that were proven together with one of them."""
+        """Return these bricks and all that were proven together with one of them."""
         numbers = {self._group_of[brick] for brick in bricks if brick in self._group_of}
         return {*bricks, *(member for number in numbers for member in self._groups[number].members)}
 
     def groups(self) -> list[ProofGroup]:
-        """The groups of more than a load core, in order of entry."""
+        """Return the groups with forces, in order of entry."""
         return [self._groups[number] for number in sorted(self._groups)]
 
     def by_core(self) -> Set[BodyId]:
-        """The bricks whose weight lies in their own load core."""
+        """Return the bricks whose weight lies in their own load core."""
         return self._by_core.keys()

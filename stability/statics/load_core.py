@@ -1,10 +1,10 @@
 """The load core of a brick: the region in plan where the bricks below carry any vertical load to the ground.
 
-K(plane) is the whole plane. K(brick) is the hull, over the bodies that carry it, of contact patch cut with their own
-core. A load inside K is a mean of loads at points that the brick below takes inside its core, and so on down to the
-ground: vertical pushing forces within the friction cones. Forces add, so such a load does not affect the support of
-other loads, and a brick whose own centre of mass lies in its core may be added to any assembly that stands. Nothing
-above the brick is used, so stepped and counterweighted stacks need another proof.
+K(plane) is the whole plane. K(brick) is the convex hull of the intersections of its contact patches with the cores of
+the bodies below. A load inside K is a convex combination of loads inside the cores of the bodies below, and so on down
+to the ground: vertical pushing forces within the friction cones. Forces are additive, so such a load does not affect
+the support of other loads, and a brick with its centre of mass inside its core may be added to any assembly that
+stands. Bricks above are not used, so stepped and counterweighted stacks need another proof.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,22 +15,22 @@ from stability.geometry.polygons import Point2, Polygon, clip, clip_line, depth,
 from stability.model import BodyId
 from stability.problem import Contact
 
-UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: what rounding does to its components
-USUAL = 2  # supports of a brick
-ON_THE_BORDER = 1e-12  # share of a core's extent: closer to the border, inside and outside are one to rounding
+UPRIGHT = 1e-12  # slack of a unit normal's slope against friction: rounding error of its components
+USUAL = 2  # typical number of supports of a brick
+ON_THE_BORDER = 1e-12  # share of a core's extent: nearer to the border, rounding decides between inside and outside
 
 
 @dataclass(slots=True, eq=False)
 class LoadCore:
-    """The core of one brick; empty if nothing below carries it. Its hull is computed when it is first needed."""
+    """Core of one brick; empty if nothing below carries it. Its hull is computed on first use."""
 
-    pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]  # what each contact adds: a polygon, a line, or a point
+    pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]  # the part of each contact: a polygon, a line, or a point
     _polygon: Polygon | None = None
     _slack: float = 0.0  # [m]
 
     @property
     def polygon(self) -> Polygon:
-        """The core in plan [m]."""
+        """Return the core in plan [m]."""
         if self._polygon is None:
             self._polygon = _hull_of(self.pieces)
             self._slack = ON_THE_BORDER * extent(self._polygon) if self._polygon else 0.0
@@ -38,11 +38,11 @@ class LoadCore:
 
     @property
     def slack(self) -> float:
-        """How far outside a point still counts as on the border [m]."""
+        """Return the distance outside the core up to which a point counts as on the border [m]."""
         return self._slack if self.polygon else 0.0
 
     def carries(self, point: Point2) -> bool:
-        """Whether an upright load at a point in plan is carried to the ground."""
+        """Return whether a vertical load at a point in plan is carried to the ground."""
         if self._polygon is None and len(self.pieces) == USUAL:
             (_, one), (_, other) = self.pieces
             if _is_amid(point, one, other):
@@ -51,7 +51,7 @@ class LoadCore:
 
 
 def _is_amid(point: Point2, one: Sequence[Point2], other: Sequence[Point2]) -> bool:
-    """Whether a point lies on the line between the middles of two pieces: then no hull is needed to see it inside."""
+    """Return whether a point lies on the line between the middles of two pieces: then it is inside without a hull."""
     px, py = point
     ax, ay = sum([x for x, _ in one]) / len(one) - px, sum([y for _, y in one]) / len(one) - py
     bx, by = sum([x for x, _ in other]) / len(other) - px, sum([y for _, y in other]) / len(other) - py
@@ -60,22 +60,22 @@ def _is_amid(point: Point2, one: Sequence[Point2], other: Sequence[Point2]) -> b
 
 
 def _hull_of(pieces: Sequence[tuple[Contact, tuple[Point2, ...]]]) -> Polygon:
-    if len(pieces) == 1:  # a polygon already, if it is one
+    if len(pieces) == 1:  # already a polygon, if it has an area
         points = pieces[0][1]
         return points if len(points) > 2 else ()  # noqa: PLR2004 -- a polygon has three corners
     return hull(point for _, points in pieces for point in points)
 
 
 def carries_upright(contact: Contact) -> bool:
-    """Whether the contact bears upright forces of any size from the lower body on the upper one."""
+    """Return whether the contact bears vertical forces of any size from the lower body on the upper one."""
     return upright_normal(contact) is not None
 
 
 def upright_normal(contact: Contact) -> int | None:
-    """The number of a normal about which the contact bears upright forces of any size, and from which a lift comes off.
+    """Return the index of a normal whose cone has vertical forces of any size and that opens on lifting; or None.
 
-    None if the law is no cone, for proofs by upright forces are added. Where friction is above 1, a contact may be so
-    steep that lifting the body would not open it: then upright forces may be self-stress, which other stages look for.
+    None if the law is no cone, since proofs by vertical forces add forces. With friction above 1 a contact may be so
+    steep that lifting the body does not open it: then vertical forces may be self-stress, which other stages check.
     """
     law = contact.law
     if not law.is_cone:
@@ -83,14 +83,15 @@ def upright_normal(contact: Contact) -> int | None:
     for index, (nx, ny, nz) in enumerate(contact.normals_W):
         if nx == 0.0 and ny == 0.0 and nz > 0.0:
             return index
-        across = hypot(nx, ny)  # not by nz, which is 1 to the last digit for all that lean by less than 1e-8
+        # not from nz, which is 1 in floating point for all normals that are tilted by less than 1e-8
+        across = hypot(nx, ny)
         if nz > 0.0 and across <= law.greatest_friction(nz) + UPRIGHT and law.shortfall(nz, across) < 0.0:
             return index
     return None
 
 
 def plan(contact: Contact) -> tuple[Point2, ...]:
-    """The points of a contact seen from above; a patch runs counter-clockwise, or is a line if it stands upright."""
+    """Return the points of a contact in plan; a patch runs counter-clockwise, or is a line if it is vertical."""
     points = tuple([(x, y) for x, y, _ in contact.points_W])
     if len(points) < 3:  # noqa: PLR2004 -- a patch has three corners
         return points
@@ -105,7 +106,7 @@ def _ends(points: Sequence[Point2]) -> tuple[Point2, ...]:
 
 
 def piece(points: tuple[Point2, ...], below: LoadCore | None) -> tuple[Point2, ...]:
-    """The part of a contact that lies over the core of the body below; None stands for a fixed one."""
+    """Return the part of a contact over the core of the body below; None is the core of a fixed body."""
     if below is None:
         return points
     if len(points) > 2:  # noqa: PLR2004 -- a patch
@@ -116,9 +117,9 @@ def piece(points: tuple[Point2, ...], below: LoadCore | None) -> tuple[Point2, .
 
 
 def core_of(supports: Sequence[Contact], cores: Mapping[BodyId, LoadCore]) -> LoadCore:
-    """The core of a brick from the contacts that carry it and the cores of the bricks below.
+    """Return the core of a brick from its supporting contacts and the cores of the bricks below.
 
-    A body that has no core is fixed; a brick whose core is not known yet must not be among the supports.
+    A body without a core is fixed; the supports must not include a brick whose core is not known yet.
     """
     pieces = []
     for contact in supports:

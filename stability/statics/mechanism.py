@@ -1,10 +1,10 @@
-"""Reduction of a proven fall to a motion of as few bricks as possible.
+"""Reduces a proven fall to a motion of as few bricks as possible.
 
-Parts that do not touch move without each other, so the smallest that gains is a proof by itself. Within it, as many of
-the slowest bricks as possible are held fixed, and of few bricks as many of the lowest before; then the motion of least
-sum of speeds is computed, which leaves at rest all bricks that need not move; then each brick is held fixed by itself,
-from the lowest on: a brick without which nothing falls is needed in every smaller set too. Last, of all motions of the
-remaining bricks, the initial one is taken (Gauss: least energy for the power of the loads).
+Parts without contact to each other move independently, so the smallest part with positive power is a proof by itself.
+Within it, as many of the slowest bricks as possible are held fixed, and for few bricks as many of the lowest before;
+then the motion with the least sum of speeds is computed, which leaves all unneeded bricks at rest; then each brick is
+held fixed by itself, from the lowest on: a brick that must move for any fall is needed in every smaller set too. Last,
+of all motions of the remaining bricks, the initial one is taken (Gauss: least energy for the power of the loads).
 """
 
 from collections.abc import Collection, Iterator, Sequence, Set
@@ -24,13 +24,13 @@ from stability.statics.wrench_matrix import WrenchMatrix, wrench_matrix
 
 __all__ = ["described", "smallest_mechanism"]
 
-FEW = 3  # bricks that are asked about one by one at once
-LITTLE = 24  # bricks up to which as many of the lower ones as possible are held fixed first
-LARGE = 120  # bricks up to which the least sum of speeds is asked for
-SLOW = 0.05  # of the fastest: what is much slower than this counts no more than what is a bit slower
-QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken to stay
-MOST_TRIES = 24  # of bricks held fixed one by one
-ACCURACIES = (1e-9, 1e-12)  # of the least speeds, asked for in turn until what is found is proven
+FEW = 3  # up to this number of bricks, each is tested by itself
+LITTLE = 24  # up to this number of bricks, as many of the lower ones as possible are held fixed first
+LARGE = 120  # up to this number of bricks, the least sum of speeds is computed
+SLOW = 0.05  # of the fastest: all slower bricks count like bricks of this speed
+QUIET = (1e-3, 1e-6, 1e-9)  # shares of the largest speed below which a brick is first taken as static
+MOST_TRIES = 24  # of holding bricks fixed one by one
+ACCURACIES = (1e-9, 1e-12)  # of the least speeds, tried in turn until the result is proven
 
 
 def smallest_mechanism(
@@ -40,7 +40,7 @@ def smallest_mechanism(
     solver: Solver = clarabel_solve,
     quick: Solver = quick_solve,
 ) -> Motion:
-    """A motion of as few bricks as are found to fall without the rest; `motion` itself if it proves no fall."""
+    """Return a motion of as few bricks as are found to fall alone; `motion` itself if it proves no fall."""
     parts = [part for part in _parts(problem, motion) if check_motion(problem, part, tolerances).holds]
     if not parts:
         return motion
@@ -54,7 +54,7 @@ def smallest_mechanism(
 
 
 def _parts(problem: Problem, motion: Motion) -> Iterator[Motion]:
-    """The motions of parts that do not touch, in order of names."""
+    """Yield the motions of parts without contact to each other, in order of names."""
     touching: dict[BodyId, set[BodyId]] = {name: set() for name in motion.velocity}
     for contact in problem.contacts:
         if contact.lower in touching and contact.upper in touching:
@@ -74,16 +74,17 @@ def _parts(problem: Problem, motion: Motion) -> Iterator[Motion]:
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    """Looks for motions of fewer bricks; each one that it takes is proven."""
+    """Search for motions of fewer bricks; each accepted motion is proven."""
 
     problem: Problem
     tolerances: Tolerances
     solver: Solver  # for motions of least speed
-    quick: Solver  # for whether anything falls
-    standing: list[Set[BodyId]] = field(default_factory=list)  # no part of these falls while the rest is held fixed
+    quick: Solver  # for the existence of a fall
+    # no subset of one of these falls while the other bricks are held fixed
+    standing: list[Set[BodyId]] = field(default_factory=list)
 
     def alone(self, motion: Motion) -> Motion:
-        """The smallest part of a motion that is proven by itself."""
+        """Return the smallest part of a motion that is proven by itself."""
         parts = [part for part in _parts(self.problem, motion) if self._proven(part)]
         return min(parts, key=lambda part: (len(part.velocity), min(part.velocity)), default=motion)
 
@@ -91,7 +92,7 @@ class _Search:
         return check_motion(self.problem, motion, self.tolerances).holds
 
     def of(self, bricks: Collection[BodyId]) -> Problem:
-        """The problem of these bricks, the rest held fixed."""
+        """Return the problem of these bricks with the others held fixed."""
         return replace(
             self.problem,
             bricks={name: self.problem.bricks[name] for name in sorted(bricks)},
@@ -109,11 +110,11 @@ class _Search:
         return self.alone(found) if found is not None else motion
 
     def started(self, motion: Motion) -> Motion:
-        """The motion that the same bricks would start with."""
+        """Return the initial motion of the same bricks."""
         return self._least(motion, by_brick=False) or motion
 
     def _least(self, motion: Motion, by_brick: bool) -> Motion | None:
-        """A proven motion of least speed: the sum of those of the bricks, or of all as one, weighed by mass."""
+        """Return a proven motion of least speed: the sum over bricks, or the norm of all together, weighted by mass."""
         problem = self.of(motion.velocity)
         system = wrench_matrix(problem, whole=True)
         columns = system.columns_of(motion)
@@ -130,14 +131,14 @@ class _Search:
         return None
 
     def held(self, motion: Motion) -> Motion:
-        """A motion within the given one after bricks were held fixed one by one, from the lowest on."""
+        """Return a motion within the given one after bricks were held fixed one by one, from the lowest on."""
         for name in self.upwards(motion)[:MOST_TRIES]:
             if name in motion.velocity:
                 motion = self._without(motion, [name]) or motion
         return motion
 
     def first_held(self, motion: Motion, order: Sequence[BodyId]) -> Motion:
-        """A motion after as many of the first bricks in an order as possible were held: the more, the harder."""
+        """Return a motion after as many of the first bricks in an order as possible were held fixed."""
         held, too_many = 0, len(order)
         while held + 1 < too_many:
             middle = (held + too_many) // 2
@@ -149,7 +150,7 @@ class _Search:
         return motion
 
     def _without(self, motion: Motion, fixed: Sequence[BodyId]) -> Motion | None:
-        """A proven motion of the bricks that are not held fixed."""
+        """Return a proven motion of the bricks that are not held fixed."""
         rest = set(motion.velocity) - set(fixed)
         if not rest or any(rest <= standing for standing in self.standing):
             return None
@@ -195,7 +196,7 @@ def _by_energy(system: WrenchMatrix, problem: Problem) -> Array:
 
 
 def _least_speed(system: WrenchMatrix, weights: Array, width: int, gain: float) -> ConicProgram:
-    """The least sum of norms, each of `width` weighed columns, of motions by which the loads gain `gain`."""
+    """Return the program of the least sum of norms of `width` weighted columns for a power `gain` of the loads."""
     from scipy.sparse import bmat, csc_matrix  # noqa: PLC0415 -- slow to import, seldom needed
 
     columns, held = len(weights), system.rows.of_round

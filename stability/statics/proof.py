@@ -23,40 +23,41 @@ from stability.geometry.vectors import dot
 from stability.model import BodyId, Vec3
 from stability.problem import ZERO, Forces, Motion, Problem, Tolerances, Wrench
 
-# Of a force, or of what the lighter of its two bricks carries: a cone violated by less is violated by rounding only.
+# Relative to a force, or to the load capacity of the lighter of its two bricks: a smaller violation of a cone is
+# rounding.
 ROUNDING = 1e-12
-UNIT = 1e-9  # normals are of unit length up to this
+UNIT = 1e-9  # accepted error of the length of normals
 UNLOADED = Wrench(ZERO)
 
 
 @dataclass(frozen=True, slots=True)
 class ForceCheck:
-    """Whether forces balance a problem, and where the residual is largest."""
+    """Result of a check of forces: whether they balance a problem, and where the residual is largest."""
 
     holds: bool
-    residual: float  # the largest on any brick, relative to what that brick carries
-    brick: BodyId  # that brick; "" if there is none
-    cone: float  # the largest violation of any cone, relative to its force and to what its bricks carry
+    residual: float  # the largest on any brick, relative to the load capacity of the brick
+    brick: BodyId  # the brick with the largest residual; "" if there is none
+    cone: float  # the largest violation of any cone, relative to its force and to the load capacity of its bricks
 
 
 @dataclass(frozen=True, slots=True)
 class MotionCheck:
-    """Whether a motion proves that a problem falls, and by how much."""
+    """Result of a check of a motion: whether it proves that a problem falls, and by what margin."""
 
     holds: bool
-    gain: float  # power of the loads less what violations could cost, relative to the sum of force times speed
+    gain: float  # power of the loads minus the cost of violations, relative to the sum of force times speed
     violation: float  # the largest at any contact, relative to the speed of its bodies there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointLaws:
-    """The laws of some points. Those of one kind are one law, whose numbers are arrays, so that it answers at once."""
+    """Laws of some points. Points of one kind share one law whose numbers are arrays, for speed."""
 
-    of_kinds: Sequence[tuple[Indices | slice, ContactLaw]]  # which points, and their law
+    of_kinds: Sequence[tuple[Indices | slice, ContactLaw]]  # indices of points, and their law
 
     @classmethod
     def of(cls, laws: Sequence[ContactLaw], points: Indices) -> Self:
-        """The laws of contacts, each at so many points."""
+        """Return the laws of contacts, each for its number of points."""
         kinds = list(dict.fromkeys(map(type, laws)))
         if len(kinds) == 1:
             return cls([(slice(None), _stacked(laws, points))])
@@ -65,20 +66,20 @@ class PointLaws:
         return cls([(where, _stacked([laws[i] for i in which.tolist()], points[which])) for where, which in own])
 
     def are_sound(self) -> bool:
-        """Whether the numbers of all laws are numbers, and none is negative."""
+        """Return whether the numbers of all laws are not negative and not NaN."""
         numbers = [getattr(law, name) for _, law in self.of_kinds for name in _numbers_of(law)]
         return all(np.isfinite(each).all() and (each >= 0.0).all() for each in numbers)
 
     def violation(self, normal: Array, tangential: Array) -> Array:
-        """By how much each force is more than its contact can bear [N]."""
+        """Return by how much each force violates the law of its contact [N]."""
         return self._each(normal, tangential, lambda law, *own: law.violation(*own))
 
     def shortfall(self, opening: Array, sliding: Array) -> Array:
-        """By how much each slip opens its contact too slowly to bound the power of forces [m/s]."""
+        """Return by how much each slip opens its contact too slowly to bound the power of forces [m/s]."""
         return self._each(opening, sliding, lambda law, *own: law.shortfall(*own))
 
     def support(self, opening: Array, sliding: Array, press: float) -> Array:
-        """The greatest power that forces can take from each slip [W], if none presses with more than `press` [N]."""
+        """Return the greatest power that forces can take from each slip [W], with normal forces up to `press` [N]."""
         return self._each(opening, sliding, lambda law, *own: law.support(*own, press))
 
     def _each(self, one: Array, other: Array, of: Callable[[ContactLaw, Array, Array], Array]) -> Array:
@@ -89,7 +90,7 @@ class PointLaws:
 
 
 def _stacked(laws: Sequence[ContactLaw], points: Indices) -> ContactLaw:
-    """One law for the points of contacts whose laws are of one kind."""
+    """Return one law for the points of contacts whose laws are of one kind."""
     numbers = [np.array([getattr(law, name) for law in laws], dtype=float) for name in _numbers_of(laws[0])]
     return type(laws[0])(*(np.repeat(each, points) for each in numbers))
 
@@ -100,14 +101,14 @@ def _numbers_of(law: ContactLaw) -> list[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProofCones:
-    """Where forces act: by contact, point and normal. A body that is fixed has the number after the last brick's.
+    """Places of forces: by contact, point and normal. A fixed body has the index after the last brick.
 
-    Loads are no part of it: problems that differ in nothing else may share it.
+    Loads are not included: problems that differ only in loads may share it.
     """
 
     names: Sequence[BodyId]
-    bodies: tuple[Indices, Indices]  # lower and upper of each cone
-    arms: tuple[Array, Array]  # (n, 3) from their centres to the point [m]; of no meaning for a fixed body
+    bodies: tuple[Indices, Indices]  # lower and upper body of each cone
+    arms: tuple[Array, Array]  # (n, 3) from their centres to the point [m]; meaningless for a fixed body
     normals: Array  # (n, 3)
     laws: PointLaws
 
@@ -119,7 +120,7 @@ MOTION_FAILS = MotionCheck(holds=False, gain=-inf, violation=inf)
 def check_forces(
     problem: Problem, forces: Forces, tolerances: Tolerances, known: ProofCones | None = None
 ) -> ForceCheck:
-    """Whether `forces` lie in their cones and balance the loads on every brick; `known` are the problem's cones."""
+    """Check whether forces lie in their cones and balance the loads on every brick; `known` are the cones."""
     names = sorted(problem.bricks)
     cones = known or proof_cones(problem)
     pressed = _pressed(problem, forces)
@@ -145,7 +146,7 @@ def check_forces(
 def check_motion(
     problem: Problem, motion: Motion, tolerances: Tolerances, known: ProofCones | None = None
 ) -> MotionCheck:
-    """Whether the loads gain by `motion` although no contact resists it; `known` are the problem's cones."""
+    """Check whether the loads gain power by `motion` without resistance; `known` are the problem's cones."""
     names = sorted(problem.bricks)
     cones = known or proof_cones(problem)
     velocity = _velocity(names, motion)
@@ -165,10 +166,10 @@ def check_motion(
 
 
 def least_separating_speed(problem: Problem, motion: Motion) -> float:
-    """How fast a motion opens the contact that it opens least, relative to the speed there; negative if it closes it.
+    """Return the least opening speed of a contact by a motion, relative to the speed there; negative if one closes.
 
-    Where this is positive, all forces of contacts gain by the motion: none but no forces at all balance each other. Of
-    laws that are no cones this does not follow, so there it is minus infinity.
+    If it is positive, all contact forces have positive power along the motion: only zero forces balance each other.
+    This does not hold for laws that are not cones, so the result for these is minus infinity.
     """
     names = sorted(problem.bricks)
     cones, velocity = proof_cones(problem), _velocity(names, motion)
@@ -179,13 +180,13 @@ def least_separating_speed(problem: Problem, motion: Motion) -> float:
 
 
 def power(loads: Mapping[BodyId, Wrench], motion: Motion) -> float:
-    """The power of loads along a motion [W]."""
+    """Return the power of loads along a motion [W]."""
     loaded = [(name, *motion.velocity[name]) for name in sorted(motion.velocity) if name in loads]
     return sum(dot(loads[name].force_W, v) + dot(loads[name].torque_W, w) for name, v, w in loaded)
 
 
 def proof_cones(problem: Problem) -> ProofCones | None:
-    """Where forces act; None if a number of the problem is not one, or a normal not of unit length."""
+    """Return the places of forces; None if a number of the problem is NaN, or a normal is not of unit length."""
     names = sorted(problem.bricks)
     index = {name: i for i, name in enumerate(names)}
     rows = [
@@ -208,7 +209,7 @@ def proof_cones(problem: Problem) -> ProofCones | None:
 
 
 def _pressed(problem: Problem, forces: Forces) -> Array | None:
-    """(n, 3) the force of each cone; None if there is not exactly one finite force for each."""
+    """Return (n, 3) the force of each cone; None if there is not exactly one finite force for each."""
     if len(forces.of_contacts) != len(problem.contacts):
         return None
     flat: list[Vec3] = []
@@ -223,7 +224,7 @@ def _pressed(problem: Problem, forces: Forces) -> Array | None:
 
 
 def _velocity(names: Sequence[BodyId], motion: Motion) -> Array | None:
-    """(bricks + 1, 6) velocity and spin, nothing for fixed bodies; None if not finite or of another body."""
+    """Return (bricks + 1, 6) velocity and spin, zero for fixed bodies; None if not finite or of an unknown body."""
     if not set(motion.velocity) <= set(names):
         return None
     still = (ZERO, ZERO)
@@ -247,7 +248,7 @@ def _cone_violation(cones: ProofCones, pressed: Array, carried: Array) -> float:
 
 
 def _slips(cones: ProofCones, velocity: Array) -> tuple[tuple[Array, Array], Array]:
-    """How fast each contact opens and slides, and the speed of the bodies there [m/s]."""
+    """Return the opening and sliding speed of each contact, and the speed of the bodies there [m/s]."""
     (lower, upper), (lower_arms, upper_arms) = cones.bodies, cones.arms
     below, above = velocity[lower], velocity[upper]
     slip = above[:, :3] + cross_rows(above[:, 3:], upper_arms) - below[:, :3] - cross_rows(below[:, 3:], lower_arms)
@@ -258,7 +259,7 @@ def _slips(cones: ProofCones, velocity: Array) -> tuple[tuple[Array, Array], Arr
 
 
 def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:
-    """The loads on moving bricks and on all that they carry [N]: no contact of theirs is taken to press with more."""
+    """Return the loads on moving bricks and on all that they carry [N], an upper bound of their normal forces."""
     above: dict[BodyId, list[BodyId]] = {}
     for contact in problem.contacts:
         above.setdefault(contact.lower, []).append(contact.upper)
@@ -277,7 +278,7 @@ def _weight_on(problem: Problem, moving: Collection[BodyId]) -> float:
 
 
 def _wrenches(names: Sequence[BodyId], loads: Mapping[BodyId, Wrench]) -> Array:
-    """(bricks, 6) forces and torques; not finite where the loads are not, which no check survives."""
+    """Return (bricks, 6) forces and torques; non-finite loads stay non-finite, and fail every check."""
     rows = [loads.get(name, UNLOADED) for name in names]
     return np.array([(*row.force_W, *row.torque_W) for row in rows], dtype=float).reshape(-1, 6)
 
@@ -294,7 +295,7 @@ def _size(rows: Array) -> Array:
 
 
 def _ratio(part: Array, whole: Array) -> Array:
-    """`part / whole`; nothing of nothing is nothing, and not-a-number is too much."""
+    """Return `part / whole`; 0 / 0 is 0, and NaN becomes infinity."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(part == 0.0, 0.0, part / whole)
     return np.where(np.isnan(ratio), inf, ratio)

@@ -1,4 +1,4 @@
-"""Propagates weights downwards brick by brick: a proof of rest by upright forces."""
+"""Propagates weights downwards brick by brick: a proof of rest by vertical forces."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,32 +10,32 @@ from stability.model import BodyId
 from stability.problem import ZERO, Contact, Problem, Wrench
 from stability.statics.load_core import ON_THE_BORDER, LoadCore, carries_upright, piece, plan
 
-# Weight passed down brick by brick: the second stage of the cascade.
+# Weight propagation brick by brick: the second stage of the cascade.
 #
-# Each brick hands its weight, and the loads handed to it, to the bodies below by upright forces at the corners of its
-# contact patches. Among all forces that balance it, those of least norm are taken: a pressure that is linear over the
-# corners, and zero where it would pull, f = max(0, a + b x + c y). Loads that leave the group must land in the load
-# cores of the bodies below. If every brick succeeds, the forces balance the whole group. If one fails, another way of
-# sharing might have done it: a failure proves nothing.
+# Each brick passes its weight, and the loads passed to it, to the bodies below by vertical forces at the corners of its
+# contact patches. Of all balancing forces those of least norm are taken: a pressure that is linear over the corners,
+# and zero where it would pull, f = max(0, a + b x + c y). Loads that leave the group must act inside the load cores of
+# the bodies below. If every brick succeeds, the forces balance the whole group. If one fails, another distribution
+# might succeed: a failure proves nothing.
 
 
-MOST_TURNS = 30  # of the search for the corners that press; four or five are usual, and later stages take the rest
-ROUNDING = 1e-12  # of a balance, relative; well below the residual that proofs allow
-# Share of the products that a determinant is the sum of, some tens of their rounding errors: corners whose determinant
-# is smaller lie on a line, as far as floating point can tell.
+MOST_TURNS = 30  # of the search for the loaded corners; four or five are usual, and later stages take over
+ROUNDING = 1e-12  # relative error of a balance; well below the residual that proofs allow
+# Share of the products whose sum is a determinant, some tens of their rounding errors: corners with a smaller
+# determinant lie on a line, within rounding.
 SINGULAR = 1e-14
-TINIEST = 1e-300  # close to the smallest normal float, 2e-308: stands for products that have all come out as zero
+TINIEST = 1e-300  # close to the smallest normal float, 2e-308: replaces products that all underflow to zero
 
 
 @dataclass(frozen=True, slots=True)
 class VerticalLoad:
-    """An upright load: its weight [N] and where it acts, in plan [m]."""
+    """Vertical load: its weight [N] and its point of application in plan [m]."""
 
     weight: float
     at: Point2
 
     def plus(self, other: "VerticalLoad") -> "VerticalLoad":
-        """Both loads as one."""
+        """Return the sum of both loads."""
         total = self.weight + other.weight
         if total <= 0.0:
             return self
@@ -46,7 +46,7 @@ class VerticalLoad:
 
 @dataclass(frozen=True, slots=True)
 class VerticalForce:
-    """An upright force that goes through a contact, from the upper body to the lower one."""
+    """Vertical force through a contact, from the upper body to the lower one."""
 
     contact: Contact
     load: VerticalLoad
@@ -54,7 +54,7 @@ class VerticalForce:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """The brick that could not hand its load down."""
+    """Brick that could not pass its load down."""
 
     brick: BodyId
     load: VerticalLoad
@@ -70,7 +70,7 @@ def propagate(
     supports: Mapping[BodyId, Sequence[Contact]],
     cores: Mapping[BodyId, LoadCore],
 ) -> list[VerticalForce] | Failure:
-    """Hand down the weights of a group; `order` lists its bricks, each after all of the group that it carries."""
+    """Pass down the weights of a group; `order` lists its bricks, each after the group's bricks on it."""
     loads = dict(weights)
     vertical: list[VerticalForce] = []
     for brick in order:
@@ -90,7 +90,7 @@ def propagate(
 def _patches(
     supports: Sequence[Contact], group: Collection[BodyId], cores: Mapping[BodyId, LoadCore]
 ) -> list[tuple[Contact, tuple[Point2, ...]]]:
-    """The contacts of a brick, and the corners at which each may be pressed."""
+    """Return the contacts of a brick, with the corners at which each may be loaded."""
     found = []
     for contact in supports:
         below = None if contact.lower in group else cores.get(contact.lower)
@@ -101,8 +101,8 @@ def _patches(
 
 
 def shared(load: VerticalLoad, patches: Patches) -> list[VerticalForce] | None:
-    """The forces of least norm that carry a load, one for each contact that takes part; None if there are none."""
-    if len(patches) == 1 and len(patches[0][1]) > 2:  # noqa: PLR2004 -- one patch: it all goes through there
+    """Return the forces of least norm that carry a load, one per loaded contact; None if there are none."""
+    if len(patches) == 1 and len(patches[0][1]) > 2:  # noqa: PLR2004 -- all of the load passes through a single patch
         contact, points = patches[0]
         inside = depth(load.at, points) >= -ON_THE_BORDER * extent(points)
         return [VerticalForce(contact, load)] if inside else None
@@ -124,10 +124,10 @@ def shared(load: VerticalLoad, patches: Patches) -> list[VerticalForce] | None:
 
 
 def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
-    """Non-negative forces of least norm at the corners that balance a unit load.
+    """Return non-negative forces of least norm at the corners that balance a unit load.
 
     The minimum has the form f = max(0, u + v x + w y) (its Karush-Kuhn-Tucker conditions); Newton's method on the set
-    of corners that press finds it. None if the load lies outside their hull, or if that set is not found.
+    of loaded corners finds it. None if the load lies outside their hull, or if that set is not found.
     """
     if not corners:
         return None
@@ -139,7 +139,7 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
         return [1.0 / len(corners)] * len(corners)
     reach = ON_THE_BORDER * scale
     if left > reach or right < -reach or near > reach or far < -reach:
-        return None  # not even within the upright rectangle about the corners
+        return None  # outside the bounding rectangle of the corners
     points = [(x / scale, y / scale) for x, y in zip(xs, ys, strict=True)]
     pressing, pressed = [True] * len(points), points
     for _ in range(MOST_TURNS):
@@ -157,7 +157,7 @@ def least_norm(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
 
 
 def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
-    """The linear pressure over these points that balances a unit load at the origin."""
+    """Return the linear pressure over these points that balances a unit load at the origin."""
     n = float(len(points))
     sx = sy = sxx = syy = sxy = 0.0
     for x, y in points:
@@ -175,7 +175,7 @@ def _plane(points: Sequence[Point2]) -> tuple[float, float, float] | None:
 
 
 def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
-    """Whether forces balance a unit load: close to the border of the hull the equations lose digits."""
+    """Return whether forces balance a unit load: close to the border of the hull the equations lose digits."""
     total = moment_x = moment_y = 0.0
     for force, (x, y) in zip(forces, points, strict=True):
         total += force
@@ -185,7 +185,7 @@ def _balances(forces: Sequence[float], points: Sequence[Point2]) -> bool:
 
 
 def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
-    """Forces of least norm where all corners lie on a line, or are one: by least squares, if none of them pulls."""
+    """Return forces of least norm at collinear or equal corners by least squares, if none of them pulls."""
     if not corners:
         return None
     import numpy as np  # noqa: PLC0415 -- it takes longer to load than most scenes to judge, and hardly any comes here
@@ -198,13 +198,13 @@ def _on_a_line(load: Point2, corners: Sequence[Point2]) -> list[float] | None:
     return [max(0.0, f) for f in forces] if min(forces) > -ROUNDING and _balances(forces, points) else None
 
 
-# Balances a problem by upright forces, brick by brick. If that works, no motion is searched for.
+# Balances a problem by vertical forces, brick by brick. If this succeeds, no motion is searched.
 #
-# Weight propagation, with all that is no brick of the problem held fixed. A failure proves nothing.
+# All bodies outside the problem are held fixed. A failure proves nothing.
 
 
 def is_held_upright(problem: Problem) -> bool:
-    """Whether weight propagation balances all loads of a problem, which must be weights."""
+    """Return whether weight propagation balances all loads of a problem, which must be weights."""
     weights = _weights(problem)
     if weights is None:
         return False
@@ -221,7 +221,7 @@ def is_held_upright(problem: Problem) -> bool:
 
 
 def _weights(problem: Problem) -> Mapping[BodyId, VerticalLoad] | None:
-    """The loads as weights at the centres of mass; None if one of them is not a weight."""
+    """Return the loads as weights at the centres of mass; None if one of them is not a weight."""
     weights = {}
     for name, placed in problem.bricks.items():
         load = problem.loads.get(name, Wrench(ZERO))

@@ -1,7 +1,7 @@
 """Keeps the bricks of a structure proven, as far as possible, while bricks are added and removed.
 
-A new brick is proven if its weight lies in its own load core, which costs little. Other bricks go through the cascade,
-whose result is remembered until something near them changes.
+A new brick is proven if its weight lies in its own load core, a cheap test. Other bricks go through the cascade, whose
+result is cached until something near them changes.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,12 +15,12 @@ from stability.statics.ledger import Ledger, LedgerState, ProofGroup
 from stability.statics.structure import Structure, StructureState
 
 DEAREST_FIRST = tuple(reversed(Stage))
-LARGE = 60  # bricks: the next program would hold nearly the same again
+LARGE = 60  # bricks: with more, judging each brick would solve nearly the same program again
 
 
 @dataclass(frozen=True, slots=True)
 class ProverState:
-    """All that a prover knows, as it was."""
+    """Snapshot of a prover."""
 
     structure: StructureState
     ledger: LedgerState
@@ -29,21 +29,21 @@ class ProverState:
 
 
 class Prover:
-    """The proofs of the bricks of one structure, and the bricks that have none."""
+    """Proofs of the bricks of one structure, and the bricks without a proof."""
 
     def __init__(self, structure: Structure) -> None:
-        """Nothing stands yet."""
+        """Start without bricks."""
         self.structure = structure
         self.ledger = Ledger(structure.journal)
         self._unproven: Kept[BodyId, None] = Kept(structure.journal)
-        self._in_doubt: Kept[BodyId, Verdict] = Kept(structure.journal)  # what was found of unproven bricks
+        self._in_doubt: Kept[BodyId, Verdict] = Kept(structure.journal)  # results for unproven bricks
         self._partners = Partners(structure, self.ledger.with_partners)
 
     def put(self, bricks: Sequence[Placed]) -> None:
-        """Set bricks in their places, each after those that it rests on."""
+        """Place bricks, each after its supports."""
         for placed in bricks:
             parted = [self.structure.bricks[name] for name in self.structure.parted_by(placed)]
-            if parted:  # what stood across a gap stands on what comes into it
+            if parted:  # bricks that stood across a gap stand on the brick that fills it
                 self.take([each.brick.id for each in parted])
             for each in (placed, *parted):
                 self.structure.put(each)
@@ -51,7 +51,7 @@ class Prover:
         self._doubt_anew([placed.brick.id for placed in bricks])
 
     def take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
-        """Take bricks out, and the proofs that counted on them; returns the bricks to be judged again."""
+        """Remove bricks and the proofs that depended on them; return the bricks to be judged again."""
         structure = self.structure
         self._doubt_anew(bricks)
         affected = structure.with_all_above(bricks)
@@ -72,19 +72,19 @@ class Prover:
         return again
 
     def state(self) -> ProverState:
-        """All that is known, as it is now."""
+        """Return a snapshot."""
         known = frozenset(self._unproven), dict(self._in_doubt)
         return ProverState(self.structure.state(), self.ledger.state(), *known)
 
     def restore(self, state: ProverState) -> None:
-        """Restore the results of bricks that have not moved."""
+        """Restore the results for bricks at unchanged places."""
         self.structure.restore(state.structure)
         self.ledger.restore(state.ledger)
         self._unproven.replace(dict.fromkeys(state.unproven))
         self._in_doubt.replace(state.in_doubt)
 
     def all_proven(self) -> bool:
-        """Whether every brick has a proof."""
+        """Return whether every brick has a proof."""
         return not self._unproven
 
     def prove(self, names_smallest: bool) -> Verdict | None:
@@ -98,18 +98,18 @@ class Prover:
             verdict = self._in_doubt.get(name) or self._asked(name, names_smallest)
             found = verdict or found
             if found is not None and found.stability is Stability.UNSTABLE:
-                break  # what moves must go before more can be said
+                break  # falling bricks must be removed before others can be judged
         return found
 
     def dearest(self, bricks: Sequence[BodyId]) -> Stage | None:
-        """The dearest of the stages that proved these bricks; None if none has proved any."""
+        """Return the most expensive stage among the proofs of these bricks; None without a proof."""
         if len(bricks) == 1:
             return self.ledger.stage(bricks[0])
         stages = {self.ledger.stage(name) for name in bricks}
         return next((stage for stage in DEAREST_FIRST if stage in stages), None)
 
     def _ask_core(self, name: BodyId) -> None:
-        """Ask whether the weight of a brick lies in its load core."""
+        """Prove a brick by its load core if its weight lies in it."""
         if self.structure.cores[name].carries(self.structure.weights[name].at):
             self.ledger.prove_by_core(name)
             self._unproven.pop(name, None)
@@ -117,20 +117,20 @@ class Prover:
             self._unproven[name] = None
 
     def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
-        """The verdict of the cascade on a brick that it cannot prove; it is remembered until something near changes."""
+        """Return the verdict of the cascade on a brick without a proof, cached until something near it changes."""
         answer = judge(self.structure, name, self._partners, names_smallest, self._unproven)
         if answer.group is not None:
             self._enter(answer.group)
             return None
         if answer.verdict is not None:
             about = set(answer.verdict.moving)
-            if about & self.structure.component(name):  # else what falls is elsewhere, and may change without this one
+            if about & self.structure.component(name):  # a fall elsewhere may change without this brick
                 about.add(name)
             self._in_doubt |= dict.fromkeys(self._unproven.keys() & about, answer.verdict)
         return answer.verdict
 
     def _asked_together(self, name: BodyId) -> bool:
-        """Ask at once for all that is unproven about a brick whose own program is large; whether that is worth it."""
+        """Try to prove all bricks around a brick with a large program at once; return False if that fails."""
         if name not in self._unproven or name in self._in_doubt:
             return True
         if len(self._partners.of({name} | self.structure.below([name]))) < LARGE:
@@ -149,7 +149,7 @@ class Prover:
             self._unproven.pop(name, None)
 
     def _doubt_anew(self, names: Iterable[BodyId]) -> None:
-        """Forget the results of all bricks connected with these."""
+        """Discard the results for all bricks connected with these."""
         left = set(names) if self._in_doubt else set()
         while left:
             connected = self.structure.component(left.pop())

@@ -2,9 +2,9 @@
 
 Friction balances a plank between two walls if the walls press it hard enough, but nothing ensures that they do. Forces
 that balance each other without a load are self-stress. If some motion strictly opens every contact, there is none.
-Otherwise contacts are left out until there is such a motion: if the rest still balances the loads, the structure stands
-without the contacts that may or may not be pressed together. So it does if forces along normals alone
-balance it, or forces that its loads alone bring forth.
+Otherwise contacts are left out until there is such a motion: if the remaining contacts still balance the loads, the
+structure stands without the contacts with uncertain pressure. It also stands if forces along normals alone, or the
+load-induced forces, balance it.
 """
 
 from collections.abc import Collection, Iterator
@@ -18,9 +18,9 @@ from stability.statics.proof import check_forces
 from stability.statics.wrench_matrix import passed_down
 
 SHUT = 1e-3  # of the widest separation: a contact that opens less may take part in self-stress
-IDLE = 1e-5  # of what a brick carries: a contact that presses less is not needed
-STEEP = 0.2  # vertical part of a normal up to which a contact is a wall
-MOST_TRIALS = 8  # of contacts left out one by one
+IDLE = 1e-5  # of the load capacity: a contact with a smaller normal force is not needed
+STEEP = 0.2  # vertical part of a normal up to which a contact is with a wall
+MOST_TRIALS = 8  # of leaving out contacts one by one
 
 __all__ = ["Motion", "forces_without_self_stress", "separating_motion"]
 
@@ -31,9 +31,9 @@ def forces_without_self_stress(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
 ) -> Forces | None:
-    """Forces that balance a problem by contacts that admit no self-stress; None if none are found.
+    """Return forces that balance a problem by contacts without self-stress; None if none are found.
 
-    `forces` balance it, honestly or not. Contacts that are left out get no forces.
+    `forces` balance the problem, possibly with self-stress. Contacts that are left out get zero forces.
     """
     if separating_motion(problem, solver) is not None:
         return forces
@@ -49,7 +49,7 @@ def forces_without_self_stress(
 
 
 def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Iterator[frozenset[int]]:
-    """Contacts to leave out at once: all that are shut and press nothing, then all that are shut and steep."""
+    """Yield the contacts to leave out: all shut ones without pressure, then all shut and steep ones."""
     shut = _shut(problem, widest)
     carried = passed_down(problem)
     idle = [i for i in shut if _press(forces.of_contacts[i]) <= IDLE * _least_carried(problem.contacts[i], carried)]
@@ -60,7 +60,7 @@ def _choices(problem: Problem, forces: Forces, widest: ContactSeparation) -> Ite
 
 
 def _along_normals(problem: Problem, tolerances: Tolerances, solver: Solver) -> Forces | None:
-    """Forces along normals alone, which leave nothing but rest whatever else is pressed together (`guarantee`)."""
+    """Return forces along normals alone; they leave rest as the only motion for any self-stress (`guarantee`)."""
     smooth = replace(
         problem, contacts=[replace(contact, law=contact.law.with_friction(0.0)) for contact in problem.contacts]
     )
@@ -69,7 +69,7 @@ def _along_normals(problem: Problem, tolerances: Tolerances, solver: Solver) -> 
 
 
 def _one_by_one(problem: Problem, shut: list[int], tolerances: Tolerances, solver: Solver) -> Forces | None:
-    """Leave out contacts, the steepest first, as long as the rest balances the loads."""
+    """Leave out contacts, the steepest first, as long as the remaining ones balance the loads."""
     left_out: frozenset[int] = frozenset()
     for contact in shut[:MOST_TRIALS]:
         tried = left_out | {contact}
@@ -83,13 +83,13 @@ def _one_by_one(problem: Problem, shut: list[int], tolerances: Tolerances, solve
 
 
 def _shut(problem: Problem, widest: ContactSeparation) -> list[int]:
-    """The contacts that no motion opens, the steepest first."""
+    """Return the contacts that no motion opens, the steepest first."""
     shut = [i for i, separation in enumerate(widest.of_contacts) if separation < SHUT]
     return sorted(shut, key=lambda i: (steepness(problem.contacts[i]), i))
 
 
 def steepness(contact: Contact) -> float:
-    """The largest vertical part of a normal: 0 for a wall, 1 for level ground."""
+    """Return the largest vertical part of a normal: 0 for a wall, 1 for level ground."""
     return max(normal[2] for normal in contact.normals_W)
 
 
@@ -98,7 +98,7 @@ def _less(problem: Problem, left_out: Collection[int]) -> Problem:
 
 
 def _without(problem: Problem, left_out: Collection[int], tolerances: Tolerances, solver: Solver) -> Forces | None:
-    """Forces that balance a problem without some of its contacts."""
+    """Return forces that balance a problem without some of its contacts."""
     found = balance(_less(problem, left_out), tolerances, solver).forces
     if found is None:
         return None
@@ -112,7 +112,7 @@ def _nothing(contact: Contact) -> ConeForces:
 
 
 def _press(forces: ConeForces) -> float:
-    """The sum of the absolute components of a contact's forces [N]."""
+    """Return the sum of the absolute components of a contact's forces [N]."""
     return sum(abs(x) + abs(y) + abs(z) for of_point in forces for x, y, z in of_point)
 
 

@@ -19,12 +19,12 @@ from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
 from stability.work_limit import BRICK, CORE, add_work
 
-# The bricks of an assembly, what touches what, and the load core of each, kept up to date as bricks come and go.
+# The bricks of an assembly, their contacts and load cores, updated as bricks are added and removed.
 
 
 @dataclass(frozen=True, slots=True)
 class StructureState:
-    """All that changes of a structure, as it was."""
+    """Snapshot of all mutable data of a structure."""
 
     bricks: Mapping[BodyId, Placed]
     touching: Mapping[BodyId, dict[BodyId, Contact]]
@@ -45,28 +45,28 @@ class Structure:
     """
 
     planes: tuple[Plane, ...]
-    tables: tuple[Placed, ...]  # boxes that never move
-    friction: GivenFriction  # one Coulomb coefficient of brick on brick, or who rubs how on whom
+    tables: tuple[Placed, ...]  # fixed boxes
+    friction: GivenFriction  # between bricks
     gravity: float  # [m/s2]
     tolerances: Tolerances
-    journal: Journal = field(default_factory=Journal)  # how to undo a change that is broken off
+    journal: Journal = field(default_factory=Journal)  # undoes an interrupted change
     bricks: Kept[BodyId, Placed] = field(init=False)
     touching: Kept[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
-    supports: Kept[BodyId, list[Contact]] = field(init=False)  # contacts that can press a brick straight up
-    carried: Kept[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can press straight up
+    supports: Kept[BodyId, list[Contact]] = field(init=False)  # contacts that can push a brick vertically up
+    carried: Kept[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can push vertically up
     cores: Kept[BodyId, LoadCore] = field(init=False)
     weights: Kept[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
     across_gaps: Kept[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
-    _turn: Kept[BodyId, int] = field(init=False)  # in which order their cores were found
+    _turn: Kept[BodyId, int] = field(init=False)  # the order in which the cores were computed
     _law: Friction = field(init=False)
     _solids: Kept[BodyId, Solid] = field(init=False)
-    _thinnest: float = inf  # of all bodies that ever were there [m]
+    _thinnest: float = inf  # of all bodies ever present [m]
     _thickest: float = 0.0
     _neighbours: KeptNeighbours = field(init=False)
     _turns: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
-        """Boxes that never move are neighbours like bricks."""
+        """Register the fixed boxes as neighbours."""
         self.bricks = Kept(self.journal, ordered=True)
         self.touching, self.supports, self.carried = Kept(self.journal), Kept(self.journal), Kept(self.journal)
         self.cores, self.weights, self._turn = Kept(self.journal), Kept(self.journal), Kept(self.journal)
@@ -82,7 +82,7 @@ class Structure:
         self._neighbours.add(own.id, own.low_W, own.high_W)
 
     def put(self, placed: Placed) -> None:
-        """Set a brick in its place, with its contacts and its core; where it fills a gap others touch no more."""
+        """Place a brick, with its contacts and its core; contacts across a gap that it fills are removed."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
         found = self._found(own)
@@ -116,17 +116,17 @@ class Structure:
         return [c for c in contacts if not is_filled(c, self._solids, contacts_of, self.tolerances.gap)]
 
     def _may_fill(self, thickness: float) -> bool:
-        """Whether something is so thin [m] that it may fill a gap that counts as contact of others."""
+        """Return whether a body of this thickness [m] may fill a gap that counts as contact of other bodies."""
         return thickness <= ROOM * self.tolerances.gap * self._thickest
 
     def parted_by(self, placed: Placed) -> list[BodyId]:
-        """Bricks that touch something across a gap which this one, that is to come, will fill; and all above them."""
+        """Return the bricks with a contact across a gap that a new brick will fill, and all bricks above them."""
         own = solid(placed)
         filled = self._filled_by(own, self._found(own)) if self._may_fill(own.shortest) else ()
         return self.upwards(self.with_all_above({c.upper for c in filled} & self.bricks.keys()))
 
     def _filled_by(self, own: Solid, coming: Sequence[Contact]) -> list[Contact]:
-        """The contacts across gaps that a body fills, which is to come with these contacts."""
+        """Return the contacts across gaps that a new body fills, given its contacts."""
         if not self._may_fill(own.shortest):
             return []
         self._thinnest = min(self._thinnest, own.shortest)
@@ -150,7 +150,7 @@ class Structure:
                 self.carried[lower] = [*self.carried[lower], upper]
 
     def _part(self, contacts: Sequence[Contact]) -> None:
-        """Let these touch no more, as something fills their gaps."""
+        """Remove contacts whose gaps are filled."""
         for contact in contacts:
             lower, upper = contact.lower, contact.upper
             self.across_gaps.pop((lower, upper), None)
@@ -165,14 +165,14 @@ class Structure:
             self.find_core(brick)
 
     def find_core(self, brick: BodyId) -> None:
-        """Find the core of a brick anew from the bricks whose core is known by now."""
+        """Compute the core of a brick again from the known cores below."""
         add_work(CORE)
         self._turn[brick] = next(self._turns)
         below = [c for c in self.supports[brick] if c.lower not in self.bricks or c.lower in self.cores]
         self.cores[brick] = core_of(below, self.cores)
 
     def neighbours(self, brick: BodyId) -> list[Placed]:
-        """The other boxes, fixed ones included, that a brick may touch or overlap."""
+        """Return the other boxes, fixed ones included, that a brick may touch or overlap."""
         fixed = {placed.brick.id: placed for placed in self.tables}
         return [
             self.bricks.get(name) or fixed[name]
@@ -182,12 +182,12 @@ class Structure:
         ]
 
     def within(self, low_W: Vec3, high_W: Vec3) -> list[Placed]:
-        """All boxes, fixed ones included, whose upright boxes meet this one."""
+        """Return all boxes, fixed ones included, whose bounding boxes meet this one."""
         fixed = {placed.brick.id: placed for placed in self.tables}
         return [self.bricks.get(name) or fixed[name] for name in self._neighbours.around(low_W, high_W, 0.0)]
 
     def around(self, brick: BodyId, within: float) -> list[BodyId]:
-        """The other bricks whose upright boxes come as close as this [m], by name."""
+        """Return the other bricks with bounding boxes within a distance [m], by name."""
         return [name for name in self._neighbours.neighbours(brick, within) if name in self.bricks]
 
     def take(self, brick: BodyId) -> None:
@@ -204,7 +204,7 @@ class Structure:
             del record[brick]
         self._neighbours.remove(brick)
         del self._solids[brick]
-        if self._may_fill(self._thinnest):  # then others may touch again across the gap that it filled
+        if self._may_fill(self._thinnest):  # other bodies may touch again across a gap that the brick filled
             for other in beside:
                 near = self._found(self._solids[other])
                 again = [c for c in near if not {c.lower, c.upper} & self.touching[other].keys()]
@@ -212,7 +212,7 @@ class Structure:
                     self._join(contact)
 
     def state(self) -> StructureState:
-        """All that changes, as it is now."""
+        """Return a snapshot."""
         return StructureState(
             dict(self.bricks),
             dict(self.touching),
@@ -226,7 +226,7 @@ class Structure:
         )
 
     def restore(self, state: StructureState) -> None:
-        """Let everything be as it was."""
+        """Restore a snapshot."""
         now, before = dict(self._solids), state.solids
         for name in [name for name, own in now.items() if before.get(name) is not own]:
             self._neighbours.remove(name)
@@ -244,23 +244,23 @@ class Structure:
         self._turns = count(max([next(self._turns), *(turn + 1 for turn in state.turn.values())]))
 
     def by_turn(self, bricks: Iterable[BodyId]) -> list[BodyId]:
-        """Bricks in the order in which their cores were found: each after those that its core counts on."""
+        """Return bricks in the order in which their cores were computed: each after those that its core depends on."""
         return sorted(bricks, key=self._turn.__getitem__)
 
     def upwards(self, bricks: Iterable[BodyId]) -> list[BodyId]:
-        """Bricks by the height of their centres, ties by name."""
+        """Return bricks by the height of their centres, ties by name."""
         return sorted(bricks, key=lambda name: (self.bricks[name].pose.position_W[2], name))
 
     def with_all_above(self, roots: Iterable[BodyId]) -> set[BodyId]:
-        """These bricks, and all that they can carry, directly or through others."""
+        """Return these bricks and all bricks that they can carry, directly or through others."""
         return reached(roots, lambda brick: self.carried[brick])
 
     def component(self, brick: BodyId) -> set[BodyId]:
-        """All bricks that are connected with this one by contacts among bricks."""
+        """Return all bricks connected with a brick by contacts among bricks."""
         return reached([brick], lambda name: [other for other in self.touching[name] if other in self.bricks])
 
     def spread(self, group: Collection[BodyId], at_least: int) -> set[BodyId]:
-        """A group and its neighbours, theirs and so on, until it is so large or nothing more touches it."""
+        """Return a group extended by its neighbours, step by step, to a minimum size or to all connected bricks."""
         larger, front = set(group), set(group)
         while front and len(larger) < at_least:
             touched = {other for name in front for other in self.touching[name] if other in self.bricks}
@@ -269,11 +269,11 @@ class Structure:
         return larger
 
     def below(self, bricks: Iterable[BodyId]) -> set[BodyId]:
-        """The bricks that can carry one of these directly."""
+        """Return the bricks that can carry one of these directly."""
         return {c.lower for brick in bricks for c in self.supports[brick] if c.lower in self.bricks}
 
     def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
-        """All contacts that a group takes part in, each once, in the order of the group."""
+        """Return all contacts of a group, each once, in the order of the group."""
         found: dict[tuple[BodyId, BodyId], Contact] = {}
         for brick in group:
             for contact in self.touching[brick].values():
@@ -281,24 +281,24 @@ class Structure:
         return list(found.values())
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
-        """The equilibrium of a group under its weight."""
+        """Return the equilibrium problem of a group under its weight."""
         add_work(BRICK * len(group))
         loads = {brick: Wrench((0.0, 0.0, -self.weights[brick].weight)) for brick in group}
         return Problem({brick: self.bricks[brick] for brick in group}, contacts, loads)
 
     def rests_on(self, group: Collection[BodyId]) -> Mapping[BodyId, list[BodyId]]:
-        """Within a group, the bricks that carry each."""
+        """Return for each brick of a group the bricks of the group that carry it."""
         return {brick: [c.lower for c in self.supports[brick] if c.lower in group] for brick in group}
 
 
-# Says which bodies are too deep in each other to count as touching, for the reason of a verdict.
+# Names the bodies that overlap too much to count as touching, for the reason of a verdict.
 
 
 MILLIMETRES = 1000.0
 
 
 def overlap_in_words(structure: Structure, brick: BodyId) -> str:
-    """The body that a brick is deepest in, in words; empty if it is in none by more than still counts as touching."""
+    """Return the deepest overlap of a brick in words; empty if no overlap is too deep to count as touching."""
     placed = structure.bricks[brick]
     shape, pose, share = placed.brick.shape, placed.pose, structure.tolerances.gap
     thickness = shape.least_thickness

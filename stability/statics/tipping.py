@@ -1,9 +1,9 @@
-"""Does a brick, with all that it carries, tip as one body? The cheapest proof that an assembly does not stand.
+"""Decides whether a brick and all that it carries tip as one body: the cheapest proof that an assembly falls.
 
-If the common centre of mass does not lie over the hull of the contacts below, the body may turn about the edge of the
-hull that it hangs over furthest (or simply falls where it has no contact). That motion loses height; it is a proof if
-no contact with the rest, which does not move, hinders it: neither by being entered nor by friction, so the speed there
-must open the contact at least as fast as friction times the slip.
+If the common centre of mass lies outside the hull of the contacts below, the body may rotate about the hull edge with
+the largest overhang (or simply drops if it has no contact). That motion loses height; it is a proof if no contact with
+the fixed rest hinders it, by penetration or by friction: the contact must open at least as fast as friction times the
+slip.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -17,21 +17,21 @@ from stability.problem import ZERO, Contact, Motion, Placed
 from stability.statics.load_core import carries_upright
 
 OVERHANG = 1e-11  # share of the support's extent: a smaller overhang is rounding
-SLIP = 1e-10  # of the speed at a contact: what rounding leaves of a point on the axis
+SLIP = 1e-10  # of the speed at a contact: rounding error at a point on the axis
 
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """A motion of some bricks as one body: turning about an axis through a point, or straight down."""
+    """Motion of some bricks as one body: a rotation about an axis through a point, or straight down."""
 
     bricks: tuple[BodyId, ...]
     motion: Motion
 
 
 def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall | None:
-    """The fall of these bricks as one body; `border` are their contacts with all that stays where it is.
+    """Return the fall of these bricks as one body; `border` are their contacts with all fixed bodies.
 
-    None if they do not tip so; they may fall in another way.
+    None if they do not tip as one body; they may fall in another way.
     """
     if not border:
         return _falling(bricks)
@@ -49,14 +49,14 @@ def tipping(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> Fall 
 
 
 def lies_over(bricks: Mapping[BodyId, Placed], border: Sequence[Contact]) -> bool:
-    """Whether the common centre of mass lies over an area of contacts below: one brick that does is held by these."""
+    """Return whether the common centre of mass lies over the hull of the contacts below: they hold a single brick."""
     points = [point for c in border if c.upper in bricks and carries_upright(c) for point in c.points_W]
     centre = centre_of_mass(bricks.values())
     return len(convex_hull([point[:2] for point in points])) > 2 and not _edges_hung_over(centre, points)  # noqa: PLR2004
 
 
 def centre_of_mass(bricks: Collection[Placed]) -> Vec3:
-    """The common centre of mass [m, in W]."""
+    """Return the common centre of mass [m, in W]."""
     total = sum(placed.brick.mass for placed in bricks)
     x, y, z = (sum(p.brick.mass * p.pose.position_W[axis] for p in bricks) / total for axis in range(3))
     return (x, y, z)
@@ -67,9 +67,9 @@ def _falling(bricks: Mapping[BodyId, Placed]) -> Fall:
 
 
 def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3, Vec3]]:
-    """The edges of the hull of the supporting points, seen from above, that the centre lies outside of, furthest first.
+    """Return the edges of the hull of the supporting points in plan that the centre lies outside of, furthest first.
 
-    Of a line or a point there is one such edge: itself, or a short level one across the way to the centre.
+    A line or a point has one such edge: the line itself, or a short level edge across the direction to the centre.
     """
     heights: dict[Point2, Vec3] = {(x, y): (x, y, z) for x, y, z in points_W}
     border = [heights[corner] for corner in convex_hull(heights)]
@@ -82,20 +82,20 @@ def _edges_hung_over(centre: Vec3, points_W: Sequence[Vec3]) -> list[tuple[Vec3,
         return [(border[0], (x - dy, y + dx, z))] if (dx, dy) != (0.0, 0.0) else []
     edges = list(zip(border, border[1:] + border[:1], strict=True))
     outside = sorted((-_hangs_over(centre, edge), number) for number, edge in enumerate(edges))
-    if len(border) == 2:  # noqa: PLR2004 -- a line: only the side that the centre is on counts
+    if len(border) == 2:  # noqa: PLR2004 -- a line: only the side with the centre counts
         outside = [max(outside, key=lambda item: -item[0])]
     return [edges[number] for distance, number in outside if -distance > OVERHANG * reach][:2]
 
 
 def _hangs_over(centre: Vec3, edge: tuple[Vec3, Vec3]) -> float:
-    """How far the centre lies outside an edge of a counter-clockwise hull [m]; negative inside."""
+    """Return the distance of the centre outside an edge of a counter-clockwise hull [m]; negative inside."""
     (ax, ay, _), (bx, by, _) = edge
     dx, dy = bx - ax, by - ay
     return (dy * (centre[0] - ax) - dx * (centre[1] - ay)) / sqrt(dx * dx + dy * dy)
 
 
 def _opens(contact: Contact, on_axis: Vec3, angular_velocity: Vec3, moving: Collection[BodyId]) -> bool:
-    """Whether a turn of the moving side about an axis opens a contact, or leaves it, against friction."""
+    """Return whether a rotation of the moving side about an axis opens a contact, or leaves it, against friction."""
     sign = 1.0 if contact.upper in moving else -1.0
     for point in contact.points_W:
         velocity = scale(sign, cross(angular_velocity, subtract(point, on_axis)))

@@ -1,6 +1,6 @@
-"""Balance of a group of bricks by vertical forces alone: a linear program over the forces of the contacts.
+"""Balances a group of bricks by vertical forces alone: a linear program over the forces of the contacts.
 
-Vertical forces are within the friction cones of contacts that are no steeper than their friction. They may end on load
+Vertical forces lie within the friction cones of contacts that are no steeper than their friction. They may end on load
 cores of bricks outside the group, which carry them to the ground regardless of other loads.
 """
 
@@ -16,16 +16,16 @@ from stability.statics.load_core import carries_upright, piece, plan
 from stability.statics.propagation import VerticalForce, VerticalLoad
 from stability.statics.structure import Structure
 
-CLEARLY = 1e-6  # share of an extent: so far outside, no rounding makes it inside
+CLEARLY = 1e-6  # share of an extent: a point this far outside is outside despite rounding
 
 
 def upright_group(structure: Structure, group: Sequence[BodyId]) -> ProofGroup | None:
-    """The proof that upright forces alone balance these bricks; None if none is found."""
+    """Return the proof that vertical forces alone balance these bricks; None if none is found."""
     from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy
 
     members = frozenset(group)
     if len(from_the_top(structure.rests_on(members))) < len(members):
-        return None  # in a ring even upright forces may be self-stress, which the next stage looks for
+        return None  # in a ring vertical forces may be self-stress; the next stage checks this
     if any(_hangs_free(structure, name) for name in group):
         return None
     contacts = [c for c in structure.contacts_of(group) if carries_upright(c)]
@@ -38,7 +38,7 @@ def upright_group(structure: Structure, group: Sequence[BodyId]) -> ProofGroup |
 
 
 def _hangs_free(structure: Structure, brick: BodyId) -> bool:
-    """Whether a brick that carries nothing hangs over all that carries it: no upright forces can balance it."""
+    """Return whether a brick without load overhangs all its supports, so that no vertical forces balance it."""
     if structure.carried[brick]:
         return False
     corners = hull(point for contact in structure.supports[brick] for point in plan(contact))
@@ -48,7 +48,7 @@ def _hangs_free(structure: Structure, brick: BodyId) -> bool:
 def landings_of(
     structure: Structure, members: Collection[BodyId], contacts: Sequence[Contact]
 ) -> Iterator[tuple[Contact, Contact]]:
-    """Contacts without friction and upright: inside the group as they are, on a brick outside only over its core."""
+    """Yield vertical contacts without friction: unchanged inside the group, over the core of a brick outside."""
     for contact in contacts:
         if contact.upper not in members:
             continue
@@ -61,7 +61,7 @@ def landings_of(
 
 
 def vertical_forces(forces: Sequence[ConeForces], landings: Sequence[tuple[Contact, Contact]]) -> list[VerticalForce]:
-    """The forces at the points of landings, each as one that goes through the contact that it stands for."""
+    """Return the forces at the points of landings, each as one force through the original contact."""
     return [
         VerticalForce(contact, VerticalLoad(force[2], (x, y)))
         for (landing, contact), of_contact in zip(landings, forces, strict=True)

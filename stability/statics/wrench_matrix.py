@@ -1,8 +1,8 @@
-"""The matrix between contact forces and wrenches on bricks, and its transpose: between velocities and slips.
+"""The matrix from contact forces to wrenches on bricks; its transpose maps velocities to slips.
 
-Scaled so that a conic solver sees numbers near one, whatever the size, density, gravity and place of the structure: the
-balance of a brick is divided by the load it may carry, torques also by its half diagonal, and a contact force by the
-load that its upper body may carry. All positions are relative to the bricks' centres. `proof` shares nothing with this.
+It is scaled so that a conic solver sees numbers near one, for any size, density, gravity and place of the structure:
+the balance of a brick is divided by its load capacity, torques also by its half diagonal, and a contact force by the
+load capacity of its upper body. All positions are relative to the bricks' centres. `proof` shares no code with it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,22 +28,22 @@ CENTRAL = 0.9  # a normal with a vertical part up to this takes the vertical as 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cones:
-    """Every friction cone of a problem: by contact, point and normal, in this order."""
+    """Friction cones of a problem: by contact, point and normal, in this order."""
 
-    shapes: tuple[tuple[int, int], ...]  # of each contact: how many points, and normals at each
+    shapes: tuple[tuple[int, int], ...]  # per contact: numbers of points, and of normals at each
     lower: Indices  # (n,) index of the brick below; the number of bricks for a fixed body
     upper: Indices
     points_W: Array  # (n, 3) [m]
-    axes_W: Array  # (n, 3, 3) the normal and two tangents, unit, by rows
+    axes_W: Array  # (n, 3, 3) the unit normal and two tangents, by rows
     friction: Array  # (n,)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WrenchMatrix:
-    """Rows: a slip each, normal and two tangents of the cones with friction, then normals of those without.
+    """Rows: slips of the cones with friction (normal and two tangents), then normal slips of those without.
 
-    Columns: the three components of each brick's velocity, then of its spin; those that nothing acts on are left out.
-    With slips `S = matrix @ u`, forces `f` in units of `row_scale` balance loads if `matrix.T @ f + loads = 0`.
+    Columns: the three components of each brick's velocity, then of its spin, without those that no force affects. With
+    slips `S = matrix @ u`, forces `f` in units of `row_scale` balance loads if `matrix.T @ f + loads = 0`.
     """
 
     names: tuple[BodyId, ...]
@@ -53,21 +53,21 @@ class WrenchMatrix:
     rows: ConeRows
     round: Indices  # the cones with friction, in the order of their rows
     flat: Indices  # the cones without
-    row_scale: Array  # (rows,) force of unit size [N]
-    column_scale: Array  # (6 bricks,) force or torque of unit size [N, N m]
-    kept: Indices  # (columns,) which of the 6 bricks these are
+    row_scale: Array  # (rows,) unit of force [N]
+    column_scale: Array  # (6 bricks,) unit of force or torque [N, N m]
+    kept: Indices  # (columns,) their indices among the 6 bricks
 
     def wrench_of(self, wrenches: Mapping[BodyId, Wrench]) -> Array:
-        """Wrenches on bricks, in the units and order of the columns."""
+        """Return wrenches on bricks, in the units and order of the columns."""
         columns: Array = (wrench_array(self.names, wrenches).ravel() / self.column_scale)[self.kept]
         return columns
 
     def forces(self, rows: Array) -> Forces:
-        """Contact forces from the forces of the rows."""
+        """Return contact forces from the forces of the rows."""
         return Forces(_grouped(self.cones.shapes, self.forces_W(rows)))
 
     def forces_W(self, rows: Array) -> Array:
-        """(cones, 3) the same as one array [N]."""
+        """Return (cones, 3) the same forces as one array [N]."""
         rows = rows * self.row_scale
         forces = np.zeros((len(self.cones.lower), 3))
         forces[self.round] = np.einsum("ij,ijk->ik", self.rows.triples(rows), self.cones.axes_W[self.round])
@@ -75,7 +75,7 @@ class WrenchMatrix:
         return forces
 
     def rows_of(self, forces_W: Array) -> Array:
-        """The forces of the rows from the contact force of each cone [N]."""
+        """Return the forces of the rows from the contact force of each cone [N]."""
         axes = self.cones.axes_W
         triples = np.einsum("ij,ikj->ik", forces_W[self.round], axes[self.round])
         singles = np.einsum("ij,ij->i", forces_W[self.flat], axes[self.flat, 0])
@@ -83,7 +83,7 @@ class WrenchMatrix:
         return rows
 
     def motion(self, columns: Array, quiet: float = 0.0) -> Motion:
-        """Velocities from the columns; a brick whose every part moves less than `quiet` of the fastest stays."""
+        """Return velocities from the columns; a brick slower than a share `quiet` of the fastest is static."""
         velocity = np.zeros(len(self.column_scale))
         velocity[self.kept] = columns
         velocity = velocity / self.column_scale
@@ -98,7 +98,7 @@ class WrenchMatrix:
         return Motion({self.names[i]: (tuple(values[i][:3]), tuple(values[i][3:])) for i in moving})
 
     def columns_of(self, motion: Motion) -> Array:
-        """Velocities of bricks, in the units and order of the columns."""
+        """Return velocities of bricks, in the units and order of the columns."""
         rows = [motion.velocity.get(name, (ZERO, ZERO)) for name in self.names]
         columns: Array = (np.array(rows, dtype=float).reshape(-1) * self.column_scale)[self.kept]
         return columns
@@ -107,7 +107,7 @@ class WrenchMatrix:
 def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId, float] | None = None) -> WrenchMatrix:
     """Return the matrix of a problem; if `whole`, with all columns, for other loads than its own.
 
-    `carried` is the load that each brick may carry [N]; by default the load passed down to it.
+    `carried` is the load capacity of each brick [N]; by default the load passed down to it.
     """
     names = tuple(sorted(problem.bricks))
     add_matrix(sum(len(c.points_W) * len(c.normals_W) for c in problem.contacts))
@@ -127,7 +127,7 @@ def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId
 
 
 def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
-    """Every friction cone of a problem; bricks are numbered as in `names`."""
+    """Return the friction cones of a problem; bricks are numbered as in `names`."""
     index = {name: i for i, name in enumerate(names)}
     contacts = problem.contacts
     shapes = tuple((len(c.points_W), len(c.normals_W)) for c in contacts)
@@ -149,7 +149,7 @@ def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
 
 
 def _axes(normals: Array) -> Array:
-    """Each unit normal with two tangents."""
+    """Return each unit normal with two tangents."""
     upright = np.abs(normals[:, 2]) > CENTRAL
     reference = np.where(upright[:, None], np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     first = cross_rows(reference, normals)
@@ -160,7 +160,7 @@ def _axes(normals: Array) -> Array:
 def _matrix(
     problem: Problem, names: Sequence[BodyId], cones: Cones, row_cone: Indices, axis: Indices
 ) -> tuple[Array, Indices]:
-    """By row, the twelve entries of the two bodies, unscaled, and their columns; 6 bricks for a fixed body."""
+    """Return by row the twelve entries of the two bodies, unscaled, and their columns; 6 bricks for a fixed body."""
     centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO], dtype=float)
     direction = cones.axes_W[row_cone, axis]
     points = cones.points_W[row_cone]
@@ -175,7 +175,7 @@ def _matrix(
 def _kept(
     unscaled: tuple[Array, Indices], acts: NDArray[np.bool_], row_scale: Array, column_scale: Array
 ) -> tuple[Sparse, Indices]:
-    """The scaled matrix without the columns on which nothing acts, and which columns are left."""
+    """Return the scaled matrix without the columns that no force affects, and the remaining columns."""
     from scipy.sparse import csr_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
     entries, columns = unscaled
@@ -191,7 +191,7 @@ def _kept(
 
 
 def _brick_scales(problem: Problem, names: Sequence[BodyId], weights: Mapping[BodyId, float]) -> tuple[Array, Array]:
-    """Return for each brick the load it may carry [N] and its half diagonal [m]."""
+    """Return the load capacity [N] and the half diagonal [m] of each brick."""
     force = np.array([weights[name] for name in names], dtype=float)
     largest = force.max(initial=0.0)
     force = np.where(force > 0.0, force, largest if largest > 0.0 else 1.0)
@@ -214,19 +214,19 @@ def passed_down(problem: Problem) -> dict[BodyId, float]:
 
 
 def magnitude(problem: Problem, name: BodyId) -> float:
-    """How large the load on a brick is [N], its torque as a force at half a diagonal."""
+    """Return the size of the load on a brick [N]; its torque counts as a force at half a diagonal."""
     load = problem.loads.get(name, NO_LOAD)
     arm = problem.bricks[name].brick.shape.bounding_radius
     return hypot(*load.force_W) + hypot(*load.torque_W) / arm
 
 
 def wrench_array(names: Sequence[BodyId], wrenches: Mapping[BodyId, Wrench]) -> Array:
-    """(bricks, 6) forces and torques."""
+    """Return (bricks, 6) forces and torques."""
     rows = [wrenches.get(name, NO_LOAD) for name in names]
     return np.array([(*row.force_W, *row.torque_W) for row in rows], dtype=float).reshape(-1, 6)
 
 
 def _grouped(shapes: Sequence[tuple[int, int]], forces: Array) -> tuple[ConeForces, ...]:
-    """Forces by contact, point and normal."""
+    """Return forces by contact, point and normal."""
     each: Iterator[Vec3] = map(tuple, forces.tolist())
     return tuple(tuple(tuple(islice(each, normals)) for _ in range(points)) for points, normals in shapes)
