@@ -17,7 +17,7 @@ def with_rooms(text: str) -> str:
 def rooms_table(package: str) -> str:
     """All packages below one, as a table."""
     lines = [f"| `{name}/` | {told} |\n" for name, told in rooms(package)]
-    return "| room | what is in it |\n|---|---|\n" + "".join(lines)
+    return "| package | content |\n|---|---|\n" + "".join(lines)
 
 
 def rooms(package: str) -> Iterator[tuple[str, str]]:
