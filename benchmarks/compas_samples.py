@@ -127,7 +127,7 @@ def measured(sample: Sample) -> Row:
         "lets_go": exact.lets_go,
         "cra": peer.verdict,
         "cra_ms": 1e3 * peer.seconds,
-        "times_slower": "not asked" if large else f"{float(f'{peer.seconds / exact.seconds:.2g}'):g}",
+        "times_slower": "not run" if large else f"{float(f'{peer.seconds / exact.seconds:.2g}'):g}",
         "own": judged_with_own_contacts(sample, assembly),
     }
 
@@ -239,7 +239,7 @@ def as_its_file_says(assembly: Any) -> Answer:  # noqa: ANN401 -- the peer is un
     """What the peer found of a large sample when its file was made: with forces at all interfaces, that it stands."""
     edges = [assembly.graph.edge_attribute(edge, "interfaces") for edge in assembly.graph.edges()]
     known = all(interface.forces for interfaces in edges for interface in interfaces)
-    return Answer("stands, in its file" if known else "not asked", 0.0)
+    return Answer("stands, in its file" if known else "not run", 0.0)
 
 
 def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN401 -- the peer is untyped

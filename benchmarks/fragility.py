@@ -95,8 +95,8 @@ CURVES: Final = {
     "plank near an edge, over its offset": Curve(
         ON_EDGE, "step", 50e-3, 68e-3, 10_000, lambda offset: plank(offset, 3e-3)
     ),
-    "plate on a beam, over the errors of hands": Curve(PLATE, "jitter", 9e-3, 24e-3, 20_000, plate),
-    "column of ten planks, over the errors of hands": Curve(
+    "plate on a beam, over placement errors": Curve(PLATE, "jitter", 9e-3, 24e-3, 20_000, plate),
+    "column of ten planks, over placement errors": Curve(
         "build:\n  - column: {levels: 10, step: 7 mm}\n    every: 1 s\n    jitter: {position: 3 mm}\n",
         "jitter",
         2.5e-3,

@@ -37,9 +37,9 @@ READINGS: Mapping[str, Readings] = {
     "as `thesis` reads it": AS_READ,
     "pivot of a merge: the closest point, not corner": Readings(pivot=Closest.POINT),
     "Eq. 10 to the letter: mass acts at com above": Readings(acts_at=ActsAt.COM_ABOVE),
-    "pivot of what leans: the closest corner": Readings(leaning_pivot=Closest.CORNER),
-    "angle of what leans: against gravity": Readings(leaning_angle=Square.GRAVITY),
-    "angle of what leans: against the normal": Readings(leaning_angle=Square.NORMAL),
+    "pivot of a leaning brick: the closest corner": Readings(leaning_pivot=Closest.CORNER),
+    "angle of a leaning brick: against gravity": Readings(leaning_angle=Square.GRAVITY),
+    "angle of a leaning brick: against the normal": Readings(leaning_angle=Square.NORMAL),
     "not published: the lever rule, which keeps moments": Readings(merge=Merge.LEVER_RULE),
 }
 

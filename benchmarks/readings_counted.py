@@ -41,8 +41,8 @@ ON_PIERS: Mapping[str, Readings] = {
 }
 OF_HITS: Mapping[str, Readings] = {
     "as `thesis` reads it": AS_READ,
-    "what is handed on acts as high as its contact": Readings(height_acts_at=ActsAt.CONTACT),
-    "every brick that moves hits": Readings(second_objects=SecondObjects.NONE),
+    "equivalent mass at the height of its contact": Readings(height_acts_at=ActsAt.CONTACT),
+    "every moving brick can hit": Readings(second_objects=SecondObjects.NONE),
 }
 
 

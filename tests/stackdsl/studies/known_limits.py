@@ -138,7 +138,7 @@ KNOWN = {
     "column on a slope of 6 deg, levels": Known(
         Want.MOST, "levels", TILTED, lambda: floor(W / T / tan(radians(6.0))), "w / (t tan a), rounded down"
     ),
-    "column of 20 as it stands, tilt in deg": Known(
+    "finished column of 20, tilt in deg": Known(
         Want.LARGEST, "tilt", "build:\n  - column: {levels: 20}\n", lambda: degrees(atan(W / (20.0 * T))), "w / (N t)"
     ),
     "tall carton, acceleration in g": Known(Want.LARGEST, "acceleration", CARTON, lambda: 0.4, "width / height"),
