@@ -11,10 +11,11 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EEXIST, EINVAL, EISDIR, ELOOP, EMLINK
+from hashlib import sha256
 from pathlib import Path
 from secrets import token_hex
 from stat import S_ISDIR, S_ISLNK, S_ISREG
-from typing import Final
+from typing import Final, NamedTuple
 
 NOT_REGULAR: Final = "it is not a regular file"
 # Paths for `<(command)` in a shell, which ends, and for the streams of this process.
@@ -168,6 +169,18 @@ def read_file(path: Path, most: int = -1, within: str | Path | None = None) -> b
     true = os.path.realpath(path)
     _refuse_beyond(true, path, within)
     return read_true(true, most)
+
+
+class Content(NamedTuple):
+    """Bytes of a file, and their SHA-256."""
+
+    data: bytes
+    digest: str
+
+
+def with_digest(data: bytes) -> Content:
+    """Return the bytes of a file with their digest."""
+    return Content(data, sha256(data).hexdigest())
 
 
 def _refuse_beyond(true: str, path: Path, folder: str | Path | None) -> None:

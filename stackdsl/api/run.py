@@ -1,6 +1,7 @@
 """What came of a case that was played, for programs: outcomes, arrays, tables, and its golden file."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -120,7 +121,7 @@ class Run:
         project = project_of([folder])
         scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
         keeper = keeper_of(self.case.source.file, folder, scenarios)
-        return check_golden(snapshot_of(self.case, self.trace), folder, update, kept_by=keeper)
+        return check_golden(replace(snapshot_of(self.case, self.trace), kept_by=keeper), folder, update)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
         """By quantity, an array with an entry a brick, in order of placement.

@@ -5,6 +5,7 @@ import os
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
@@ -15,7 +16,7 @@ from stability.process_settings import uncollected
 from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
 from stackdsl.diagnostics import Diagnostic, Span, without_duplicates
-from stackdsl.disk import NOT_REGULAR, LeadsOutsideError, leads_outside, read_file
+from stackdsl.disk import NOT_REGULAR, Content, LeadsOutsideError, leads_outside, read_file, with_digest
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.importers.expansion import expand_file
 from stackdsl.importers.formats import MAX_IMPORTED
@@ -104,7 +105,8 @@ class Case:
         return f"{self.identity.scenario}[{self.identity.variant}]"
 
 
-def identity_of(scenario: str, parameters: Iterable[tuple[str, str]], system: str) -> Identity:
+@cache
+def identity_of(scenario: str, parameters: tuple[tuple[str, str], ...], system: str) -> Identity:
     """Return the identity of a case with the given choices from the matrix."""
     chosen = [f"{name}={compact(text)}" for name, text in parameters]
     return Identity(scenario, ",".join([*chosen, system]), system)
@@ -140,15 +142,15 @@ def gather(paths: Iterable[Path]) -> Gathered:
     return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # a shared include repeats its diagnostics
 
 
-def loaded_from(path: Path) -> Loaded:
-    """Load a file, or the standard input for `-`."""
-    return _from_stdin() if path == STDIN else load(path)
+def loaded_from(path: Path, content: Content | None = None) -> Loaded:
+    """Load a file, or the standard input for `-`; `content` is that of the file if it was read before."""
+    return _from_stdin() if path == STDIN else load(path, content=content)
 
 
 @cache
 def _from_stdin() -> Loaded:
     """Load the standard input, which can be read only once."""
-    return parsed(sys.stdin.buffer.read(MAX_BYTES + 1), STDIN_SHOWN)
+    return parsed(with_digest(sys.stdin.buffer.read(MAX_BYTES + 1)), STDIN_SHOWN)
 
 
 def files_under(paths: Iterable[Path]) -> tuple[list[Path], list[Diagnostic]]:
@@ -314,21 +316,36 @@ class ChangedMeanwhileError(RuntimeError):
 
 
 @dataclass
+class _ProjectFiles(Library):
+    """The files of one project that its scenarios include or import; each is read once for its digest."""
+
+    root: str = ""
+    _digests: dict[str, str] = field(default_factory=dict)
+
+    def digest(self, path: str) -> str:
+        """Return the digest of a file with its real path in the project; "" if it cannot be read."""
+        if path not in self._digests:
+            self._digests[path] = _digest_there(path, self.root, _digest_of(Path(path), self.root))
+        return self._digests[path]
+
+
+@dataclass
 class _Parts(Library):
     """The library of one file; records the digests and real paths of the files that it includes or imports."""
 
     root: str = ""
+    shared: Library = field(default_factory=Library)  # of all files of the project
     digests: dict[str, str] = field(default_factory=dict)  # by path as requested, with unresolved links
 
     def read(self, path: str, root: str) -> Loaded:
         """Read a scenario file and record its digest."""
-        loaded = super().read(path, root)
+        loaded = self.shared.read(path, root)
         self.digests[path] = _digest_there(path, self.root, loaded.digest)
         return loaded
 
     def bytes_of(self, path: str, most: int, root: str) -> bytes:
         """Read a file of another program and record its digest."""
-        data = super().bytes_of(path, most, root)
+        data = self.shared.bytes_of(path, most, root)
         self.digests[path] = _digest_there(path, self.root, sha256(data).hexdigest())
         return data
 
@@ -338,7 +355,6 @@ class _InputDigests:
     """The digests of a file and of all files that its scenarios include or import."""
 
     own: str  # of the file itself
-    root: str = ""  # of the project; no file may be outside
     parts: Mapping[str, str] = field(default_factory=dict)  # of the other files, by path
 
     @property
@@ -346,19 +362,20 @@ class _InputDigests:
         """The digest of all files; "" if the file itself could not be read."""
         return sha256(json.dumps([self.own, *sorted(self.parts.items())]).encode()).hexdigest() if self.own else ""
 
-    @property
-    def is_current(self) -> bool:
+    def is_current(self, files: _ProjectFiles) -> bool:
         """Whether the other files are unchanged."""
-        now = {path: _digest_there(path, self.root, _digest_of(Path(path), self.root)) for path in self.parts}
+        now = {path: files.digest(path) for path in self.parts}
         return now == self.parts and all(now.values())
 
 
-def _compiled(path: Path) -> tuple[Loaded, _InputDigests, list[Case], list[Diagnostic]]:
+def _compiled(
+    path: Path, content: Content | None, files: _ProjectFiles
+) -> tuple[Loaded, _InputDigests, list[Case], list[Diagnostic]]:
     """Load and compile a file; return it with its input digests, cases and mistakes."""
-    parts = _Parts(root=root_of(str(path)))
-    read = loaded_from(path)
+    parts = _Parts(root=files.root, shared=files)
+    read = loaded_from(path, content)
     loaded = expand_file(read, parts)
-    return loaded, _InputDigests(read.digest, parts.root, parts.digests), *cases_of(loaded)
+    return loaded, _InputDigests(read.digest, parts.digests), *cases_of(loaded)
 
 
 @dataclass
@@ -366,12 +383,14 @@ class _File:
     """A file whose case names come from the cache."""
 
     path: Path
+    content: Content
+    files: _ProjectFiles
     inputs: _InputDigests  # at the time of the record
 
     @cached_property
     def cases(self) -> Mapping[Identity, Case]:
         """The compiled cases. Raises ChangedMeanwhileError."""
-        _, inputs, cases, mistakes = _compiled(self.path)
+        _, inputs, cases, mistakes = _compiled(self.path, self.content, self.files)
         if mistakes or inputs.digest != self.inputs.digest:
             raise ChangedMeanwhileError(f"{self.path} changed while it was read: call again")
         return {case.identity: case for case in cases}
@@ -431,20 +450,22 @@ def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
     cases: list[Listed] = []
     names: list[str] = []
     digests: dict[str, str] = {}
+    projects: dict[str, _ProjectFiles] = {}
     for path in files:
-        shown, own = visible(path.as_posix()), _digest_of(path)
-        key = memory.key("file", shown, own)
-        if own and (entries := _cached_entries(memory.recall(key), path, own)):
+        shown, content, root = visible(path.as_posix()), _content_of(path), root_of(str(path))
+        project = projects.setdefault(root, _ProjectFiles(root=root))
+        key = memory.key("file", shown, content.digest if content is not None else "")
+        if content is not None and (entries := _cached_entries(memory.recall(key), path, content, project)):
             names += {(entry.scenario_name, entry.lines): entry.scenario_name for entry in entries}.values()
             digests[shown] = entries[0].origin.inputs.digest
             cases += entries
             continue
-        loaded, inputs, compiled, mistakes = _compiled(path)
+        loaded, inputs, compiled, mistakes = _compiled(path, content, project)
         diagnostics += mistakes
         cases += compiled
         names += [str(source.values.get("scenario")) for source in loaded.sources]
         digests |= {source.file: inputs.digest for source in loaded.sources}
-        if not mistakes and inputs.own == own:
+        if not mistakes and content is not None:
             memory.remember(key, {"parts": dict(inputs.parts), "cases": [_record(case) for case in compiled]})
     if len(set(names)) < len(names):  # the diagnostic of a shared name has both positions, so read all files
         gathered = gather(paths)
@@ -452,15 +473,22 @@ def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
     return Surveyed(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
 
 
-def _digest_of(path: Path, within: str = "") -> str:
-    """Return the digest of a file; "" if it cannot be read, or only once."""
+def _content_of(path: Path) -> Content | None:
+    """Return the content of a scenario file; None if it cannot be read, or only once."""
     if path == STDIN or not os.path.isfile(path):  # a pipe can be read only once
+        return None
+    with suppress(OSError):
+        return with_digest(read_user_file(path, MAX_BYTES + 1))
+    return None
+
+
+def _digest_of(path: Path, within: str) -> str:
+    """Return the digest of an included or imported file; "" if it cannot be read, or only once."""
+    if not os.path.isfile(path):
         return ""
-    try:
-        data = read_file(path, MAX_IMPORTED + 1, within) if within else read_user_file(path, MAX_IMPORTED + 1)
-    except OSError:
-        return ""
-    return sha256(data).hexdigest()
+    with suppress(OSError):
+        return sha256(read_file(path, MAX_IMPORTED + 1, within)).hexdigest()
+    return ""
 
 
 def _digest_there(path: str, root: str, digest: str) -> str:
@@ -472,13 +500,13 @@ def _record(case: Case) -> list[object]:
     return [getattr(case, name) for name in FIELDS]
 
 
-def _cached_entries(value: object, path: Path, own: str) -> list[CaseEntry]:
+def _cached_entries(value: object, path: Path, content: Content, files: _ProjectFiles) -> list[CaseEntry]:
     """Return the cases of a record, if the files that they include and import are unchanged; [] otherwise."""
     if not isinstance(value, dict):
         return []
     try:
-        file = _File(path, _InputDigests(own, root_of(str(path)), value["parts"]))
-        return list(_entries(value["cases"], file)) if file.inputs.is_current else []
+        file = _File(path, content, files, _InputDigests(content.digest, value["parts"]))
+        return list(_entries(value["cases"], file)) if file.inputs.is_current(files) else []
     except (AssertionError, LookupError, TypeError, ValueError):  # the record may be forged
         return []
 

@@ -1,4 +1,4 @@
-"""The pipeline of `check`: cases to traces, to outcomes and snapshots, to a report, in supervised processes."""
+"""The pipeline of `check`: recall results, play the other cases, judge them, remember the results, and report."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,8 +13,7 @@ from stackdsl.checking.play_case import play_case, play_refined, played_or_block
 from stackdsl.checking.results import Goldens, checked, marked_skipped, skipped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
-from stackdsl.goldens.golden import PendingStore, content, obsolete, remove_obsolete, text_digest
-from stackdsl.goldens.snapshot import Identity
+from stackdsl.goldens.golden import GoldenReader, PendingStore, obsolete, remove_obsolete
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.results import ClaimOutcome, GoldenStatus, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import unplayable
@@ -22,26 +21,12 @@ from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervis
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.trace import OnDrawn, ignore_progress
 
-# Golden files that belong to no case.
 
-
-class GoldenOwner(Protocol):
-    """A case with a golden file."""
+class FoundCases(Protocol):
+    """The cases and mistakes under some paths."""
 
     @property
-    def identity(self) -> Identity:
-        """The identity of the case, which names the golden file."""
-
-    @property
-    def file(self) -> str:
-        """The scenario file of the case."""
-
-
-class GoldenOwners(Protocol):
-    """The cases and mistakes of a whole set of scenarios."""
-
-    @property
-    def cases(self) -> Sequence[GoldenOwner]:
+    def cases(self) -> Sequence[Listed]:
         """All valid cases."""
 
     @property
@@ -49,7 +34,10 @@ class GoldenOwners(Protocol):
         """All mistakes."""
 
 
-def unused_goldens(owners: GoldenOwners, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
+# Golden files that belong to no case.
+
+
+def unused_goldens(owners: FoundCases, golden: Path, others: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the golden files below a directory that belong to no case of a whole set of scenarios.
 
     Return none if the set is empty or has a mistake: its cases are unknown then. `others` are scenario files of the set
@@ -82,12 +70,14 @@ class CheckConfig:
     refine: bool = False  # play each case again at half the step and twice the iterations
     on_wait: OnWait = lambda: None  # called many times per second while cases run
     on_drawn: OnDrawn = ignore_progress  # called for each chunk of samples
+    on_result: Callable[[VariantResult], None] = lambda _: None  # called after each run
     write_new_goldens: bool = False  # write missing golden files of cases that pass
     first_failure: bool = False  # stop at the first failure
     must_claim: bool = False  # a case without claims fails
     memory: ResultCache = field(default_factory=lambda: ResultCache(Path(), used=False))
     waiting: PendingStore | None = None  # stores differences until a person decides; None to drop them
     digests: Mapping[str, str] = field(default_factory=dict)  # of the inputs of each file, by displayed path
+    reader: GoldenReader = field(default_factory=GoldenReader)
 
     @property
     def goldens(self) -> Goldens:
@@ -98,57 +88,80 @@ class CheckConfig:
             self.write_new_goldens and not self.update,
             accept_failing=self.accept_failing,
             scenarios=self.scenarios,
+            reader=self.reader,
         )
 
 
-OnResult = Callable[[VariantResult], None]
+# Results of earlier checks. The key of a record is a digest of all inputs of the case, so a change of any of them plays
+# the case again.
 
 
-class FoundCases(Protocol):
-    """The cases and mistakes under some paths."""
+def recall(selected: Sequence[Listed], config: CheckConfig) -> dict[int, VariantResult]:
+    """Return the cached results of cases by index, without those of which any input has changed."""
+    if config.golden is None or config.update:
+        return {}
+    recalled = {}
+    for index, case in enumerate(selected):
+        if _uses_cache(case, config) and (result := _recalled(case, config.golden, config)) is not None:
+            recalled[index] = result
+    return recalled
 
-    @property
-    def cases(self) -> Sequence[Listed]:
-        """All valid cases."""
 
-    @property
-    def diagnostics(self) -> tuple[Diagnostic, ...]:
-        """All mistakes."""
+def _recalled(case: Listed, directory: Path, config: CheckConfig) -> VariantResult | None:
+    golden = directory / golden_name(case.identity)
+    digest = config.reader.digest(golden, directory)
+    result = from_record(config.memory.recall(_key(case, digest, config))) if digest else None
+    if result is None or (result.unchecked and config.must_claim):
+        return None
+    config.reader.take(golden, directory)  # not compared
+    return result
+
+
+def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
+    if is_cacheable(result) and _uses_cache(case, config) and result.golden is not None and result.golden.digest:
+        config.memory.remember(_key(case, result.golden.digest, config), to_record(result))
+
+
+def _uses_cache(case: Listed, config: CheckConfig) -> bool:
+    """Whether the result of a case may be cached. A file without a digest was not read completely."""
+    return config.memory.used and not config.refine and bool(config.digests.get(case.file))
+
+
+def _key(case: Listed, golden_digest: str, config: CheckConfig) -> str:
+    golden = (config.golden or Path()) / golden_name(case.identity)
+    inputs = config.digests[case.file], case.name, case.system, config.time_limit
+    return config.memory.key("case", case.file, *inputs, golden.as_posix(), golden_digest)
+
+
+# Runs of cases in supervised processes.
 
 
 @dataclass(slots=True)
-class _Check:
-    """A check in progress, with the results by the index of the case."""
+class _Runs:
+    """The runs of a check, and their results by the index of the case."""
 
     selected: Sequence[Listed]
     config: CheckConfig
-    on_result: OnResult
     goldens: Goldens
     results: dict[int, VariantResult] = field(default_factory=dict)
-    cases: dict[int, Case] = field(default_factory=dict)  # those that run
+    cases: dict[int, Case] = field(default_factory=dict)
     interrupted: bool = False
 
-    def recall(self) -> None:
-        """Take results from the cache; do not report them, since nothing ran."""
-        for index, case in enumerate(self.selected):
-            if (result := cached_result(case, self.config)) is not None:
-                self.results[index] = result
-
-    def play(self) -> None:
-        """Play the remaining cases; skip those that their author or a missing engine excludes."""
-        rest = [index for index in range(len(self.selected)) if index not in self.results]
-        self.cases = {index: self.selected[index].compiled() for index in rest}
+    def play(self, indices: Sequence[int]) -> None:
+        """Play these cases; skip those that their author or a missing engine excludes."""
+        self.cases = {index: self.selected[index].compiled() for index in indices}
         for index, case in self.cases.items():
             if case.skip is not None:
                 self._ended(index, marked_skipped(case))
             elif why := unplayable(case.system):
                 self._ended(index, skipped(case, why))
-        sampled = [index for index in rest if index not in self.results and self.cases[index].is_sampled]
-        self._play([index for index in rest if index not in self.results and index not in sampled])
+        left = [index for index in indices if index not in self.results]
+        sampled = [index for index in left if self.cases[index].is_sampled]
+        self._play_each([index for index in left if index not in sampled])
         if sampled:
             self._draw(sampled)
 
-    def _play(self, playable: Sequence[int]) -> None:
+    def _play_each(self, playable: Sequence[int]) -> None:
         """Play the cases that need one run each."""
 
         def done(number: int, result: TaskResult) -> None:
@@ -167,7 +180,8 @@ class _Check:
         """Draw the samples of sampled cases, unless the check ends early."""
         for index in sampled:
             self.results[index] = self._checked(index, TaskResult(TaskStatus.NOT_RUN))
-        if self.interrupted or (self.config.first_failure and any(map(failed, self._done()))):
+        finished = [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]
+        if self.interrupted or (self.config.first_failure and any(map(failed, finished))):
             return
         from stackdsl.checking.ensembles import (  # noqa: PLC0415 -- imports scipy
             Drawing,
@@ -189,9 +203,6 @@ class _Check:
         how = config.workers, config.time_limit, config.memory
         self.interrupted = draw(drawings, *how, ended, config.on_wait, on_drawn=config.on_drawn)
 
-    def _done(self) -> list[VariantResult]:
-        return [result for result in self.results.values() if result.status is not RunStatus.NOT_RUN]
-
     def _digest(self, index: int) -> str:
         """Return the digest of the inputs of a case; "" if its results must not be cached."""
         case = self.selected[index]
@@ -208,14 +219,8 @@ class _Check:
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
         _remember(self.selected[index], result, self.config)
-        if self.config.waiting is not None and result.golden is not None:
-            missed = () if result.may_be_locked else tuple(_missed(each) for each in result.outcomes if not each.passed)
-            self.config.waiting.note(result.name, result.golden, missed, result.file)
-        self.on_result(result)
-
-
-def _missed(outcome: ClaimOutcome) -> str:
-    return f"{outcome.span}: {outcome.name}: expected {outcome.expected}, measured {outcome.measured}"
+        _note_pending(result, self.config)
+        self.config.on_result(result)
 
 
 def failed(result: VariantResult) -> bool:
@@ -223,34 +228,32 @@ def failed(result: VariantResult) -> bool:
     return result.status is not RunStatus.SKIPPED and (not result.passed or result.golden_failed)
 
 
-def cached_result(case: Listed, config: CheckConfig) -> VariantResult | None:
-    """Return the cached result of a case; None if there is none, or if any of its inputs has changed."""
-    if config.golden is None or config.update or not _uses_cache(case, config):
-        return None
-    digest = text_digest(content(config.golden / golden_name(case.identity), config.golden))
-    result = from_record(config.memory.recall(_key(case, digest, config))) if digest else None
-    return None if result is not None and result.unchecked and config.must_claim else result
+# Differences that wait for a decision.
 
 
-def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
-    if is_cacheable(result) and _uses_cache(case, config) and result.golden is not None and result.golden.digest:
-        config.memory.remember(_key(case, result.golden.digest, config), to_record(result))
+def _note_pending(result: VariantResult, config: CheckConfig) -> None:
+    """Store the difference of a result from its golden file, or drop an earlier one."""
+    if config.waiting is not None and result.golden is not None:
+        missed = () if result.may_be_locked else tuple(_missed(each) for each in result.outcomes if not each.passed)
+        config.waiting.note(result.name, result.golden, missed, result.file)
 
 
-def _files(cases: FoundCases, config: CheckConfig) -> set[str]:
-    """Return the scenario files of a set."""
-    return {*config.digests, *(case.file for case in cases.cases)}
+def _missed(outcome: ClaimOutcome) -> str:
+    return f"{outcome.span}: {outcome.name}: expected {outcome.expected}, measured {outcome.measured}"
 
 
-def _uses_cache(case: Listed, config: CheckConfig) -> bool:
-    """Whether the result of a case may be cached. A file without a digest was not read completely."""
-    return config.memory.used and not config.refine and bool(config.digests.get(case.file))
+def _drop_settled(gathered: FoundCases, results: Iterable[VariantResult], config: CheckConfig) -> None:
+    """Drop the stored differences of cases that agree now, or that no longer exist."""
+    if config.waiting is None:
+        return
+    goldens = [result.golden for result in results if result.golden is not None]
+    config.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
+    if not gathered.diagnostics:
+        files = {*config.digests, *(case.file for case in gathered.cases)}
+        config.waiting.forget_gone({case.name for case in gathered.cases}, files)
 
 
-def _key(case: Listed, golden_digest: str, config: CheckConfig) -> str:
-    golden = (config.golden or Path()) / golden_name(case.identity)
-    inputs = config.digests[case.file], case.name, case.system, config.time_limit
-    return config.memory.key("case", case.file, *inputs, golden.as_posix(), golden_digest)
+# The check.
 
 
 def check(
@@ -258,41 +261,36 @@ def check(
     selected: Sequence[Listed],
     whole_set: bool,
     config: CheckConfig,
-    on_result: OnResult = lambda _: None,
+    recalled: Mapping[int, VariantResult] | None = None,
 ) -> Report:
-    """Play the selected cases and judge them; call `on_result` with each result.
+    """Play the selected cases that have no cached result, judge them, and report all results.
 
-    With `whole_set`, golden files that belong to no case in `gathered` are obsolete.
+    With `whole_set`, golden files that belong to no case in `gathered` are obsolete. `recalled` is the result of
+    `recall` for the same cases, if it was called before.
     """
     started = perf_counter()
     unused = unused_goldens(gathered, config.golden, config.digests) if whole_set and config.golden is not None else ()
-    checking = _Check(selected, config, on_result, replace(config.goldens, unused=unused))
-    checking.recall()
+    recalled = recall(selected, config) if recalled is None else recalled
+    runs = _Runs(selected, config, replace(config.goldens, unused=unused))
     try:
-        checking.play()
+        runs.play([index for index in range(len(selected)) if index not in recalled])
     finally:
         config.memory.settle()
-    if config.waiting is not None:  # cached results count, too
-        goldens = [result.golden for result in checking.results.values() if result.golden is not None]
-        config.waiting.forget(golden.file for golden in goldens if golden.status is GoldenStatus.SAME)
-        if not gathered.diagnostics:
-            config.waiting.forget_gone({case.name for case in gathered.cases}, _files(gathered, config))
-    if checking.interrupted:
-        unused = ()
-    moved = {result.golden.renamed_from for result in checking.results.values() if result.golden is not None}
-    unused = tuple(file for file in unused if file not in moved)
+    results = [recalled.get(index) or runs.results[index] for index in range(len(selected))]
+    _drop_settled(gathered, results, config)
+    moved = {result.golden.renamed_from for result in results if result.golden is not None}
+    unused = () if runs.interrupted else tuple(file for file in unused if file not in moved)
     removed = remove_obsolete(unused) if config.update else ()
     # After an interrupt, an update would accept results that were never reported.
-    differ = any(result.golden_failed and result.may_be_locked for result in checking.results.values())
-    to_accept = (unused or differ) and not checking.interrupted
-    results = [checking.results[index] for index in range(len(selected))]
-    shown = [result for result in results if checking.interrupted or result.status is not RunStatus.NOT_RUN]
+    differ = any(result.golden_failed and result.may_be_locked for result in results)
+    to_accept = (unused or differ) and not runs.interrupted
+    shown = [result for result in results if runs.interrupted or result.status is not RunStatus.NOT_RUN]
     return Report(
         results=tuple(shown),
         diagnostics=gathered.diagnostics,
         obsolete=tuple(file for file in unused if file not in removed),
         removed=removed,
-        interrupted=checking.interrupted,
+        interrupted=runs.interrupted,
         left=len(results) - len(shown),
         accept=config.update_command if to_accept and not config.update else "",
         wall_time=perf_counter() - started,

@@ -1,6 +1,6 @@
 """The result of one case: its run judged and compared with its golden file, or the reason why there is no run."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -9,7 +9,8 @@ from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.checking.failure_cause import why_of
 from stackdsl.compiler.compile import origin_of, where_placed
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.goldens.golden import check_golden, keeper_of, renamed_from
+from stackdsl.goldens.file_format import golden_name
+from stackdsl.goldens.golden import GoldenReader, check_golden, keeper_of, renamed_from
 from stackdsl.goldens.snapshot import Snapshot, current_stamp, take
 from stackdsl.judging.judge import Refinement, compare_with_truth, judge
 from stackdsl.project_file import SCENARIOS
@@ -47,6 +48,7 @@ class Goldens:
     unused: tuple[str, ...] = ()  # golden files without a case; a case may have been renamed from one of them
     accept_failing: bool = False  # with `update`, also accept results that fail their expectations
     scenarios: Path | None = None  # golden files of this directory name no keeper; None for that beside `folder`
+    reader: GoldenReader = field(default_factory=GoldenReader)
 
 
 def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool = False) -> VariantResult:
@@ -129,7 +131,8 @@ def compare_with_golden(snapshot: Snapshot, goldens: Goldens, file: str, result:
     update = goldens.update and (result.may_be_locked or goldens.accept_failing)
     write_new_goldens = goldens.write_new_goldens and result.may_be_locked
     keeper = keeper_of(file, goldens.folder, goldens.scenarios or goldens.folder.parent / SCENARIOS)
-    compare = partial(check_golden, snapshot, goldens.folder, kept_by=keeper)
+    stored = goldens.reader.take(goldens.folder / golden_name(snapshot.identity), goldens.folder)
+    compare = partial(check_golden, replace(snapshot, kept_by=keeper), goldens.folder, stored=stored)
     golden = compare(update, write_new_goldens and not goldens.unused)
     if golden.status is GoldenStatus.MISSING and goldens.unused:
         if old_name := renamed_from(snapshot, goldens.unused):

@@ -15,7 +15,7 @@ import click
 
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, Surveyed, survey
-from stackdsl.checking.check import TIME_LIMIT, CheckConfig, cached_result, check, failed, is_whole_set
+from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recall
 from stackdsl.checking.selection import Selection, Shard
 from stackdsl.cli.options import (
     LONGEST_LIMIT,
@@ -250,7 +250,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     selection = _selection(asked, places, memory)
     selected = selection.of(found.cases)
     if asked["only_changed"]:
-        selected = [case for case in selected if cached_result(case, terms) is None]
+        recalled = recall(selected, terms)
+        selected = [case for index, case in enumerate(selected) if index not in recalled]
     elif not asked["statics"] or not selected:
         warn_of_nothing(selection, found, selected, paths)
     if not selected and not found.diagnostics and _may_be_none(asked, found):
@@ -271,10 +272,11 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
 
 
 def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: CheckConfig) -> Report:
-    left = sum(cached_result(case, terms) is None for case in selected)
+    recalled = recall(selected, terms)
     try:
-        with progress(left) as bar:
-            report = check(found, selected, whole, replace(terms, on_wait=bar.wait, on_drawn=bar.drawn), bar.tell)
+        with progress(len(selected) - len(recalled)) as bar:
+            shown = replace(terms, on_wait=bar.wait, on_drawn=bar.drawn, on_result=bar.tell)
+            report = check(found, selected, whole, shown, recalled)
     except ChangedMeanwhileError as error:
         raise click.ClickException(str(error)) from error
     finished = [result for result in report.results if result.status != "not run"]

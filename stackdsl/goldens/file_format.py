@@ -185,6 +185,7 @@ GOLDEN_NAME: Final = re.compile(r"(?:[a-z0-9][a-z0-9._-]*\.)?(?:exact|thesis|tun
 _CHOICE: Final = re.compile(r"([a-z][a-z0-9_]*)-(.*?)(?:_(?=[a-z][a-z0-9_]*-)|$)")
 
 
+@cache
 def golden_name(identity: Identity) -> str:
     """Return the name of the golden file of an identity, relative to the directory of golden files."""
     chosen = identity.variant.removesuffix(identity.system).removesuffix(",")

@@ -5,13 +5,13 @@ import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from errno import ENAMETOOLONG
 from hashlib import sha256
 from pathlib import Path
 from secrets import token_hex
 from time import time
-from typing import Final
+from typing import Final, NamedTuple
 
 from stability.name_order import natural_key
 from stackdsl.disk import (
@@ -121,30 +121,64 @@ class GoldenWriteRefusedError(RuntimeError):
     """A CI run was asked to write golden files; only people do, who review the differences."""
 
 
+class StoredGolden(NamedTuple):
+    """Content of a golden file."""
+
+    content: bytes | GoldenResult  # or the reason why it cannot be read
+    digest: str  # SHA-256; empty if it cannot be read
+
+
+def stored_golden(path: Path, directory: Path) -> StoredGolden:
+    """Read a golden file in a directory."""
+    found = content(path, directory)
+    return StoredGolden(found, text_digest(found))
+
+
+@dataclass(frozen=True, slots=True)
+class GoldenReader:
+    """Reads each golden file once."""
+
+    _read: dict[Path, StoredGolden] = field(default_factory=dict)
+
+    def digest(self, path: Path, directory: Path) -> str:
+        """Return the SHA-256 of a golden file; empty if it cannot be read. Its content is kept for `take`."""
+        if path not in self._read:
+            self._read[path] = stored_golden(path, directory)
+        return self._read[path].digest
+
+    def take(self, path: Path, directory: Path) -> StoredGolden:
+        """Return a golden file, and keep its content no longer."""
+        return self._read.pop(path, None) or stored_golden(path, directory)
+
+
 def check_golden(
-    snapshot: Snapshot, directory: Path, update: bool, write_new_goldens: bool = False, kept_by: str = ""
+    snapshot: Snapshot,
+    directory: Path,
+    update: bool,
+    write_new_goldens: bool = False,
+    stored: StoredGolden | None = None,
 ) -> GoldenResult:
     """Compare a snapshot with its golden file; with `update`, write the file unless it agrees within tolerance.
 
     In a file that agrees, only a changed stamp is replaced, so that the note about versions does not appear again.
     With `write_new_goldens`, a missing file is written as well.
 
-    A file made with another engine is not overwritten: remove it first. `kept_by` is the owner from `keeper_of`, used
-    if the file names no existing owner.
+    A file made with another engine is not overwritten: remove it first. `snapshot.kept_by` is the owner from
+    `keeper_of`, used if the file names no existing owner. `stored` is the content of the file if it was read before.
 
     Raises GoldenWriteRefusedError if asked to update in CI.
     """
     if update or write_new_goldens:
         refuse_in_ci(os.environ)
     path = directory / golden_name(snapshot.identity)
-    found = content(path, directory)
-    kept, keeper = keeper_in(found), kept_by
+    found, digest = stored or stored_golden(path, directory)
+    kept, keeper = keeper_in(found), snapshot.kept_by or ""
     if is_there(kept, directory):
         keeper = kept
     text = canonical_text(replace(snapshot, kept_by=keeper or None))
     if found == text.encode("ascii"):  # the usual case; parsing the file of a large scene takes three times as long
-        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=text_digest(found))
-    result = judged_content(path.as_posix(), found, document(snapshot))
+        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=digest)
+    result = replace(judged_content(path.as_posix(), found, document(snapshot)), digest=digest)
     if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
     agrees = result.status is GoldenStatus.SAME
@@ -201,7 +235,7 @@ def judged_content(file: str, found: bytes | GoldenResult, got: Mapping[str, obj
         text = found.decode("utf-8")
     except UnicodeDecodeError as error:
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=f"it is not UTF-8 text: {error}")
-    return replace(judge_text(file, text, got), digest=text_digest(found))
+    return judge_text(file, text, got)
 
 
 def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
@@ -326,15 +360,16 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
     """
     if not whole_set:
         return ()
-    names: set[str] = set()
+    names, used = set[str](), frozenset(expected)
     # An unreadable directory is reported for each snapshot that should be in it.
     with suppress(OSError):
         entries = list(directory.iterdir())
         # The target of a link belongs to another project.
         for folder in (entry for entry in entries if entry.is_dir() and not entry.is_symlink()):
-            names |= {f"{folder.name}/{entry.name}" for entry in folder.iterdir() if _is_golden(entry)}
+            entries_by_name = {f"{folder.name}/{entry.name}": entry for entry in folder.iterdir()}
+            names |= {name for name, entry in entries_by_name.items() if name not in used and _is_golden(entry)}
     known = {os.path.realpath(file) for file in checked}
-    unused = [directory / name for name in sorted(names.difference(expected))]
+    unused = [directory / name for name in sorted(names)]
     return tuple(file.as_posix() for file in unused if not is_kept(file, directory, known))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
+from functools import partial
 from itertools import islice
 from pathlib import Path as FilePath
 from typing import Final, TypeAlias
@@ -11,7 +11,7 @@ import yaml
 
 from stability.process_settings import uncollected
 from stackdsl.diagnostics import Diagnostic, Page, ScenarioWarning, Span, page_of
-from stackdsl.disk import read_file
+from stackdsl.disk import Content, read_file, with_digest
 from stackdsl.language.yaml.parsing import (
     BEGIN,
     MAX_DEPTH,
@@ -101,35 +101,37 @@ class Loaded:
     digest: str = ""  # SHA-256 of the bytes; empty if the file cannot be read
 
 
-def load(path: FilePath, within: str = "") -> Loaded:
+def load(path: FilePath, within: str = "", content: Content | None = None) -> Loaded:
     """Read and parse a file. All errors are diagnostics, never exceptions.
 
     `within` is the root of the project for a file that another file refers to; it is empty for a file that the user
-    names.
+    names. `content` is that of the file if it was read before.
     """
     file = visible(path.as_posix())
     if file != path.as_posix():  # the escaped name in messages and references could be that of another file
         hidden = "its name has characters that cannot be shown"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {hidden}", "rename it"))
     try:
-        data = read_file(path, MAX_BYTES + 1, within) if within else read_user_file(path, MAX_BYTES + 1)
+        if content is None:
+            read = partial(read_file, within=within) if within else read_user_file
+            content = with_digest(read(path, MAX_BYTES + 1))
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)
         hint = "check its name, or create a scenario by `stackdsl new`" if missing else "name a file that can be read"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
-    return parsed(data, file)
+    return parsed(content, file)
 
 
 @uncollected()
-def parsed(data: bytes, file: str) -> Loaded:
-    """Parse the bytes of a file; `file` is its name for diagnostics."""
-    if len(data) > MAX_BYTES:
+def parsed(content: Content, file: str) -> Loaded:
+    """Parse the content of a file; `file` is its name for diagnostics."""
+    if len(content.data) > MAX_BYTES:
         return _refused(_too_large(file))
     try:
-        return replace(parse(data.decode("utf-8"), file), digest=sha256(data).hexdigest())
+        return replace(parse(content.data.decode("utf-8"), file), digest=content.digest)
     except UnicodeDecodeError as error:
-        return _refused(_not_utf8(data, error.start, file))
+        return _refused(_not_utf8(content.data, error.start, file))
 
 
 def parse(text: str, file: str) -> Loaded:
