@@ -2,8 +2,6 @@
 
 import re
 
-import pytest
-
 from tests.paths import ROOT
 
 LINES = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines()
@@ -16,9 +14,6 @@ def test_terms_stand_in_alphabetical_order_each_once() -> None:
     assert terms == sorted(set(terms))
 
 
-@pytest.mark.parametrize(("term", "meaning", "module"), ROWS)
-def test_a_term_is_one_sentence_and_names_a_module_that_exists(term: str, meaning: str, module: str) -> None:
-    assert re.fullmatch(r"[A-Z]?[^.]*(\.\d[^.]*)*\.", meaning), f"{term} is not one sentence"
-    path = re.fullmatch(r"`([\w/]+\.py)`", module)
-    assert path is not None, f"{term} names no module"
-    assert (ROOT / path[1]).is_file(), f"{term} lives in {path[1]}, which is not there"
+def test_each_term_names_a_module_that_exists() -> None:
+    modules = {term: re.fullmatch(r"`([\w/]+\.py)`", module) for term, _, module in ROWS}
+    assert [term for term, path in modules.items() if path is None or not (ROOT / path[1]).is_file()] == []

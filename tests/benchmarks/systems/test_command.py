@@ -1,6 +1,5 @@
 """`python -m benchmarks.systems`: the table that it prints, the systems that it takes, and what it refuses."""
 
-import os
 import re
 import signal
 from collections.abc import Callable, Iterator
@@ -55,14 +54,21 @@ Benched = Callable[..., Result]
 
 
 @pytest.fixture(name="benched")
-def _benched(tmp_path: Path) -> Benched:
+def _benched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Benched:
+    """The command, called in this process in a folder with the scenes."""
     write(tmp_path, SCENES)
+    monkeypatch.chdir(tmp_path)
 
-    def call(*arguments: str, path: str = "") -> Result:
-        process = started(tmp_path, *arguments, program=PROGRAM, path=path)
-        out, err = process.communicate(timeout=AMPLE)
-        assert "Traceback" not in err
-        return Result(process.returncode, out, err)
+    def call(*arguments: str) -> Result:
+        monkeypatch.setattr("sys.argv", ["systems", *arguments])
+        code: object = 0
+        try:
+            command.main()
+        except SystemExit as end:
+            code = end.code
+        said = capsys.readouterr()
+        wrong = f"{code}\n" if isinstance(code, str) else ""  # as Python prints it
+        return Result(code if isinstance(code, int) else 1, said.out, said.err + wrong)
 
     return call
 
@@ -151,20 +157,21 @@ def test_what_it_plays_without_arguments_are_scenarios_that_there_are() -> None:
 
 
 @pytest.fixture
-def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The example engine, installed: where its package and its entry points are."""
     facts = "site/example_engine-1.0.dist-info"
     write(tmp_path, "Metadata-Version: 2.1\nName: example-engine\nVersion: 1.0\n", f"{facts}/METADATA")
     write(tmp_path, "[stackdsl.systems]\nexample = example_engine:EXAMPLE\n", f"{facts}/entry_points.txt")
-    site = str(tmp_path / "site")
-    monkeypatch.syspath_prepend(site)
+    for path in (tmp_path / "site", EXAMPLE):
+        monkeypatch.syspath_prepend(path)
     offered_systems.cache_clear()
-    yield os.pathsep.join((site, str(EXAMPLE)))
+    yield
     offered_systems.cache_clear()
 
 
-def test_a_system_of_another_package_takes_part(benched: Benched, example: str) -> None:
-    told = benched("scene.yaml", "--system", "example", "--system", "exact", "--resolutions", "1", path=example)
+@pytest.mark.usefixtures("example")
+def test_a_system_of_another_package_takes_part(benched: Benched) -> None:
+    told = benched("scene.yaml", "--system", "example", "--system", "exact", "--resolutions", "1")
     assert told.code == 0, told.text
     assert told.out.splitlines()[-1].startswith("4 of 4 runs done, 1 wrong verdict")  # nothing tips in the example
 

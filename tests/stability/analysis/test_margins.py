@@ -275,7 +275,7 @@ def as_placed(scene: str) -> Margins | None:
     return margins(PLACED[scene])
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.sampled_from([1e-3, 0.3, 1.0, 1e3]),
     st.sampled_from([1e-5, 1.0, 1e5]),

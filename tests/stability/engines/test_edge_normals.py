@@ -141,7 +141,7 @@ def test_rounded_edges_leave_nothing_to_catch_in_a_v_that_stands(settings: PyBul
 
 @BOTH
 @pytest.mark.parametrize("height", [0.0, pytest.param(0.01, marks=pytest.mark.slow), 0.1])
-@pytest.mark.parametrize("rate", [480, 960])
+@pytest.mark.parametrize("rate", [480, pytest.param(960, marks=pytest.mark.slow)])
 def test_planks_set_down_square_and_leaned_later_need_the_friction_of_statics_also_when_dropped(
     settings: PyBulletSettings, height: float, rate: int
 ) -> None:

@@ -31,15 +31,13 @@ def quick(points: Iterable[tuple[float, ...]], *kept: tuple[float, ...]) -> list
     ]
 
 
-YAWS = pytest.mark.parametrize(
-    "yaw", quick(product((0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0)), (0.0,), (10.0,), (45.0,), (75.0,))
-)
+YAWS = pytest.mark.parametrize("yaw", quick(product((0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0)), (10.0,), (45.0,)))
 SLOPES = product((2.9, 26.6, 56.6), (0.0, 30.0, 45.0, 90.0), (1.01, 1.10))  # [deg], [deg], times the limit
 
 
-# On the gentlest slope a plank takes its time: one direction of it is in the suite.
 @pytest.mark.parametrize(
-    ("slope", "bearing", "steeper"), quick(SLOPES, (2.9, 30.0), (26.6, 0.0), (26.6, 45.0), (56.6, 90.0))
+    ("slope", "bearing", "steeper"),
+    quick(SLOPES, (2.9, 30.0, 1.10), (26.6, 0.0, 1.10), (26.6, 45.0, 1.01), (56.6, 90.0)),
 )
 def test_a_plank_on_a_slope_that_is_a_little_too_steep_slides_as_the_closed_form_says(
     slope: float, bearing: float, steeper: float
@@ -50,7 +48,9 @@ def test_a_plank_on_a_slope_that_is_a_little_too_steep_slides_as_the_closed_form
         assert abs(found.speed) < max(late, FAST)
 
 
-@pytest.mark.parametrize(("yaw", "share"), quick(product((0.0, 45.0, 75.0), (0.99, 0.90, 0.50)), (0.0, 0.90), (75.0,)))
+@pytest.mark.parametrize(
+    ("yaw", "share"), quick(product((0.0, 45.0, 75.0), (0.99, 0.90, 0.50)), (0.0, 0.90), (75.0, 0.99))
+)
 @pytest.mark.parametrize(("kind", "angle"), [("ladder", 50.0), ("ladder", 70.0), ("V", 60.0), ("V", 70.0)])
 def test_planks_that_lean_slip_on_exact_as_newton_says(kind: str, angle: float, share: float, yaw: float) -> None:
     found = errors(Case(kind, angle, share, yaw), SYSTEMS["exact"])
@@ -98,9 +98,9 @@ def test_the_bare_engine_knows_the_friction_of_a_v_within_1_percent_in_every_dir
 
 
 @pytest.mark.parametrize("share", [0.98, 1.02])
-@pytest.mark.parametrize("yaw", [0.0, 30.0])
+@pytest.mark.parametrize("yaw", quick(product((0.0, 30.0)), (30.0,)))
 @pytest.mark.parametrize("angle", [60.0, 80.0])
-@pytest.mark.parametrize("length", [0.01, 0.03, 1.2])
+@pytest.mark.parametrize("length", quick(product((0.01, 0.03, 1.2)), (0.01,), (1.2,)))
 def test_within_2_percent_of_bricks_of_1_cm_and_of_beams(length: float, angle: float, yaw: float, share: float) -> None:
     assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0)
 

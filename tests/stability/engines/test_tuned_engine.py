@@ -39,7 +39,7 @@ def played(engine: PyBulletWorld, seconds: float, fastest: float = 0.0) -> Mappi
 
 
 @BOTH
-@pytest.mark.parametrize("bearing", [0.0, 10.0, 20.0, 30.0, 45.0, 70.0, 90.0])
+@pytest.mark.parametrize("bearing", [0.0, 20.0, 45.0])
 def test_a_plank_slides_as_far_in_every_direction(settings: PyBulletSettings, bearing: float) -> None:
     speed, way = 2.0, radians(bearing)
     with world(settings) as engine:
@@ -49,7 +49,7 @@ def test_a_plank_slides_as_far_in_every_direction(settings: PyBulletSettings, be
     assert hypot(x, y) == pytest.approx(speed**2 / (2.0 * FRICTION * GRAVITY), rel=0.01)
 
 
-@BOTH
+@pytest.mark.parametrize("settings", [TUNED, pytest.param(MOVING, marks=pytest.mark.slow)], ids=["tuned", "exact"])
 @pytest.mark.parametrize("speed", [10.0, pytest.param(15.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("start", [pytest.param((0.0, 0.0), marks=pytest.mark.slow), (-1000.0, 300.0)])
 def test_the_ground_goes_on_where_a_plank_slides_to(

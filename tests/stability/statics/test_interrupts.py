@@ -15,6 +15,7 @@ from stability.model import Brick, Pose
 from stability.problem import Placed, Stability
 from stability.statics import journal
 from stability.statics.assembly import Assembly, AssemblyState
+from tests.paths import ROOT
 from tests.stability.statics.test_what_if import known, plank
 
 FEW = 10  # interrupts a change, spread over all its instructions; many with `slow`
@@ -75,7 +76,7 @@ def interrupted(after: int, within: str = "stability") -> Iterator[list[int]]:
     count = [0]
 
     def trace(frame: FrameType, event: str, _: object) -> Any:  # noqa: ANN401 -- as sys.settrace wants it
-        if within not in frame.f_code.co_filename or "/tests/" in frame.f_code.co_filename:
+        if not frame.f_code.co_filename.startswith(f"{ROOT / within}"):
             return None
         frame.f_trace_opcodes = True
         if event == "opcode":

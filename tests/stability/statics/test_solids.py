@@ -1,6 +1,7 @@
 """Statics of convex solids: closed forms on both sides of their limits, and what must not matter."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from math import atan, cos, pi, radians, sin, tan
 
 import numpy as np
@@ -162,18 +163,24 @@ def test_names_and_the_order_of_coming_do_not_matter() -> None:
 # --- random assemblies against another method -------------------------------------------------------------------------
 
 
-def judged(scene: Scene) -> Assembly:
+# Each random assembly is judged once for all tests of this part, which so stay in one process.
+ONE_PROCESS = pytest.mark.xdist_group("random solids")
+
+
+@cache
+def judged(seed: int) -> tuple[Scene, Assembly]:
+    scene = random_assembly(seed)
     assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), scene.friction),), scene.friction)
     assembly.add_all(scene.bricks)
-    return assembly
+    return scene, assembly
 
 
+@ONE_PROCESS
 @pytest.mark.parametrize("seeds", [range(50), pytest.param(range(50, 1000), marks=pytest.mark.slow)])
 def test_random_assemblies_touch_as_they_were_put_and_no_linear_programme_contradicts_a_verdict(seeds: range) -> None:
     undecided = unstable = 0
     for seed in seeds:
-        scene = random_assembly(seed)
-        assembly = judged(scene)
+        scene, assembly = judged(seed)
         known = {(touch.lower, touch.upper) for touch in scene.touches}
         assert {(contact.lower, contact.upper) for contact in assembly.all_contacts()} == known, seed
         verdict = assembly.verdict()
@@ -185,9 +192,10 @@ def test_random_assemblies_touch_as_they_were_put_and_no_linear_programme_contra
     assert 0.3 * len(seeds) < unstable < 0.9 * len(seeds)
 
 
+@ONE_PROCESS
 def test_random_assemblies_have_proofs_that_hold_by_plain_arithmetic() -> None:
     for seed in range(50):
-        assembly = judged(random_assembly(seed))
+        _, assembly = judged(seed)
         verdict = assembly.verdict()
         if verdict.stability is Stability.STABLE:
             forces = assembly.forces()
@@ -197,10 +205,11 @@ def test_random_assemblies_have_proofs_that_hold_by_plain_arithmetic() -> None:
             assert check_motion(assembly.problem(), verdict.motion, Tolerances()).holds
 
 
+@ONE_PROCESS
 def test_patches_are_where_two_other_faces_overlap() -> None:
     for seed in range(50):
-        scene = random_assembly(seed)
-        found = {(contact.lower, contact.upper): contact for contact in judged(scene).all_contacts()}
+        scene, assembly = judged(seed)
+        found = {(contact.lower, contact.upper): contact for contact in assembly.all_contacts()}
         for touch in scene.touches:
             contact = found[touch.lower, touch.upper]
             wanted, there = np.array(touch.points), np.array(contact.points_W)

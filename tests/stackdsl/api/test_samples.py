@@ -34,12 +34,12 @@ def test_an_executor_of_somebody_elses_draws_and_sweeps_the_same(tmp_path: Path)
     step = column(levels=5, step="8 mm", every="1 s", jitter={"position": "5 mm"})
     scenario = Scenario("column", build=[step], samples=150, expect=[stands(share="80 %")])
     with ThreadPoolExecutor(1) as threads:
-        assert scenario.draw(executor=threads).ensemble == scenario.draw().ensemble
+        ensemble = scenario.draw(executor=threads).ensemble
         (there,) = sweep(scenario.cases, tmp_path / "there.jsonl", executor=threads, workers=1)
     (here,) = sweep(scenario.cases, tmp_path / "here.jsonl", workers=1)
     assert (tmp_path / "there.jsonl").read_bytes() == (tmp_path / "here.jsonl").read_bytes()
-    ensemble = scenario.draw().ensemble
     assert ensemble is not None
+    assert ensemble == scenario.draw().ensemble
     assert ensemble.drawn == here.rows == 150
     assert here.verdicts == there.verdicts == {"stands": ensemble.stood, "collapses": sum(ensemble.fell.values())}
     assert here.fell == ensemble.fell

@@ -37,8 +37,8 @@ FAILING = GOOD + "  - height: 20 mm ± 1 mm\n"
 
 @pytest.mark.parametrize(
     ("text", "call", "code"),
-    [(FAILING, "check", 1), (GOOD, "check --update", 0), (GOOD, "run", 0), (FAILING, "run", 1)],
-    ids=["checked", "written", "passed", "failed"],
+    [(GOOD, "check --update", 0), (FAILING, "run", 1)],
+    ids=["written", "failed"],
 )
 def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, call: str, code: int) -> None:
     write(tmp_path, text)
@@ -54,7 +54,7 @@ def test_a_reader_who_leaves_changes_no_exit_code(tmp_path: Path, text: str, cal
     assert "ignored" not in err
 
 
-@pytest.mark.parametrize("redirected", ["2>&-", pytest.param("2>/dev/full", marks=pytest.mark.slow), "2> >(true)"])
+@pytest.mark.parametrize("redirected", [pytest.param("2>/dev/full", marks=pytest.mark.slow), "2> >(true)"])
 def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected: str) -> None:
     for number in range(3):
         write(tmp_path, FAILING.replace("good", f"good-{number}"), f"s/{number}.yaml")
@@ -66,7 +66,7 @@ def test_progress_that_nobody_hears_of_stops_nothing(tmp_path: Path, redirected:
     assert "3 failed" in out
 
 
-@pytest.mark.parametrize("closed", ["<&- >&-", "<&- >&- 2>&-", ">&-"])
+@pytest.mark.parametrize("closed", ["<&- >&- 2>&-", ">&-"])
 def test_a_run_whose_streams_were_closed_from_the_start_comes_out_as_any_other(tmp_path: Path, closed: str) -> None:
     write(tmp_path, GOOD)
     shell = f"exec '{sys.executable}' -m stackdsl check scene.yaml --update {closed}"
@@ -105,7 +105,7 @@ def test_a_terminal_that_is_closed_interrupts_and_leaves_nothing_half_written(
     assert [*(tmp_path / "golden").rglob("*.json")] == [tmp_path / "golden" / "good" / "exact.json"]
 
 
-@pytest.mark.parametrize("command", ["check", "run", "schema"])
+@pytest.mark.parametrize("command", ["check", "schema"])
 def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
     write(tmp_path, GOOD)
     arguments = [command] if command == "schema" else [command, "scene.yaml"]
@@ -128,7 +128,9 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
         pytest.param(signal.SIGHUP, 1, marks=pytest.mark.slow),
     ],
 )
-def test_whatever_the_impatience_the_report_is_out(tmp_path: Path, number: signal.Signals, times: int) -> None:
+def test_an_interrupt_however_often_repeated_keeps_what_is_done_and_ends_with_130(
+    tmp_path: Path, number: signal.Signals, times: int
+) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
     process = started(tmp_path, "check", "s", "--jobs", "1")
@@ -165,30 +167,7 @@ def test_an_interrupt_of_the_imports_is_heard_where_python_lets_none_through(tmp
 
 
 @needs_pybullet
-def test_an_interrupt_keeps_what_is_done_and_ends_with_130(tmp_path: Path) -> None:
-    write(tmp_path, GOOD, "s/a.yaml")
-    write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "stackdsl", "check", "s", "--jobs", "1"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        encoding="utf-8",
-    )
-    assert process.stderr is not None
-    process.stderr.readline()  # the first case is done
-    time.sleep(0.3)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=AMPLE)
-    assert process.returncode == 130
-    assert "good" in out
-    assert "interrupted" in out
-    assert "Traceback" not in out + err
-
-
-@needs_pybullet
-@pytest.mark.parametrize("delay", [0.0, 0.002, 0.05])
+@pytest.mark.parametrize("delay", [0.0, 0.05])
 def test_an_interrupt_of_the_whole_group_while_workers_start_leaves_no_traceback(tmp_path: Path, delay: float) -> None:
     for number in range(4):
         write(

@@ -60,7 +60,6 @@ def test_what_needs_pybullet_is_skipped_by_name_and_the_rest_is_played(tmp_path:
 def test_a_scenario_that_cannot_be_played_at_all_is_wrong_usage(tmp_path: Path) -> None:
     write(tmp_path, BARE)
     assert without(tmp_path, {"pybullet"}, "check", "scene.yaml").code == 4
-    assert without(tmp_path, {"pybullet"}, "run", "scene.yaml").code == 4
 
 
 def test_a_system_that_is_asked_for_is_refused_as_those_of_other_engines_are(tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ import pytest
 
 from tests.command_line import GOOD, Stackdsl
 
-FALLS = GOOD.replace("levels: 3", "levels: 12, step: 12 mm").replace("stands: all", "collapses: any")
-SOON = FALLS.replace("levels: 12, step: 12 mm", "levels: 3, step: 44 mm").replace("1 s", "0.1 s")  # few pictures
+FALLS = GOOD.replace("levels: 3", "levels: 6, step: 21 mm").replace("stands: all", "collapses: any")
+SOON = FALLS.replace("levels: 6, step: 21 mm", "levels: 3, step: 44 mm").replace("1 s", "0.1 s")  # few pictures
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -87,7 +87,7 @@ def test_what_would_be_left_out_without_a_word_is_refused(
 
 
 def test_where_no_proof_holds_it_says_so(stackdsl: Stackdsl) -> None:
-    assert "no forces at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "9.2").err
+    assert "no forces at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "5.2").err
     assert "no forces at" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
 
 

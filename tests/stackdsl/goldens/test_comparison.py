@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.goldens.comparison import compare, compare_documents
@@ -160,6 +160,7 @@ PLACES = [(), ("collapse",), ("collapse", "level"), ("events",), ("events", 1), 
           (*BRICK, "rests_on"), (*BRICK, "rests_on", "L1.1"), ("stamp",)]  # fmt: skip
 
 
+@settings(max_examples=60)
 @given(st.sampled_from(PLACES), JSON)
 @example(("events", 1, "placed"), {"": None})
 def test_no_content_whatever_breaks_the_comparison(place: tuple[str | int, ...], value: object) -> None:

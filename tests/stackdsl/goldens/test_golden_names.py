@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.goldens.file_format import golden_name
@@ -43,6 +43,7 @@ PAIRS = st.tuples(st.text(max_size=80), st.text(max_size=80))
 ALIKE = st.text(st.sampled_from("ab=-_,./%1"), max_size=8)
 
 
+@settings(max_examples=60)
 @given(PAIRS | st.tuples(ALIKE, ALIKE), PAIRS | st.tuples(ALIKE, ALIKE))
 @example(("a", "b=1,c=2"), ("a", "b=1_c-2"))
 @example(("a", "b=1,c_d=2"), ("a", "b=1_c,d=2"))

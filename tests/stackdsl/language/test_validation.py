@@ -268,7 +268,7 @@ PLACES = sorted((path for path in places(cast("Plain", VALUES)) if path[0] not i
 
 
 @given(st.sampled_from(PLACES), anything)
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 def test_mutated_scenario_is_accepted_or_diagnosed(path: KeyPath, new: Plain) -> None:
     values = cast("dict[str, Plain]", replaced(cast("Plain", VALUES), path, new))
     nowhere = Source("a.yaml", values, {(): Span("a.yaml", 1, 1, 2)}, {})

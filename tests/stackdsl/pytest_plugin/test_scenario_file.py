@@ -5,12 +5,12 @@ from pathlib import Path
 import pytest
 
 COLUMN = """\
-# A column that leans out by 12 mm a level stands as long as count times step is within a length.
+# A column that leans out by 44 mm a level stands as long as count times step is within a length.
 scenario: column
 tags: [hard]
-matrix: {levels: [9, 10]}
+matrix: {levels: [2, 3]}
 build:
-  - column: {levels: "${levels}", step: 12 mm}
+  - column: {levels: "${levels}", step: 44 mm}
 expect:
   - stands: all
 ---
@@ -36,8 +36,8 @@ def test_every_variant_is_a_test_of_its_own_name(scenarios: Path, pytester: pyte
     result = pytester.runpytest("--collect-only", "-q", "scenarios")
     result.stdout.fnmatch_lines(
         [
-            "scenarios/columns.yaml::column[[]levels=9,exact[]]",
-            "scenarios/columns.yaml::column[[]levels=10,exact[]]",
+            "scenarios/columns.yaml::column[[]levels=2,exact[]]",
+            "scenarios/columns.yaml::column[[]levels=3,exact[]]",
             "scenarios/columns.yaml::other[[]exact[]]",
         ]
     )
@@ -48,7 +48,7 @@ def test_what_stands_passes_and_what_falls_fails_with_place_expectation_and_meas
 ) -> None:
     result = pytester.runpytest("--no-golden", "scenarios")
     result.assert_outcomes(passed=2, failed=1)
-    result.stdout.fnmatch_lines(["*columns.yaml:8:5: column[[]levels=10,exact[]]: stands: expected all, measured *"])
+    result.stdout.fnmatch_lines(["*columns.yaml:8:5: column[[]levels=3,exact[]]: stands: expected all, measured *"])
     result.stdout.no_fnmatch_line("*Traceback*")
 
 
@@ -75,13 +75,13 @@ def test_a_new_golden_file_is_written_at_home_and_refused_in_ci_as_by_check(
 def test_what_fails_its_expectations_is_not_locked_unless_that_is_asked_for(
     scenarios: Path, pytester: pytest.Pytester
 ) -> None:
-    locked = pytester.path / "golden" / "column" / "levels-10.exact.json"
+    locked = pytester.path / "golden" / "column" / "levels-3.exact.json"
     for options in ([], ["--snapshot-update"]):
-        result = pytester.runpytest(*options, "-k", "10", "scenarios")
+        result = pytester.runpytest(*options, "-k", "column and 3", "scenarios")
         result.assert_outcomes(failed=1)
         result.stdout.fnmatch_lines(["*1 of these fails what is expected, and would be accepted only by *"])
         assert not locked.exists()
-    pytester.runpytest("--snapshot-update", "--accept-failing", "-k", "10", "scenarios")
+    pytester.runpytest("--snapshot-update", "--accept-failing", "-k", "column and 3", "scenarios")
     assert locked.exists()
 
 
@@ -139,7 +139,7 @@ def test_scenarios_need_no_syrupy(scenarios: Path, pytester: pytest.Pytester) ->
 
 @pytest.mark.slow
 def test_processes_share_the_work(scenarios: Path, pytester: pytest.Pytester) -> None:
-    pytester.runpytest("-n", "2", "--no-golden", "-k", "other or 9", "scenarios").assert_outcomes(passed=2)
+    pytester.runpytest("-n", "2", "--no-golden", "-k", "other or 2", "scenarios").assert_outcomes(passed=2)
 
 
 def test_pytest_knows_of_scenarios_by_itself(scenarios: Path, pytester: pytest.Pytester) -> None:
@@ -158,4 +158,4 @@ def test_what_falls_and_of_which_nothing_is_expected_is_warned_of(scenarios: Pat
     (scenarios / "columns.yaml").write_text(COLUMN.replace("expect:\n  - stands: all\n", ""), encoding="utf-8")
     result = pytester.runpytest("-W", "default", "--no-golden", "scenarios")
     result.assert_outcomes(passed=3, warnings=1)
-    result.stdout.fnmatch_lines(["*ScenarioWarning: column[[]levels=10,exact[]]: it fell at level 10, *"])
+    result.stdout.fnmatch_lines(["*ScenarioWarning: column[[]levels=3,exact[]]: it fell at level 3, *"])

@@ -17,13 +17,13 @@ from stackdsl.timeline import Placement
 from tests.scenes import compiled, scene, timeline_of
 
 KAPLA, TINY, HUGE = (117.6, 23.4, 7.8), (10.0, 2.0, 0.6), (1200.0, 240.0, 80.0)  # [mm]
-# Of a KAPLA plank [mm], the limit itself among them, and the same shares of others.
+# Of a KAPLA plank [mm], the limit itself among them; of others, the same shares on both sides of the limit.
 ABOVE = [0.1, 0.15, 0.156, 0.2, 0.3, 0.45, 0.5, 0.6, 1.0]
+NEAR = [0.15, 0.156, 0.2]
 SCENES = [
     pytest.param(size, above / KAPLA[2] * size[2], turned, id=f"{size[0]:g}mm-{above / KAPLA[2]:.3f}-{turned}deg")
-    for size in (KAPLA, TINY, HUGE)
-    for above in ABOVE
-    for turned in (0, 30)
+    for size, turned, heights in ((KAPLA, 0, NEAR), (KAPLA, 30, ABOVE), (TINY, 30, NEAR), (HUGE, 0, NEAR))
+    for above in heights
 ]
 EACH = pytest.mark.parametrize(("size", "above", "turned"), SCENES)
 

@@ -59,7 +59,7 @@ def test_a_tower_whose_lowest_level_is_pulled_comes_down_by_a_level_and_stands(l
 
 
 @needs_pybullet
-@pytest.mark.parametrize("levels", [3, 6])
+@pytest.mark.parametrize("levels", [3, pytest.param(6, marks=pytest.mark.slow)])
 def test_so_it_does_with_all_awake_at_ever_smaller_steps(levels: int) -> None:
     removed = f"- four_stack: {{levels: {levels}}}"
     as_proven, awake = pulled(removed, "L1.1, L1.2"), pulled(removed, "L1.1, L1.2", "tuned")

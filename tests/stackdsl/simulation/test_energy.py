@@ -131,7 +131,7 @@ def gain(case: Case, system: str, share: float) -> float:
     return energy.gain
 
 
-@pytest.mark.parametrize("share", [1.0, 0.5])
+@pytest.mark.parametrize("share", [1.0, pytest.param(0.5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "case",
     [pytest.param(c, id=c.name, marks=[] if c.name.startswith(CHOSEN) else [pytest.mark.slow]) for c in HARD],

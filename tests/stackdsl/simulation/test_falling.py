@@ -110,7 +110,12 @@ def test_a_tall_column_falls_in_the_time_of_a_rigid_body_though_it_hangs_over_by
 @ONE_RUN
 @pytest.mark.parametrize(
     "build",
-    ["four_stack: {levels: 10, step: 11 mm}", "column: {levels: 24, step: 5 mm}", "column: {levels: 4, step: 30 mm}"],
+    [
+        "four_stack: {levels: 7, step: 11.5 mm, spacing: 43 mm}",
+        pytest.param("four_stack: {levels: 10, step: 11 mm}", marks=pytest.mark.slow),
+        "column: {levels: 24, step: 5 mm}",
+        "column: {levels: 4, step: 30 mm}",
+    ],
 )
 def test_a_collapse_gains_no_energy(build: str) -> None:
     trace = collapse(build)
@@ -120,7 +125,7 @@ def test_a_collapse_gains_no_energy(build: str) -> None:
 
 @ONE_RUN
 def test_nothing_that_falls_is_frozen_before_it_has_landed() -> None:
-    trace = collapse("four_stack: {levels: 10, step: 11 mm}")
+    trace = collapse("four_stack: {levels: 7, step: 11.5 mm, spacing: 43 mm}")
     assert trace.onset is not None
     assert trace.landing is not None
     started = max(event.time for event in trace.events if event.kind is EventKind.PLACED)
@@ -306,9 +311,9 @@ def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_f
 
 
 def test_a_brick_of_a_part_may_be_pulled_out_at_the_moment_when_that_begins_to_fall() -> None:
-    timeline = timeline_of("- column: {levels: 12, step: 11 mm}")
-    trace = play(replace(timeline, actions=(*timeline.actions, Removal(0.0, ("L12.1",)))), SYSTEMS["exact"])
-    assert trace.tracks["L12.1"].state is BrickState.REMOVED
+    timeline = timeline_of("- column: {levels: 5, step: 33 mm}")
+    trace = play(replace(timeline, actions=(*timeline.actions, Removal(0.0, ("L5.1",)))), SYSTEMS["exact"])
+    assert trace.tracks["L5.1"].state is BrickState.REMOVED
 
 
 def sunk(settings: PyBulletSettings) -> float:
@@ -331,7 +336,7 @@ def test_small_first_steps_make_the_kick_smaller_with_which_contacts_begin() -> 
 
 
 @pytest.mark.parametrize("system", ["exact", "tuned"])
-@pytest.mark.parametrize("friction", [1e-160, 1e-200, 1e-300])
+@pytest.mark.parametrize("friction", [1e-160, 1e-300])
 def test_a_plank_falls_with_next_to_no_friction_when_it_falls_with_none(system: str, friction: float) -> None:
     def falls_at(friction: float) -> float:
         build = "- column: {levels: 2, step: 60 mm}\n  every: 1 s"

@@ -18,6 +18,7 @@ from tests.paths import ROOT
 
 EXAMPLE = ROOT / "tests" / "plugins" / "example_engine"
 STANDS = "scenario: {name}\nbuild: [{{column: {{levels: 3, step: {step} mm}}}}]\nexpect: [stands: all]\n"
+MAIN = "from stackdsl.__main__ import main; main()"
 Install = Callable[[str, str], None]
 Played = Callable[..., Result]
 
@@ -44,8 +45,8 @@ def beside(stackdsl: Stackdsl, tmp_path: Path) -> Played:
     """The command beside the packages that were put on the path, and the example engine."""
 
     def call(*arguments: str) -> Result:
-        path = os.pathsep.join(map(str, (ROOT, tmp_path / "site", EXAMPLE)))
-        return stackdsl(*arguments, PYTHONPATH=path)
+        path = [str(tmp_path / "site"), str(EXAMPLE)]
+        return stackdsl(*arguments, program=f"import sys; sys.path[:0] = {path}; {MAIN}")
 
     return call
 

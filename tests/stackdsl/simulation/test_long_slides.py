@@ -25,7 +25,7 @@ def slid(rest: str, *others: str) -> Trace:
     return play(timeline_of(f"- bricks:\n{bricks}", head + rest), SYSTEMS["exact"])
 
 
-@pytest.mark.parametrize("offset", [0.4, 0.8, 1.3])
+@pytest.mark.parametrize("offset", [pytest.param(0.4, marks=pytest.mark.slow), 0.8, 1.3])
 def test_what_slides_stops_at_what_was_far_away_when_it_began(offset: float) -> None:
     #  \   block -> ........ |fixed|
     size = "{size: [200 mm, 400 mm, 100 mm], density: 8000 kg/m3}"
@@ -37,7 +37,7 @@ def test_what_slides_stops_at_what_was_far_away_when_it_began(offset: float) -> 
     assert trace.penetration.depth < 0.01 * SIZE[0]
 
 
-@pytest.mark.parametrize("at", [0.3, 1.14])
+@pytest.mark.parametrize("at", [pytest.param(0.3, marks=pytest.mark.slow), 1.14])
 def test_what_slides_far_is_pushed_aside_as_near_where_it_began(at: float) -> None:
     impulse = 2.0
     trace = slid(

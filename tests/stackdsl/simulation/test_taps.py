@@ -25,8 +25,9 @@ def tapped(poses: Mapping[BodyId, Pose], brick: BodyId, velocity_W: Vec3) -> Tra
     return play(Timeline(FixedWorld(GRAVITY, WOOD, (FLOOR,)), (*placed, *taps), hold=0.5), SYSTEMS["exact"])
 
 
-@pytest.mark.parametrize("speed", [0.01, 0.02, 0.05, 0.1])
-@pytest.mark.parametrize("bearing", [(1.0, 0.0), (0.6, -0.8)], ids=["along", "askew"])
+@pytest.mark.parametrize(
+    ("speed", "bearing"), [(0.01, (1.0, 0.0)), (0.02, (0.6, -0.8)), (0.05, (1.0, 0.0)), (0.1, (0.6, -0.8))]
+)
 def test_ten_taps_move_a_plank_ten_times_as_far_as_one_and_nothing_else(
     speed: float, bearing: tuple[float, float]
 ) -> None:

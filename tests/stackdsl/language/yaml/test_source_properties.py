@@ -3,7 +3,7 @@
 from typing import Any
 
 import yaml
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from stackdsl.language.yaml.parsing import commanding_character
@@ -48,6 +48,7 @@ QuotingDumper.add_representer(
 )
 
 
+@settings(max_examples=40)  # each of many values
 @given(scenario=SCENARIOS, flow=st.booleans())
 @example(scenario={"a": "1e3", "y": "y", "b": ["", {}, []]}, flow=False)
 @example(scenario={"a": "\ufeff\t\n\xa0\u3000"}, flow=True)
