@@ -1,6 +1,6 @@
-"""The law of a contact: which forces it can bear at a point, and which coefficient of friction two bodies have.
+"""The law of a contact: the admissible forces at a point, and the coefficient of friction of two bodies.
 
-`Contact.law` alone knows the set of forces. Proofs and solvers ask it, so that another law is one more class here.
+Only `Contact.law` defines the set of forces. Proofs and solvers use its methods, so another law is one more class here.
 """
 
 from abc import ABC, abstractmethod
@@ -13,91 +13,93 @@ from typing import Any, ClassVar, Final, Self, TypeAlias
 from stability.geometry.vectors import admit_in_range, admit_number, told
 from stability.model import BodyId, Plane
 
-# The forces that a contact can bear at one of its points: a convex set, round about the normal there.
+# The forces that a contact can bear at one of its points: a convex set with rotational symmetry about the normal.
 #
-# As the set is round, a force counts by its part along the normal and the size of the rest; a slip by how fast it opens
-# the contact and how fast it slides along it. A force is that of the lower body on the upper one, a slip the velocity
-# of the upper body against the lower one.
+# By symmetry a force is described by its normal component and its tangential size, and a slip by its opening and
+# sliding speeds. A force is that of the lower body on the upper one; a slip is the velocity of the upper body relative
+# to the lower one.
 
 
-Numbers: TypeAlias = Any  # a number, or an array with one entry a point: arithmetic with both is written alike
+Numbers: TypeAlias = Any  # a number, or an array with one entry per point: the same arithmetic holds for both
 
 
 @dataclass(frozen=True, slots=True)
 class ContactLaw(ABC):
-    """The forces that a contact can bear at a point.
+    """Forces that a contact can bear at a point.
 
-    Its fields are numbers that are not negative. They may be arrays with one entry a point, and so may be all that its
-    methods take and give: then it is the law of many points at once.
+    Its fields are numbers that are not negative. Fields, arguments and results may be arrays with one entry per point:
+    then it is the law of many points at once.
     """
 
-    # Whether the contact can bear the sum of any forces that it can bear; else proofs that use it must not be added.
+    # Whether the set contains all sums of its forces; otherwise proofs with this law must not be added.
     is_cone: ClassVar[bool]
 
-    friction: Numbers  # Coulomb coefficient: by how much the greatest friction grows with the normal force
+    friction: Numbers  # Coulomb coefficient: increase of the greatest friction per normal force
 
     @property
     @abstractmethod
     def least_normal(self) -> Numbers:
-        """The least normal force [N]; negative where the contact can pull."""
+        """Return the least normal force [N]; negative if the contact can pull."""
 
     @abstractmethod
     def greatest_friction(self, normal: Numbers) -> Numbers:
-        """The greatest tangential force at a normal force [N]."""
+        """Return the greatest tangential force at a normal force [N]."""
 
     @abstractmethod
     def lift(self, sliding: Numbers) -> Numbers:
-        """How fast a slip must open the contact for what forces can take from it to be bounded [m/s]."""
+        """Return the opening speed above which contact forces take only bounded power from a slip [m/s]."""
 
     @abstractmethod
     def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
-        """The nearest force that the contact can bear [N]."""
+        """Return the nearest force that the contact can bear [N]."""
 
     @abstractmethod
     def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
-        """The greatest power that forces can take from a slip [W], if none presses with more than `press` [N]."""
+        """Return the greatest power that forces take from a slip [W], for normal forces up to `press` [N]."""
 
     def spare(self, normal: Numbers, tangential: Numbers) -> Numbers:
-        """How far inside the set a force is, by its normal part or by friction [N]; negative outside."""
+        """Return the distance of a force from the border of the set, by normal component or friction [N]; negative
+        outside.
+        """
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         return np.minimum(normal - self.least_normal, self.greatest_friction(normal) - tangential)
 
     def violation(self, normal: Numbers, tangential: Numbers) -> Numbers:
-        """By how much a force is outside the set [N]; 0 inside and on its border."""
+        """Return the distance of a force outside the set [N]; 0 inside and on its border."""
         spare = self.spare(normal, tangential)
         return (abs(spare) - spare) / 2.0
 
     def interior(self, normal: Numbers, tangential: Numbers) -> Numbers:
-        """Whether a force is inside the set, and not on its border."""
+        """Return whether a force is inside the set and not on its border."""
         return self.spare(normal, tangential) > 0.0
 
     def shortfall(self, opening: Numbers, sliding: Numbers) -> Numbers:
-        """By how much a slip opens the contact too slowly [m/s], as `lift` says; negative if it opens it faster."""
+        """Return the difference of `lift` and the opening speed of a slip [m/s]; negative if the slip opens faster."""
         return self.lift(sliding) - opening
 
     def with_friction(self, friction: float) -> Self:
-        """The same law with another coefficient."""
+        """Return the same law with another coefficient."""
         return replace(self, friction=friction)
 
 
 @dataclass(frozen=True, slots=True)
 class Coulomb(ContactLaw):
-    """Dry friction: the contact pushes, and friction is at most so many times the push; it never pulls."""
+    """Dry friction: the contact never pulls, and friction is at most the coefficient times the normal force."""
 
     is_cone = True
     least_normal = 0.0
 
     def greatest_friction(self, normal: Numbers) -> Numbers:
-        """So many times the push."""
+        """Return the coefficient times the normal force."""
         return self.friction * normal
 
     def lift(self, sliding: Numbers) -> Numbers:
-        """The slope of the steepest force, on which a body slides up at no cost."""
+        """Return the opening speed of a slip along the steepest force of the cone, which takes no power."""
         return self.friction * sliding
 
     def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
-        """The force itself, the foot of the perpendicular on the border, or none."""
+        """Return the force itself, the foot of the perpendicular on the border, or zero."""
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         pressed = np.maximum((normal + self.friction * tangential) / (1.0 + self.friction * self.friction), 0.0)
@@ -105,7 +107,9 @@ class Coulomb(ContactLaw):
         return np.where(inside, normal, pressed), np.where(inside, tangential, self.friction * pressed)
 
     def projection(self, forces: Numbers) -> tuple[Numbers, Numbers]:
-        """The nearest (n, 3) of forces by their normal and two tangential parts, and the derivatives (n, 3, 3)."""
+        """Return the nearest forces and their derivatives (n, 3, 3); forces (n, 3) are normal and two tangential
+        components.
+        """
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         normal, tangential = forces[:, 0], np.hypot(forces[:, 1], forces[:, 2])
@@ -121,7 +125,8 @@ class Coulomb(ContactLaw):
         return np.column_stack([pressed, rubbed[:, None] * along]), turned
 
     def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
-        """None from a slip that opens the contact fast enough; else all that the push allows."""
+        """Return zero for a slip that opens the contact fast enough, otherwise the power of the normal force `press`.
+        """
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         short = np.maximum(self.shortfall(opening, sliding), 0.0)
@@ -130,30 +135,30 @@ class Coulomb(ContactLaw):
 
 # Coulomb coefficients by body, by kind of body, and by pair.
 #
-# Two surfaces meet in every contact. What is known of the pair itself counts first; else each has a coefficient of its
-# own, and a rule makes one of two, by default the lower. Every rule gives two surfaces that are alike what each of them
-# has, so that bodies without a coefficient of their own have the usual one on each other.
+# Every contact is between two surfaces. A coefficient of the pair counts first; otherwise each surface has its own
+# coefficient, and a rule combines both, by default the lower one. Every rule gives two equal surfaces their own
+# coefficient, so that bodies without one of their own have the usual coefficient on each other.
 
 
-MOST_TIMES: Final = 1e300  # what coefficients are multiplied by, at most
+MOST_TIMES: Final = 1e300  # largest factor on coefficients
 
-Kind: TypeAlias = str  # of bodies: those of one kind have one surface
+Kind: TypeAlias = str  # bodies of one kind have the same surface
 
 
 class Rule(StrEnum):
-    """How one coefficient is made of those of two surfaces."""
+    """Rule that combines the coefficients of two surfaces."""
 
     LOWER = "lower"
     HIGHER = "higher"
     MEAN = "mean"
-    GEOMETRIC = "geometric"  # the root of their product
+    GEOMETRIC = "geometric"  # the square root of their product
 
 
 _RULES: Final[Mapping[Rule, Callable[[float, float], float]]] = {
     Rule.LOWER: min,
     Rule.HIGHER: max,
     Rule.MEAN: lambda one, other: 0.5 * (one + other),
-    # Of two that are alike, that very number; and no product that is out of range.
+    # Two equal coefficients give exactly this number, and no product leaves the range of floats.
     Rule.GEOMETRIC: lambda one, other: one if one == other else sqrt(one) * sqrt(other),
 }
 
@@ -162,34 +167,35 @@ _SUCH_AS: Final = {
     "own": "{'sheet': 0.2}",
     "between": "{('sheet', 'carton'): 0.3}",
     "kinds": "{'L1.1': 'sheet'}",
-}  # of each mapping of a law
+}  # for each mapping of a law
 
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """What is known of how a brick rubs; two of one surface rub alike on any other body."""
+    """Friction of a brick: two bricks with equal surfaces have the same friction on any other body."""
 
     own: float | None  # Coulomb coefficient
-    kind: Kind | None  # where something is said of pairs with this kind
-    body: BodyId | None  # where something is said of pairs with this brick itself
+    kind: Kind | None  # only if a pair names this kind
+    body: BodyId | None  # only if a pair names this brick
 
 
 @dataclass(frozen=True, slots=True)
 class Friction:
-    """The Coulomb coefficients of a scene.
+    """Coulomb coefficients of a scene.
 
-    Names are those of bodies or of kinds; what is said of a body itself counts before what is said of its kind.
+    Names are those of bodies or of kinds; an entry for a body takes precedence over one for its kind.
     """
 
-    usual: float  # of bricks that have none of their own, on each other
+    usual: float  # of two bricks without a coefficient of their own
     own: Mapping[BodyId | Kind, float] = field(default_factory=dict)
-    # In any order; of a kind with itself for two of its bodies.
+    # In any order; a kind with itself for two bodies of the kind.
     between: Mapping[tuple[BodyId | Kind, BodyId | Kind], float] = field(default_factory=dict)
-    kinds: Mapping[BodyId, Kind] = field(default_factory=dict)  # of what has one; it may grow as bodies come
+    # of bodies with a kind; entries may be added with new bodies
+    kinds: Mapping[BodyId, Kind] = field(default_factory=dict)
     rule: Rule = Rule.LOWER
 
     def __post_init__(self) -> None:
-        """Refuse what is no law. What coefficients mean is asked where the law comes to count."""
+        """Raise for invalid types. `admit_friction` checks the coefficients when the law is used."""
         admit_number("the usual friction is", self.usual, "write a coefficient of 0 or more")
         for what, given in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
             if not isinstance(given, Mapping):
@@ -197,23 +203,23 @@ class Friction:
 
     @property
     def differs(self) -> bool:
-        """Whether more is said of bricks than what is usual."""
+        """Return whether any body or pair has a coefficient other than the usual one."""
         return bool(self.own or self.between)
 
     @property
     def most(self) -> float:
-        """The largest coefficient of all that are said."""
+        """Return the largest coefficient of the law."""
         return max(self.usual, *self.own.values(), *self.between.values(), 0.0)
 
     def of(self, one: BodyId, other: BodyId) -> float:
-        """The coefficient of two bricks on each other."""
+        """Return the coefficient of two bricks on each other."""
         if not self.differs:
             return self.usual
         pair = self._between(one, other)
         return self._of_two(self._own(one), self._own(other), self.usual) if pair is None else pair
 
     def on(self, brick: BodyId, plane: Plane) -> float:
-        """The coefficient of a brick on a plane: a brick without one of its own has that of the plane there."""
+        """Return the coefficient of a brick on a plane; a brick without its own takes that of the plane."""
         if not isinstance(plane, Plane):
             raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
         if not self.differs:
@@ -222,7 +228,7 @@ class Friction:
         return self._of_two(self._own(brick), plane.friction, plane.friction) if pair is None else pair
 
     def times(self, factor: float) -> "Friction":
-        """The same, with every coefficient so many times as large."""
+        """Return the same law with every coefficient multiplied by a factor."""
         admit_in_range("the factor is", factor, 0.0, MOST_TIMES, f"write a number from 0 to {MOST_TIMES:g}")
         return replace(
             self,
@@ -232,7 +238,7 @@ class Friction:
         )
 
     def surface_of(self, brick: BodyId) -> "Surface":
-        """What a brick has in common with all that rub on others as it does."""
+        """Return the surface of a brick: all data that determine its friction on other bodies."""
         named = {name for pair in self.between for name in pair}
         kind = self.kinds.get(brick)
         return Surface(self._own(brick), kind if kind in named else None, brick if brick in named else None)
@@ -247,7 +253,7 @@ class Friction:
         return _RULES[self.rule](usual if one is None else one, usual if other is None else other)
 
     def _between(self, one: BodyId, other: BodyId) -> float | None:
-        """What is said of a pair: of two bodies first, then of one and the kind of the other, then of two kinds."""
+        """Return the coefficient of a pair: of two bodies first, then of a body and a kind, then of two kinds."""
         if not self.between:
             return None
         a, b = self.kinds.get(one), self.kinds.get(other)
@@ -268,12 +274,12 @@ GivenFriction: TypeAlias = float | Friction
 
 
 def as_friction(friction: GivenFriction) -> Friction:
-    """The law of one coefficient for all, or the one that is given."""
+    """Return a `Friction` unchanged, or the law with a single coefficient."""
     return friction if isinstance(friction, Friction) else Friction(friction)
 
 
 def admit_friction(friction: GivenFriction) -> None:
-    """Raise ValueError for coefficients that mean nothing, TypeError for what is none."""
+    """Raise ValueError for invalid coefficients, TypeError for invalid types."""
     if not isinstance(friction, Friction):
         return _admit("the friction is", friction)
     for what, coefficient in _said_by(friction):
