@@ -153,7 +153,7 @@ def measured(position: float, yaw: float, count: int) -> Row:
     case = case_of(SCENES["card house"][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
     design = build_plan_of(case.timeline)
-    ours, hands = sample_outcomes_of(design, draws).fates.tolist(), PlacementSampler(design, draws).build()
+    ours, hands = sample_outcomes_of(design, draws).values.tolist(), PlacementSampler(design, draws).build()
     apart = [falls_at(design, hands.placed(sample)) for sample in range(count)]
     not_said = sum(level is None for level in apart)
     alike = sum(level == said for level, said in zip(apart, ours, strict=True))

@@ -59,11 +59,11 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
     layout, level = SCENES[scene]
     drawing = draw_samples(case_of(layout, position, yaw, arguments.samples), arguments.workers, LIMIT)
     assert drawing is not None
-    fates = Counter(int(fate) for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates)
-    alike = sum(fates[each] for each in (SampleOutcome.STANDS,)) if level is None else fates[level]
-    near = alike if level is None else sum(fates[each] for each in (level - 1, level, level + 1))
+    outcomes = Counter(int(outcome) for first in sorted(drawing.chunks) for outcome in drawing.chunks[first].outcomes)
+    alike = sum(outcomes[each] for each in (SampleOutcome.STANDS,)) if level is None else outcomes[level]
+    near = alike if level is None else sum(outcomes[each] for each in (level - 1, level, level + 1))
     between = binomtest(near, arguments.samples).proportion_ci(SURE, method="exact")
-    levels = sorted(fate for fate in fates if fate > 0)
+    levels = sorted(outcome for outcome in outcomes if outcome > 0)
     return {
         "scene": scene,
         "hands": f"{position:g} mm, {yaw:g} deg",
@@ -74,8 +74,8 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
         "least_percent": 100.0 * between.low,
         "most_percent": 100.0 * between.high,
         "fell_at": f"{levels[0]} .. {levels[-1]}" if levels else "-",
-        "not_proven": fates[SampleOutcome.UNDECIDED],
-        "unfit": fates[SampleOutcome.UNFIT],
+        "not_proven": outcomes[SampleOutcome.UNDECIDED],
+        "unfit": outcomes[SampleOutcome.UNFIT],
         "cpu_ms_a_sample": 1000.0 * drawing.ensemble().cpu_time / arguments.samples,
     }
 
@@ -85,7 +85,7 @@ def held_apart(scene: str, position: float, yaw: float, count: int) -> Row:
     case = case_of(SCENES[scene][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
     design = build_plan_of(case.timeline)
-    ours, hands = sample_outcomes_of(design, draws).fates.tolist(), PlacementSampler(design, draws).build()
+    ours, hands = sample_outcomes_of(design, draws).values.tolist(), PlacementSampler(design, draws).build()
     planks = []
     for each in case.timeline.placements:
         shape = each.brick.shape

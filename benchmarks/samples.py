@@ -49,7 +49,7 @@ def tower(layout: str, workers: int) -> Row:
     assert drawing is not None
     found = drawing.ensemble()
     cold_started = process_time()
-    differing = sum(fate != cold for fate, cold in _cold(case, drawing))
+    differing = sum(outcome != cold for outcome, cold in _cold(case, drawing))
     cold = process_time() - cold_started
     return {
         "samples": found.drawn,
@@ -69,7 +69,7 @@ def tower(layout: str, workers: int) -> Row:
 
 def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
     """The fates of some samples as they were judged together, and as each is by itself, by all of statics."""
-    together = [fate for first in sorted(drawing.chunks) for fate in drawing.chunks[first].fates]
+    together = [outcome for first in sorted(drawing.chunks) for outcome in drawing.chunks[first].outcomes]
     design = build_plan_of(case.timeline)
     for sample in range(0, SAMPLES, SAMPLES // COLD):
         one = Draws(case.scenario.seed, case.scenario.scenario, sample, 1)
@@ -88,12 +88,12 @@ def engines(count: int) -> Rows:
 
 
 def _row(played: Chunk, truth: Chunk) -> Row:
-    pairs = list(zip(played.fates, truth.fates, strict=True))
+    pairs = list(zip(played.outcomes, truth.outcomes, strict=True))
     return {
         "samples": len(pairs),
         "cpu_ms_a_sample": 1000.0 * played.cpu_time / len(pairs),
-        "wrong": sum((fate == SampleOutcome.STANDS) != (true == SampleOutcome.STANDS) for fate, true in pairs),
-        "other_level": sum(fate != true for fate, true in pairs),
+        "wrong": sum((outcome == SampleOutcome.STANDS) != (true == SampleOutcome.STANDS) for outcome, true in pairs),
+        "other_level": sum(outcome != true for outcome, true in pairs),
     }
 
 

@@ -58,9 +58,7 @@ class ContactLaw(ABC):
         """Return the greatest power that forces take from a slip [W], for normal forces up to `press` [N]."""
 
     def spare(self, normal: Numbers, tangential: Numbers) -> Numbers:
-        """Return the distance of a force from the border of the set, by normal component or friction [N]; negative
-        outside.
-        """
+        """Return the distance of a force from the set's border, normal or tangential [N]; negative outside."""
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         return np.minimum(normal - self.least_normal, self.greatest_friction(normal) - tangential)
@@ -107,8 +105,9 @@ class Coulomb(ContactLaw):
         return np.where(inside, normal, pressed), np.where(inside, tangential, self.friction * pressed)
 
     def projection(self, forces: Numbers) -> tuple[Numbers, Numbers]:
-        """Return the nearest forces and their derivatives (n, 3, 3); forces (n, 3) are normal and two tangential
-        components.
+        """Return the nearest forces and their derivatives (n, 3, 3).
+
+        Each row of `forces` (n, 3) has the normal and two tangential components of a force.
         """
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
@@ -125,8 +124,7 @@ class Coulomb(ContactLaw):
         return np.column_stack([pressed, rubbed[:, None] * along]), turned
 
     def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
-        """Return zero for a slip that opens the contact fast enough, otherwise the power of the normal force `press`.
-        """
+        """Return zero for a slip that opens the contact fast enough, otherwise the power that `press` allows."""
         import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
 
         short = np.maximum(self.shortfall(opening, sliding), 0.0)

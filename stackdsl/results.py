@@ -153,7 +153,7 @@ class ClaimOutcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Why:
+class FailureCause:
     """Explanation of an unexpected outcome; unknown parts are empty or None."""
 
     cause: str = ""  # from the proof: bricks that tip or slide, and on which bodies
@@ -263,7 +263,7 @@ class VariantResult:
     drift: float = 0.0  # [m]
     cost: Cost | None = None
     outcomes: tuple[ClaimOutcome, ...] = ()  # expectations
-    why: Why | None = None  # None if every expectation is met
+    why: FailureCause | None = None  # None if every expectation is met
     truths: tuple[ClaimOutcome, ...] = ()  # comparison with answers from other sources, which never fails the scenario
     golden: GoldenResult | None = None
     engine: str = ""  # the package that took the steps; empty without steps

@@ -63,9 +63,11 @@ def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
 
 def _from_truth(scenario: Scenario) -> Answer | None:
     """A collapse that is known outweighs what is known to stand beside it."""
-    fates = [truth.stated.implied_outcome for truth in scenario.truth if truth.stated.implied_outcome is not None]
-    fate = max(fates, key=lambda fate: fate.seen, default=None)
-    return None if fate is None else Answer(fate.stands, Source.TRUTH, *_ends(fate.level), *_ends(fate.time))
+    outcomes = [truth.content.implied_outcome for truth in scenario.truth if truth.content.implied_outcome is not None]
+    outcome = max(outcomes, key=lambda outcome: outcome.seen, default=None)
+    return (
+        None if outcome is None else Answer(outcome.stands, Source.TRUTH, *_ends(outcome.level), *_ends(outcome.time))
+    )
 
 
 def _ends(tolerance: Tolerance | None) -> tuple[float, float]:

@@ -110,7 +110,7 @@ CLOSER = (1.1, 4.0, 16.0, 64.0, 256.0, 1024.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shaken:
+class AcceleratedProblem:
     """Problem prepared for many directions. Accelerations are in units of g."""
 
     problem: Problem
@@ -175,7 +175,7 @@ class Heading:
 
 def shaken(
     problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float = ACCURACY
-) -> Shaken | None:
+) -> AcceleratedProblem | None:
     """Return a problem prepared for accelerations; None if it is not proven to stand.
 
     Slivers are left out if the structure stands without them (`without_slivers`). Without `gravity` the weight of a
@@ -186,7 +186,9 @@ def shaken(
     return case if case is not None or sure is problem else _shaken(problem, gravity, tolerances, accuracy)
 
 
-def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float) -> Shaken | None:
+def _shaken(
+    problem: Problem, gravity: float | None, tolerances: Tolerances, accuracy: float
+) -> AcceleratedProblem | None:
     if gravity is None:
         weights = {name: -load.force_W[2] for name, load in sorted(problem.loads.items())}
     else:
@@ -196,10 +198,10 @@ def _shaken(problem: Problem, gravity: float | None, tolerances: Tolerances, acc
         system, least_prestress(system, accuracy).rows
     )  # deep inside the cones, so that a share of these forces brings others inside
     stands = proven_forces(problem, system, rest, tolerances) is not None
-    return Shaken(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
+    return AcceleratedProblem(problem, weights, system, rest, tolerances, proof_cones(problem)) if stands else None
 
 
-def heading(case: Shaken, angle: float) -> Heading:
+def heading(case: AcceleratedProblem, angle: float) -> Heading:
     """Return the greatest acceleration of the assembly in one direction."""
     point = clarabel_solve(program_along(case, angle), ACCURACY)
     if not (np.isfinite(point.x).all() and np.isfinite(point.dual).all()):
@@ -210,7 +212,7 @@ def heading(case: Shaken, angle: float) -> Heading:
     return Heading(angle, reach, rows, case.system.matrix @ point.x[:-1], _cut(case, along, value, point.x[:-1]))
 
 
-def program_along(case: Shaken, angle: float) -> ConicProgram:
+def program_along(case: AcceleratedProblem, angle: float) -> ConicProgram:
     """Return the program of one direction.
 
     Minus its first dual is the reach [g]; the other duals except the last are the forces.
@@ -228,7 +230,9 @@ def program_along(case: Shaken, angle: float) -> ConicProgram:
     return system.rows.program(np.append(-system.loads, FURTHEST), matrix, offset, equal=1, positive=1)
 
 
-def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: Array) -> tuple[float, Array]:
+def proven_reach(
+    case: AcceleratedProblem, along: tuple[float, float], value: float, rows: Array
+) -> tuple[float, Array]:
     """Return the reach that forces prove, a little below the solver's value if needed, and these forces.
 
     At the reach itself some contacts are about to open, so correcting rounding errors pushes other forces out of their
@@ -250,7 +254,9 @@ def proven_reach(case: Shaken, along: tuple[float, float], value: float, rows: A
     return 0.0, case.rest
 
 
-def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanced: Array) -> tuple[float, Array]:
+def _at_the_brink(
+    case: AcceleratedProblem, along: tuple[float, float], value: float, balanced: Array
+) -> tuple[float, Array]:
     """Return the reach for a structure at its limit, where mixing cannot correct contacts with zero pressure.
 
     The forces are projected into their cones one by one and balanced again by the contacts with pressure.
@@ -265,7 +271,7 @@ def _at_the_brink(case: Shaken, along: tuple[float, float], value: float, balanc
     return 0.0, case.rest
 
 
-def _shares(case: Shaken, balanced: Array) -> Iterator[float]:
+def _shares(case: AcceleratedProblem, balanced: Array) -> Iterator[float]:
     """Yield the shares of the rest forces that bring other forces into their cones, the smallest share first."""
     least = case.system.rows.least_share(balanced, case.rest)
     if least == 0.0:
@@ -289,7 +295,7 @@ def corrected_forces(system: WrenchMatrix, rows: Array) -> Array:
     return rows
 
 
-def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array) -> Cut | None:
+def _cut(case: AcceleratedProblem, along: tuple[float, float], value: float, columns: Array) -> Cut | None:
     """Return the half-plane that a motion proves, a little outside the solver's one: a proof needs a positive gain."""
     if value > 0.5 * FURTHEST:
         return None
@@ -310,7 +316,7 @@ def _cut(case: Shaken, along: tuple[float, float], value: float, columns: Array)
     return Cut(normal, value * share, further * share, motion)
 
 
-def proven_distance(case: Shaken, cut: Cut) -> float:
+def proven_distance(case: AcceleratedProblem, cut: Cut) -> float:
     """Return the least distance of a cut that its motion proves [g]; the required gain is found by trial."""
     x, y = cut.normal
     furthest = cut.distance + cut.further

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.analysis.acceleration_cut import (
+    AcceleratedProblem,
     Cut,
     Heading,
-    Shaken,
     corrected_forces,
     distance_of,
     groups_apart,
@@ -243,7 +243,7 @@ SINGULAR = 1e-12  # share of the largest equation that is added to all, since so
 PLACES = tuple(cos((2 * k + 1) * pi / 10.0) for k in range(5))
 
 
-def slide(case: Shaken, bearing: float) -> Cut | None:
+def slide(case: AcceleratedProblem, bearing: float) -> Cut | None:
     """Return the cut of bricks that slide alike in all directions, here along `bearing`; None if none do."""
     if not all(_is_weight(case, name) for name in case.system.names):
         return None
@@ -261,7 +261,7 @@ def slide(case: Shaken, bearing: float) -> Cut | None:
     return Cut((x, y), friction, further, motion) if proven else None
 
 
-def _is_weight(case: Shaken, name: BodyId) -> bool:
+def _is_weight(case: AcceleratedProblem, name: BodyId) -> bool:
     weight = case.weights.get(name, 0.0)
     load = case.problem.loads.get(name, Wrench(ZERO))
     x, y, z = load.force_W
@@ -289,7 +289,7 @@ def _is_level(contact: Contact) -> bool:
     return all(abs(x) <= LEVEL and abs(y) <= LEVEL and z > 0.0 for x, y, z in contact.normals_W)
 
 
-def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
+def hold_along(case: AcceleratedProblem, acceleration: float, middle: float, width: float) -> bool:
     """Return whether parallel forces prove `acceleration` [g] on an arc of `width` about the bearing `middle`."""
     if width <= WIDEST_ARC and _hold_along(case, acceleration, middle, max(width, NARROWEST)):
         return True
@@ -297,7 +297,7 @@ def hold_along(case: Shaken, acceleration: float, middle: float, width: float) -
     return half >= NARROWEST and all(hold_along(case, acceleration, middle + side * half, half) for side in (-0.5, 0.5))
 
 
-def _hold_along(case: Shaken, acceleration: float, middle: float, width: float) -> bool:
+def _hold_along(case: AcceleratedProblem, acceleration: float, middle: float, width: float) -> bool:
     """Return whether forces with constant n_0 and n_1 prove `acceleration` [g] on an arc of `width` about `middle`."""
     cones = _admitting(case, acceleration)
     matrix, loads = _balance(case, acceleration, middle, cones, _parts(width))
@@ -308,7 +308,7 @@ def _hold_along(case: Shaken, acceleration: float, middle: float, width: float) 
     )
 
 
-def _admitting(case: Shaken, acceleration: float) -> Indices:
+def _admitting(case: AcceleratedProblem, acceleration: float) -> Indices:
     """Return the frictional cones that contain forces parallel to the apparent gravity in all directions."""
     cones, with_friction = case.system.cones, case.system.round
     x, y, z = cones.axes_W[with_friction, 0].T
@@ -324,7 +324,9 @@ def _parts(width: float) -> Array:
     return parts
 
 
-def _balance(case: Shaken, acceleration: float, middle: float, cones: Indices, parts: Array) -> tuple[Sparse, Array]:
+def _balance(
+    case: AcceleratedProblem, acceleration: float, middle: float, cones: Indices, parts: Array
+) -> tuple[Sparse, Array]:
     """Return the matrix and its required product with the forces at the three corners, scaled as in `WrenchMatrix`.
 
     `parts` gives n_0 and n_1 from the forces at the corners; the first axis points to the middle of the arc.
@@ -397,7 +399,7 @@ def _pushes(matrix: Sparse, loads: Array) -> Array | None:
 
 
 def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
-    case: Shaken, acceleration: float, middle: float, width: float, cones: Indices, pushes: Array
+    case: AcceleratedProblem, acceleration: float, middle: float, width: float, cones: Indices, pushes: Array
 ) -> Iterator[tuple[tuple[float, float], Array]]:
     """Yield accelerations along an arc and the forces for each, in the units of the rows of the system."""
     system = case.system
@@ -531,7 +533,7 @@ def _of_one_group(
             arcs[weakest : weakest + 1] = [_Arc(arc.start, solved[-1]), _Arc(solved[-1], arc.end)]
 
 
-def _nearest(case: Shaken, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:
+def _nearest(case: AcceleratedProblem, solved: Sequence[Heading], sliding: Cut | None) -> Cut | None:
     """Return the nearest of all cuts; the solver's cuts are inexact, so near ones are proven."""
     cut = min((one.cut for one in solved), key=distance_of)
     if sliding is None or distance_of(cut) < sliding.distance * (1.0 - INEXACT):
@@ -539,7 +541,9 @@ def _nearest(case: Shaken, solved: Sequence[Heading], sliding: Cut | None) -> Cu
     return cut if cut is not None and proven_distance(case, cut) < sliding.distance else sliding
 
 
-def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[Heading]) -> AccelerationMargin:
+def _margin(
+    case: AcceleratedProblem, proven: float, nearest: Cut | None, solved: Sequence[Heading]
+) -> AccelerationMargin:
     if nearest is None:
         return AccelerationMargin(inf, inf, solved[0].angle, None, len(solved))
     upper = proven_distance(case, nearest)
@@ -548,7 +552,7 @@ def _margin(case: Shaken, proven: float, nearest: Cut | None, solved: Sequence[H
     return AccelerationMargin(value, upper, atan2(nearest.normal[1], nearest.normal[0]), nearest.motion, len(solved))
 
 
-def _first_alike(case: Shaken, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
+def _first_alike(case: AcceleratedProblem, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
     """Return the first counter-clockwise from +x of equally near cuts, such as those of a symmetric structure."""
     most = upper * (1.0 + ALIKE)
     found = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
@@ -622,7 +626,9 @@ def _corner(arc: _Arc) -> Point2 | None:
     return ((a * by - b * ay) / turn, (b * ax - a * bx) / turn)
 
 
-def _is_smooth(arcs: Sequence[_Arc], index: int, case: Shaken, radius: float, middles: dict[float, Array]) -> bool:
+def _is_smooth(
+    arcs: Sequence[_Arc], index: int, case: AcceleratedProblem, radius: float, middles: dict[float, Array]
+) -> bool:
     """Return whether interpolated forces prove a radius along an arc.
 
     `middles` caches the computed forces by heading.

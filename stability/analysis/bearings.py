@@ -12,9 +12,9 @@ import numpy as np
 
 from stability.analysis.acceleration_cut import (
     FURTHEST,
+    AcceleratedProblem,
     Cut,
     Heading,
-    Shaken,
     groups_apart,
     heading,
     program_along,
@@ -51,7 +51,7 @@ FURTHER = (4.0, 100.0, 1e4, 1e6)  # multiples of the least gain of a proof, trie
 class RoughHeadings:
     """Problem with the solvers of its directions, to a relative tolerance."""
 
-    case: Shaken
+    case: AcceleratedProblem
     tolerance: float
     # (columns,) a motion that opens every contact; without one, directions are solved with high accuracy
     opening: Array | None
@@ -116,7 +116,7 @@ class RoughHeadings:
         return moving[self.case.system.kept]
 
 
-def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
+def rough_headings(case: AcceleratedProblem, tolerance: float) -> RoughHeadings:
     """Return the solvers of the directions of a problem, to a relative tolerance."""
     velocities = separating_velocities(case.problem, case.problem.bricks)
     opening = None
@@ -126,7 +126,7 @@ def rough_headings(case: Shaken, tolerance: float) -> RoughHeadings:
     return RoughHeadings(case, tolerance, opening, tuple(QuickSeries(accuracy) for _ in range(AT_ONCE)))
 
 
-def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
+def proven_cut(case: AcceleratedProblem, motion: Motion) -> Cut | None:
     """Return the nearest half-plane that a motion proves: there its gain is the least one that a proof needs."""
     momentum, resisted, size = _powers(case, motion)
     along = hypot(*momentum)
@@ -141,7 +141,7 @@ def proven_cut(case: Shaken, motion: Motion) -> Cut | None:
     return None
 
 
-def _powers(case: Shaken, motion: Motion) -> tuple[tuple[float, float], float, float]:
+def _powers(case: AcceleratedProblem, motion: Motion) -> tuple[tuple[float, float], float, float]:
     """Return the power of a motion under 1 g along x and y, the loss of the loads, and the sum of sizes [W]."""
     gained, resisted, size = np.zeros(2), 0.0, 0.0
     for name, (velocity, spin) in sorted(motion.velocity.items()):
@@ -174,7 +174,7 @@ class Symmetry:
     cones: Indices  # (cones,) the image of each
     signs: Array  # (cones,) -1 where the image is of the force on the other body
 
-    def image(self, case: Shaken, one: Heading, angle: float) -> Heading | None:
+    def image(self, case: AcceleratedProblem, one: Heading, angle: float) -> Heading | None:
         """Return the image of a direction's result at this angle; None if it is not proven there."""
         x, y = one.reach * cos(angle), one.reach * sin(angle)
         rows = self._rows(case, one.rows)
@@ -188,13 +188,13 @@ class Symmetry:
         x, y, _ = self.matrix @ np.array([cos(angle), sin(angle), 0.0])
         return atan2(y, x) % (2.0 * pi)
 
-    def _rows(self, case: Shaken, rows: Array) -> Array:
+    def _rows(self, case: AcceleratedProblem, rows: Array) -> Array:
         system = case.system
         forces = np.zeros((len(self.cones), 3))
         forces[self.cones] = self.signs[:, None] * (system.forces_W(rows) @ self.matrix.T)
         return system.rows_of(forces)
 
-    def _motion(self, case: Shaken, motion: Motion) -> Motion:
+    def _motion(self, case: AcceleratedProblem, motion: Motion) -> Motion:
         """Return the image of a motion; spins are axial vectors, so a reflection reverses them."""
         names, turn = case.system.names, float(np.linalg.det(self.matrix)) * self.matrix
         image = {name: names[self.bricks[number]] for number, name in enumerate(names)}
@@ -211,7 +211,7 @@ def _vector(values: Array) -> tuple[float, float, float]:
     return (x, y, z)
 
 
-def symmetries(case: Shaken) -> Sequence[Symmetry]:
+def symmetries(case: AcceleratedProblem) -> Sequence[Symmetry]:
     """Return the symmetries of a square, aligned with a brick in plan, that a structure has."""
     names = case.system.names
     if len(names) < FEWEST:
@@ -236,7 +236,7 @@ def _candidates(problem: Problem) -> Iterator[Array]:
         yield np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: float) -> Symmetry | None:
+def _symmetry(case: AcceleratedProblem, matrix: Array, places: Array, centre: Array, size: float) -> Symmetry | None:
     """Return the symmetry of this matrix; None if a brick, load or cone has no image."""
     forces, torques, weights = _loads(case, size)
     turn = float(np.linalg.det(matrix)) * matrix
@@ -253,7 +253,7 @@ def _symmetry(case: Shaken, matrix: Array, places: Array, centre: Array, size: f
     return Symmetry(matrix, bricks, onto % len(points), np.where(onto < len(points), 1.0, -1.0))
 
 
-def _loads(case: Shaken, size: float) -> tuple[Array, Array, Array]:
+def _loads(case: AcceleratedProblem, size: float) -> tuple[Array, Array, Array]:
     """Return forces, torques and weights of the bricks in dimensionless units.
 
     The units are the largest load and the size of the structure.
@@ -379,7 +379,7 @@ def _weaker(one: Survived, other: Survived) -> Survived:
 class _Found:
     """Proven bounds on the accelerations that one group survives."""
 
-    case: Shaken
+    case: AcceleratedProblem
     # [g] by bearing: no larger value is needed, as other groups are proven to survive no more
     enough: Mapping[float, float] = field(default_factory=dict)
     solved: list[Heading] = field(default_factory=list)  # by angle, counter-clockwise

@@ -16,7 +16,7 @@ from stability.analysis.subset_search import (
     SubsetAnswer,
     Subsets,
     descend,
-    nobody,
+    ignore_verdict_count,
     smallest,
 )
 from stability.model import BodyId
@@ -60,7 +60,7 @@ class BuildingOrder:
         return most
 
 
-def building_order(parts: Subsets, most: int, known: Known = nobody) -> BuildingOrder:
+def building_order(parts: Subsets, most: int, known: Known = ignore_verdict_count) -> BuildingOrder:
     """Return an order with the fewest props of those that `parts` allows; the whole design must stand."""
     return OrderSearch(parts, most, known).run()
 
@@ -68,7 +68,7 @@ def building_order(parts: Subsets, most: int, known: Known = nobody) -> Building
 class OrderSearch:
     """Search for an order with the fewest props; after an interrupt `best` holds the best result so far."""
 
-    def __init__(self, parts: Subsets, most: int, known: Known = nobody) -> None:
+    def __init__(self, parts: Subsets, most: int, known: Known = ignore_verdict_count) -> None:
         """Limit the search to `most` verdicts, besides those for a first order with props under all bricks.
 
         `known` is called with the number of verdicts.
@@ -154,7 +154,9 @@ class OrderSearch:
         return None if None in found else [name for order in found for name in reversed(order or ())]
 
 
-def least_props(parts: Subsets, states: Sequence[Part], known: Known = nobody) -> tuple[BodyId, ...] | None:
+def least_props(
+    parts: Subsets, states: Sequence[Part], known: Known = ignore_verdict_count
+) -> tuple[BodyId, ...] | None:
     """Return the fewest bricks whose props let all these parts stand; None if there is no such set.
 
     Verdicts cost least if each part is a subset of the one before it.

@@ -10,7 +10,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
-from stability.analysis.subset_search import Clause, Known, Part, Subsets, descend, from_the_top, nobody, smallest
+from stability.analysis.subset_search import (
+    Clause,
+    Known,
+    Part,
+    Subsets,
+    descend,
+    from_the_top,
+    ignore_verdict_count,
+    smallest,
+)
 from stability.model import BodyId
 from stability.name_order import in_order
 from stability.problem import Contact, Stability, Verdict
@@ -32,7 +41,7 @@ class Pull:
 
 
 @dataclass(frozen=True, slots=True)
-class Longest:
+class LongestOrder:
     """Longest order of pulls with a standing remainder after each pull."""
 
     order: tuple[BodyId, ...]
@@ -46,7 +55,7 @@ class Longest:
 
 
 @dataclass(frozen=True, slots=True)
-class Soonest:
+class EarliestFall:
     """Least number of pulls that bring the structure down."""
 
     at_least: int  # lower bound on the pulls before a fall, for any order, proven
@@ -71,7 +80,7 @@ def single_pulls(design: Assembly) -> Iterator[Pull]:
         yield Pull(name, name in load_bearing, design.would_without([name]))
 
 
-def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Longest:
+def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> LongestOrder:
     """Return the longest order of pulls of given bricks from a standing design, with at most `most` verdicts."""
     return LongestSearch(parts, may_go, most, known).run()
 
@@ -79,7 +88,7 @@ def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = nobody
 class LongestSearch:
     """Search for the longest order from both sides; after an interrupt `best` holds the current bounds."""
 
-    def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> None:
+    def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> None:
         """Limit the pulls to `may_go` and the search to `most` verdicts; `known` is called with their number."""
         self.parts, self.may_go, self.known = parts, may_go, known
         self.last = parts.asked + most  # limit of the number of verdicts
@@ -92,17 +101,17 @@ class LongestSearch:
         self.bounded = True  # whether all excluded sets were excluded by a proof
 
     @property
-    def best(self) -> Longest:
+    def best(self) -> LongestOrder:
         """Return the current bounds."""
         reason = self.reason or ("" if self.closed else "the bound was not closed")
-        return Longest(self.order, max(self.at_most, len(self.order)), reason)
+        return LongestOrder(self.order, max(self.at_most, len(self.order)), reason)
 
     @property
     def closed(self) -> bool:
         """Return whether no order is longer."""
         return len(self.order) >= self.at_most
 
-    def run(self) -> Longest:
+    def run(self) -> LongestOrder:
         """Search to the end."""
         self._pull_greedily()
         if not self.closed:
@@ -194,7 +203,7 @@ def _beside(parts: Subsets, name: BodyId) -> list[BodyId]:
     return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
 
 
-def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = nobody) -> Soonest:
+def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> EarliestFall:
     """Return the fewest pulls that bring a standing design down, with at most `most` verdicts."""
     last, undecided = parts.asked + most, 0
     names = from_the_top(parts, may_go)[::-1]
@@ -202,10 +211,10 @@ def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = nobody)
         for chosen in combinations(names, count):
             part = parts.whole & ~parts.part_of(chosen)
             if parts.asked >= last:
-                return Soonest(1 if undecided else count, (), undecided)
+                return EarliestFall(1 if undecided else count, (), undecided)
             answer = parts.ask(part, part | parts.part_of(chosen[-1:]))
             known(parts.asked)
             if answer.stability is Stability.UNSTABLE:
-                return Soonest(1 if undecided else count, chosen, undecided)
+                return EarliestFall(1 if undecided else count, chosen, undecided)
             undecided += answer.stability is Stability.UNDECIDED
-    return Soonest(len(names) + 1, (), undecided)
+    return EarliestFall(len(names) + 1, (), undecided)

@@ -6,7 +6,7 @@ from math import atan2, ceil, cos, floor, hypot, inf, log10, pi, sin
 from typing import TypeAlias
 
 from stability.analysis.building_order import least_props
-from stability.analysis.subset_search import Known, Part, Subsets, nobody, props_of
+from stability.analysis.subset_search import Known, Part, Subsets, ignore_verdict_count, props_of
 from stability.contact_law import GivenFriction
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
@@ -186,7 +186,7 @@ class Propping:
     next_to_fall: tuple[BodyId, ...] = ()  # bricks of a later fall that no props prevent; empty if everything stands
 
 
-def propping(piling: Piling, known: Known = nobody) -> Propping | None:
+def propping(piling: Piling, known: Known = ignore_verdict_count) -> Propping | None:
     """Return the fewest props with which the whole build stands, or else its first fall; None if none are found.
 
     `known` is called with the number of verdicts.

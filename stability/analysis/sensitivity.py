@@ -14,7 +14,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, pi
 
-from stability.analysis.acceleration_cut import Heading, Shaken, groups_apart, heading, proven_distance, shaken
+from stability.analysis.acceleration_cut import (
+    AcceleratedProblem,
+    Heading,
+    groups_apart,
+    heading,
+    proven_distance,
+    shaken,
+)
 from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.margins import least_friction
 from stability.geometry.vectors import add, add_scaled, cross, dot, norm, scale, subtract
@@ -71,7 +78,7 @@ def acceleration_limits(
     return margin.value, tuple(found.values())
 
 
-def _aligned(case: Shaken, angle: float) -> Iterator[Heading]:
+def _aligned(case: AcceleratedProblem, angle: float) -> Iterator[Heading]:
     """Yield the limits of a direction, each at the direction in which it is reached first."""
     one = heading(case, angle)
     if one.cut is None:
@@ -83,7 +90,7 @@ def _aligned(case: Shaken, angle: float) -> Iterator[Heading]:
         yield one
 
 
-def _limit(case: Shaken, one: Heading) -> MarginLimit:
+def _limit(case: AcceleratedProblem, one: Heading) -> MarginLimit:
     assert one.cut is not None
     forces = case.at(*one.point).forces(one.rows)
     motion = one.cut.motion

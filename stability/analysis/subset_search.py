@@ -37,21 +37,21 @@ class Clause:
 
 
 @dataclass(frozen=True, slots=True)
-class Smallest:
+class SmallestSet:
     """Set that satisfies all clauses; `None` if there is none."""
 
     chosen: int | None
     at_least: int  # lower bound on the bricks of such a set, proven by the search
 
 
-def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES) -> Smallest:
+def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES) -> SmallestSet:
     """Return the smallest set among `bits` bricks that satisfies all clauses."""
     import numpy as np  # noqa: PLC0415 -- they take longer to load than most verdicts to find
     from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415 -- likewise
     from scipy.sparse import csr_matrix  # noqa: PLC0415 -- likewise
 
     if not clauses:
-        return Smallest(0, 0)
+        return SmallestSet(0, 0)
     rows, columns, values, least = [], [], [], []
     for row, clause in enumerate(clauses):
         for bit in range(bits):
@@ -73,9 +73,9 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     bound = found.mip_dual_bound
     at_least = max(0, ceil(bound - SLACK)) if bound is not None and np.isfinite(bound) else 0
     if found.x is None:
-        return Smallest(None, at_least)
+        return SmallestSet(None, at_least)
     chosen = sum(1 << bit for bit in range(bits) if found.x[bit] > 0.5)  # noqa: PLR2004 -- either 0 or 1
-    return Smallest(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
+    return SmallestSet(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
 
 
 # A contact resists a motion that does not open it fast enough.
@@ -375,7 +375,7 @@ class Subsets:
 Known = Callable[[int], None]  # is called with the number of verdicts so far
 
 
-def nobody(_: int) -> None:
+def ignore_verdict_count(_: int) -> None:
     """Ignore the number of verdicts."""
 
 
@@ -394,7 +394,7 @@ class Descent:
         return self.order is None and self.exhausted and all(a.stability is Stability.UNSTABLE for _, a in self.ends)
 
 
-def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = nobody) -> Descent:
+def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = ignore_verdict_count) -> Descent:
     """Remove all bricks of the standing part `start` that are not in `goal`, with at most `most` verdicts."""
     last, ends = parts.asked + most, dict[Part, SubsetAnswer]()
     path: list[BodyId] = []

@@ -12,8 +12,8 @@ from stability.analysis.uniqueness_program import (
     STILL,
     Branch,
     Condition,
+    ContactMode,
     Guess,
-    How,
     Multipliers,
     PowerProgram,
     ProvenBranch,
@@ -58,7 +58,7 @@ ASIDE = 0.98  # cosine: directions closer than this to an earlier one are skippe
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Searched:
+class StartSearch:
     """Complete set of branches with proofs, or a start; neither if undecided."""
 
     proof: tuple[ProvenBranch, ...] | None
@@ -72,11 +72,11 @@ def searched(
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
     solver: Solver = clarabel_solve,
     most: int = MOST_COLUMNS,
-) -> Searched:
+) -> StartSearch:
     """Search for a motion that starts from rest in a group, or prove that there is none."""
     start = first_start(problem, equations, tolerances)
     if start is not None:
-        return Searched(None, start, 0)
+        return StartSearch(None, start, 0)
     waiting: list[Branch] = [()]
     proven: list[ProvenBranch] = []
     for asked in range(1, 2 + most // _columns(equations)):
@@ -88,11 +88,11 @@ def searched(
             start = start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
             split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
             if start is not None or split is None:
-                return Searched(None, start, asked)
+                return StartSearch(None, start, asked)
             waiting += [(*branch, split.opposite), (*branch, split)]
         if not waiting:
-            return Searched(tuple(proven), None, asked)
-    return Searched(None, None, asked)
+            return StartSearch(tuple(proven), None, asked)
+    return StartSearch(None, None, asked)
 
 
 def _columns(equations: StartEquations) -> int:
@@ -124,7 +124,7 @@ def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, po
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
     """Return the condition that the suggestion violates most; None if there is none left."""
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
-    asked = {each.point for each in branch if each.how is not How.TOWARDS}
+    asked = {each.point for each in branch if each.how is not ContactMode.TOWARDS}
     opening = {
         point: _strength(guessed, _normal(equations, point)) * pressed[point]
         for point, normals in enumerate(equations.normals)
@@ -132,13 +132,13 @@ def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Conditi
     }
     most = max(opening, key=opening.__getitem__, default=-1)
     if most >= 0 and opening[most] > 0.0:
-        return Condition(most, How.SHUT)
+        return Condition(most, ContactMode.SHUT)
     return _side(equations, branch, guessed, pressed)
 
 
 def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Array) -> Condition | None:
     """Return the condition on the side to which the point with the largest power of friction slides."""
-    opened = {each.point for each in branch if each.how is How.OPENS}
+    opened = {each.point for each in branch if each.how is ContactMode.OPENS}
     sliding = [
         (strength * pressed[point], point, way)
         for point, normals in enumerate(equations.normals)
@@ -148,7 +148,7 @@ def _side(equations: StartEquations, branch: Branch, guessed: Guess, pressed: Ar
     if not sliding:
         return None
     _, point, (x, y, z) = max(sliding)
-    return Condition(point, How.TOWARDS, (x, y, z))
+    return Condition(point, ContactMode.TOWARDS, (x, y, z))
 
 
 def _any_guess(equations: StartEquations) -> Guess:
@@ -172,7 +172,7 @@ def _way(
     """Yield the speed and the direction of a point along a tangent without a condition yet, if there is one."""
     if equations.law_at(point).friction == 0.0:
         return
-    before = [np.array(each.towards) for each in branch if each.how is How.TOWARDS and each.point == point]
+    before = [np.array(each.towards) for each in branch if each.how is ContactMode.TOWARDS and each.point == point]
     across = equations.axes[point, 1:] @ equations.slips[point]
     turned = np.linalg.eigh(across @ guessed.moments @ across.T)[1].T[::-1]
     diagonal = np.array([turned[0] + turned[1], turned[0] - turned[1]]) * np.sqrt(0.5)
@@ -195,7 +195,7 @@ MOST_POINTS = 20  # of the contacts of such a group: with more, a branch takes a
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Braced:
+class FrictionProof:
     """Group that friction is certain to hold: no motion starts in any of a complete set of branches."""
 
     problem: Problem
@@ -214,7 +214,7 @@ class RestOutcome:
 
     guaranteed: bool  # whether rest is the only possibility
     normal: Forces | None = None  # forces along normals alone that balance everything, if they prove it
-    braced: tuple[Braced, ...] = ()  # the groups that need friction, with their proofs, if rest is guaranteed
+    braced: tuple[FrictionProof, ...] = ()  # the groups that need friction, with their proofs, if rest is guaranteed
     start: InitialMotion | None = None  # another possible motion from rest
     lets_go: str = ""  # description of `start`
     undecided: tuple[BodyId, ...] = ()  # a group without a proof and without a start
@@ -274,7 +274,7 @@ def _of_group(group: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
         return _let_go(group, lets_go(group, tolerances))
     search = searched(group, start_equations(group), tolerances, most=most)
     if search.proof is not None:
-        return RestOutcome(guaranteed=True, braced=(Braced(group, search.proof),))
+        return RestOutcome(guaranteed=True, braced=(FrictionProof(group, search.proof),))
     return _let_go(group, search.start)
 
 

@@ -25,7 +25,7 @@ from stability.statics.wrench_matrix import Sparse
 SHUT = 1e-9  # share of the largest: a smaller combination of normal accelerations counts as free
 
 
-class How(StrEnum):
+class ContactMode(StrEnum):
     """Assumption about a contact point in a branch."""
 
     OPENS = "opens"  # the normal acceleration is not negative, and no force acts
@@ -38,16 +38,16 @@ class Condition:
     """One of the two cases at a contact point; the other case is its `opposite`."""
 
     point: int
-    how: How
+    how: ContactMode
     towards: Vec3 = (0.0, 0.0, 0.0)  # of TOWARDS, in W
 
     @property
     def opposite(self) -> "Condition":
         """Return the opposite condition."""
-        if self.how is How.TOWARDS:
+        if self.how is ContactMode.TOWARDS:
             x, y, z = self.towards
-            return Condition(self.point, How.TOWARDS, (-x, -y, -z))
-        return Condition(self.point, How.SHUT if self.how is How.OPENS else How.OPENS)
+            return Condition(self.point, ContactMode.TOWARDS, (-x, -y, -z))
+        return Condition(self.point, ContactMode.SHUT if self.how is ContactMode.OPENS else ContactMode.OPENS)
 
 
 Branch: TypeAlias = tuple[Condition, ...]
@@ -69,12 +69,16 @@ def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
     The last row states that loads have positive power, as in any start from rest.
     """
     single = [point for point, normals in enumerate(equations.normals) if len(normals) == 1]
-    shut = [each.point for each in branch if each.how is How.SHUT]
-    opened = {each.point for each in branch if each.how is How.OPENS}
+    shut = [each.point for each in branch if each.how is ContactMode.SHUT]
+    opened = {each.point for each in branch if each.how is ContactMode.OPENS}
     basis = _free(equations, shut)
     opening = {point: equations.axes[point, 0] @ equations.slips[point] @ basis for point in single}
     owners = [point for point in single if point not in shut and np.abs(opening[point]).max(initial=0.0) > SHUT]
-    sides = [np.array(each.towards) @ equations.slips[each.point] @ basis for each in branch if each.how is How.TOWARDS]
+    sides = [
+        np.array(each.towards) @ equations.slips[each.point] @ basis
+        for each in branch
+        if each.how is ContactMode.TOWARDS
+    ]
     return KnownAccelerations(
         basis,
         np.array([*(opening[point] for point in owners), *sides, equations.loads @ basis]),

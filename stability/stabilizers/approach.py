@@ -109,7 +109,7 @@ class HitPredictor(BrickObserver):
             self._look_at.pop(brick, None)
             self._known.discard(brick)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Stop the checks of removed bricks."""
         self.frozen(bricks)
 

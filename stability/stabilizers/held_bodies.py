@@ -48,7 +48,7 @@ class HeldBodies(BrickObserver):
         for brick in bricks:
             self._held.pop(brick, None)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the states of removed bricks."""
         self.woken(bricks)
 

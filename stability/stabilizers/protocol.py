@@ -84,16 +84,16 @@ class Stabilizer(Protocol):
 
     # --- hands, which move or hold bricks regardless of contacts ------------------------------------------------------
 
-    def taken(self, brick: BodyId) -> Update:
+    def grasp(self, brick: BodyId) -> Update:
         """Handle a hand taking a brick: the brick is no longer judged, and bricks that it supported wake."""
 
-    def held(self, bricks: Collection[BodyId]) -> Update:
+    def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle bricks that hands hold at rest, as firmly as the ground; hands may have taken them before."""
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
         """Handle hands releasing bricks; `set_down` if the hands placed them, so that they are judged immediately."""
 
-    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+    def set_handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Set the bricks that hands may move or press: they wake, and are not judged until a later call omits them."""
 
     # --- by proofs only: the defaults are those of a stabilizer without proofs ----------------------------------------
@@ -137,7 +137,7 @@ class BrickObserver:
         The collection is empty if bricks were judged together with the frozen ones and none of these was released.
         """
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Bricks were removed from the engine, or replaced by others of the same names."""
 
     def absorb(self, other: Self) -> None:
@@ -166,10 +166,10 @@ class Observers(BrickObserver):
         for observer in self._observers:
             observer.woken(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Notify all observers that bricks were removed."""
         for observer in self._observers:
-            observer.gone(bricks)
+            observer.removed(bricks)
 
     def absorb(self, other: Self) -> None:
         """Let each observer take over the records of its counterpart."""

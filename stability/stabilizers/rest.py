@@ -84,7 +84,9 @@ class Stillness(BrickObserver):
     """Times since which the awake bricks have been slow, and the test for judging them."""
 
     limits_of: Callable[[BodyId], RestLimits]
-    handled: Collection[BodyId] = field(default=(), init=False)  # bricks that hands may move: they are not judged
+    in_reach_of_hands: Collection[BodyId] = field(
+        default=(), init=False
+    )  # bricks that hands may move: they are not judged
     _activity: dict[BodyId, Activity] = field(default_factory=dict, init=False)
     _slow_since: dict[BodyId, float] = field(default_factory=dict, init=False)
 
@@ -101,7 +103,7 @@ class Stillness(BrickObserver):
 
     def may_be_judged(self, brick: BodyId, now: float) -> bool:
         """Check that a brick has been slow for long enough."""
-        if brick in self.handled:
+        if brick in self.in_reach_of_hands:
             return False
         long_ago = now - self.limits_of(brick).dwell + ROUNDING
         return self._slow_since.get(brick, inf) <= long_ago and self._activity.get(brick) is not Activity.UNSTABLE
@@ -121,7 +123,7 @@ class Stillness(BrickObserver):
             self._slow_since.pop(brick, None)
             self._step(brick, Evidence(fails=True))
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the records of removed bricks: another brick may get the same name."""
         for brick in bricks:
             self._activity.pop(brick, None)
@@ -162,7 +164,7 @@ class LimitsBySize(BrickObserver):
             limits = self._of[brick] = self.usual.scaled(lengths=size, times=sqrt(size))
         return limits
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the limits of removed bricks: a brick of another size may get the same name."""
         for brick in bricks:
             self._of.pop(brick, None)
@@ -239,7 +241,7 @@ class Refusals(BrickObserver):
         if bricks:
             self.changed()
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Record the loss of supports, and drop the refusals of the removed bricks."""
         self._left(bricks)
 

@@ -42,7 +42,7 @@ from stability.problem import (
 )
 from stability.process_settings import one_thread, rarely_collected
 from stability.statics.certificate import Tally, brick_graph, rests_on, tallied, total_forces
-from stability.statics.journal import Kept
+from stability.statics.journal import JournaledDict
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
 
@@ -225,7 +225,7 @@ class AssemblyAnswers:
     """Bricks, fixed bodies, and the proof of each brick."""
 
     _working: Prover
-    _said: Kept[str, Verdict]
+    _said: JournaledDict[str, Verdict]
 
     @property
     def _prover(self) -> Prover:
@@ -513,7 +513,7 @@ class Assembly(AssemblyAnswers):
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
-        self._said: Kept[str, Verdict] = Kept(self._working.structure.journal)  # the last verdict
+        self._said: JournaledDict[str, Verdict] = JournaledDict(self._working.structure.journal)  # the last verdict
         self._said[LAST] = Verdict(Stability.STABLE)
         self._working.structure.journal.keep()
 

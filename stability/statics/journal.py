@@ -52,7 +52,7 @@ class Journal:
         self._notes = _Notes()
 
 
-class Kept(dict[K, V]):
+class JournaledDict(dict[K, V]):
     """Dict that notes previous values in a journal. Values must not be changed in place."""
 
     __slots__ = ("_journal", "_ordered")
@@ -82,7 +82,7 @@ class Kept(dict[K, V]):
         self._journal.note(_refill, self, dict(self))
         _refill(self, items)
 
-    def __ior__(self, items: Mapping[K, V]) -> "Kept[K, V]":  # type: ignore[override,misc]
+    def __ior__(self, items: Mapping[K, V]) -> "JournaledDict[K, V]":  # type: ignore[override,misc]
         """Update the dict as any dict."""
         self.update(items)
         return self
@@ -115,7 +115,7 @@ def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -
 
 
 @dataclass(slots=True)
-class KeptNeighbours(Neighbours[BodyId]):
+class JournaledNeighbours(Neighbours[BodyId]):
     """Bodies by place, with changes noted in a journal."""
 
     journal: Journal = field(default_factory=Journal)

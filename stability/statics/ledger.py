@@ -11,7 +11,7 @@ from itertools import count
 
 from stability.model import BodyId
 from stability.problem import ConeForces, Contact, Stage
-from stability.statics.journal import Journal, Kept
+from stability.statics.journal import Journal, JournaledDict
 from stability.statics.propagation import VerticalForce
 
 
@@ -45,15 +45,15 @@ class Ledger:
     """Groups of an assembly. A brick whose weight lies in its own load core is a group by itself, stored as a name."""
 
     journal: Journal = field(default_factory=Journal)
-    _by_core: Kept[BodyId, None] = field(init=False)
-    _groups: Kept[int, ProofGroup] = field(init=False)
-    _group_of: Kept[BodyId, int] = field(init=False)
-    _touching: Kept[BodyId, frozenset[int]] = field(init=False)
+    _by_core: JournaledDict[BodyId, None] = field(init=False)
+    _groups: JournaledDict[int, ProofGroup] = field(init=False)
+    _group_of: JournaledDict[BodyId, int] = field(init=False)
+    _touching: JournaledDict[BodyId, frozenset[int]] = field(init=False)
     _numbers: "count[int]" = field(default_factory=count)
 
     def __post_init__(self) -> None:
         """Start without entries."""
-        self._by_core, self._groups, self._group_of, self._touching = (Kept(self.journal) for _ in range(4))
+        self._by_core, self._groups, self._group_of, self._touching = (JournaledDict(self.journal) for _ in range(4))
 
     def prove_by_core(self, brick: BodyId) -> None:
         """Enter a brick whose weight lies in its load core."""

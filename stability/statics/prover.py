@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from stability.model import BodyId
 from stability.problem import Placed, Stability, Stage, Verdict
 from stability.statics.cascade import Partners, judge, prove_together
-from stability.statics.journal import Kept
+from stability.statics.journal import JournaledDict
 from stability.statics.ledger import Ledger, LedgerState, ProofGroup
 from stability.statics.structure import Structure, StructureState
 
@@ -35,8 +35,8 @@ class Prover:
         """Start without bricks."""
         self.structure = structure
         self.ledger = Ledger(structure.journal)
-        self._unproven: Kept[BodyId, None] = Kept(structure.journal)
-        self._in_doubt: Kept[BodyId, Verdict] = Kept(structure.journal)  # results for unproven bricks
+        self._unproven: JournaledDict[BodyId, None] = JournaledDict(structure.journal)
+        self._in_doubt: JournaledDict[BodyId, Verdict] = JournaledDict(structure.journal)  # results for unproven bricks
         self._partners = Partners(structure, self.ledger.with_partners)
 
     def put(self, bricks: Sequence[Placed]) -> None:

@@ -14,7 +14,7 @@ from stability.geometry.placed_shape import apart, apart_from_plane
 from stability.graph import reached
 from stability.model import BodyId, Plane, Vec3
 from stability.problem import Contact, Placed, Problem, Tolerances, Wrench
-from stability.statics.journal import Journal, Kept, KeptNeighbours
+from stability.statics.journal import Journal, JournaledDict, JournaledNeighbours
 from stability.statics.load_core import LoadCore, carries_upright, core_of
 from stability.statics.propagation import VerticalLoad
 from stability.work_limit import BRICK, CORE, add_work
@@ -50,28 +50,36 @@ class Structure:
     gravity: float  # [m/s2]
     tolerances: Tolerances
     journal: Journal = field(default_factory=Journal)  # undoes an interrupted change
-    bricks: Kept[BodyId, Placed] = field(init=False)
-    touching: Kept[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
-    supports: Kept[BodyId, list[Contact]] = field(init=False)  # contacts that can push a brick vertically up
-    carried: Kept[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can push vertically up
-    cores: Kept[BodyId, LoadCore] = field(init=False)
-    weights: Kept[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
-    across_gaps: Kept[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
-    _turn: Kept[BodyId, int] = field(init=False)  # the order in which the cores were computed
+    bricks: JournaledDict[BodyId, Placed] = field(init=False)
+    touching: JournaledDict[BodyId, dict[BodyId, Contact]] = field(init=False)  # by brick, then by other body
+    supports: JournaledDict[BodyId, list[Contact]] = field(init=False)  # contacts that can push a brick vertically up
+    carried: JournaledDict[BodyId, list[BodyId]] = field(init=False)  # bricks that a brick can push vertically up
+    cores: JournaledDict[BodyId, LoadCore] = field(init=False)
+    weights: JournaledDict[BodyId, VerticalLoad] = field(init=False)  # the weight of each brick
+    across_gaps: JournaledDict[tuple[BodyId, BodyId], Contact] = field(init=False)  # by lower and upper body
+    _turn: JournaledDict[BodyId, int] = field(init=False)  # the order in which the cores were computed
     _law: Friction = field(init=False)
-    _solids: Kept[BodyId, Solid] = field(init=False)
+    _solids: JournaledDict[BodyId, Solid] = field(init=False)
     _thinnest: float = inf  # of all bodies ever present [m]
     _thickest: float = 0.0
-    _neighbours: KeptNeighbours = field(init=False)
+    _neighbours: JournaledNeighbours = field(init=False)
     _turns: Iterator[int] = field(default_factory=count)
 
     def __post_init__(self) -> None:
         """Register the fixed boxes as neighbours."""
-        self.bricks = Kept(self.journal, ordered=True)
-        self.touching, self.supports, self.carried = Kept(self.journal), Kept(self.journal), Kept(self.journal)
-        self.cores, self.weights, self._turn = Kept(self.journal), Kept(self.journal), Kept(self.journal)
-        self.across_gaps, self._solids = Kept(self.journal), Kept(self.journal)
-        self._neighbours = KeptNeighbours(journal=self.journal)
+        self.bricks = JournaledDict(self.journal, ordered=True)
+        self.touching, self.supports, self.carried = (
+            JournaledDict(self.journal),
+            JournaledDict(self.journal),
+            JournaledDict(self.journal),
+        )
+        self.cores, self.weights, self._turn = (
+            JournaledDict(self.journal),
+            JournaledDict(self.journal),
+            JournaledDict(self.journal),
+        )
+        self.across_gaps, self._solids = JournaledDict(self.journal), JournaledDict(self.journal)
+        self._neighbours = JournaledNeighbours(journal=self.journal)
         self._law = as_friction(self.friction)
         for placed in self.tables:
             self._show(solid(placed))

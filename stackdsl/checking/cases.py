@@ -113,7 +113,7 @@ def identity_of(scenario: str, parameters: tuple[tuple[str, str], ...], system: 
 
 
 @dataclass(frozen=True, slots=True)
-class Gathered:
+class GatheredCases:
     """The cases of all valid scenarios, in the order of files, scenarios, variants and systems.
 
     The diagnostics are those of the invalid scenarios, which have no cases.
@@ -123,7 +123,7 @@ class Gathered:
     diagnostics: tuple[Diagnostic, ...]
 
 
-def gather(paths: Iterable[Path]) -> Gathered:
+def gather(paths: Iterable[Path]) -> GatheredCases:
     """Read, validate and compile all scenarios under these paths; a directory stands for the YAML files below it."""
     cases: list[Case] = []
     paths_of_files, diagnostics = files_under(paths)
@@ -139,7 +139,7 @@ def gather(paths: Iterable[Path]) -> Gathered:
             if (name := _name(source)) in first and first[name] is not source
         ]
         cases += [case for case in compiled if case.scenario.scenario not in first]
-    return Gathered(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # a shared include repeats its diagnostics
+    return GatheredCases(tuple(cases), tuple(dict.fromkeys(diagnostics)))  # a shared include repeats its diagnostics
 
 
 def loaded_from(path: Path, content: Content | None = None) -> Loaded:
@@ -436,7 +436,7 @@ Listed: TypeAlias = Case | CaseEntry
 
 
 @dataclass(frozen=True, slots=True)
-class Surveyed:
+class CaseSurvey:
     """The cases of all valid scenarios, compiled or from the cache, and the diagnostics of the others."""
 
     cases: tuple[Listed, ...]
@@ -444,7 +444,7 @@ class Surveyed:
     digests: Mapping[str, str]  # of the inputs of each readable file, by displayed path
 
 
-def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
+def survey(paths: Sequence[Path], memory: ResultCache) -> CaseSurvey:
     """Return all cases under these paths, like `gather`; compile only those of files that have changed."""
     files, diagnostics = files_under(paths)
     cases: list[Listed] = []
@@ -469,8 +469,8 @@ def survey(paths: Sequence[Path], memory: ResultCache) -> Surveyed:
             memory.remember(key, {"parts": dict(inputs.parts), "cases": [_record(case) for case in compiled]})
     if len(set(names)) < len(names):  # the diagnostic of a shared name has both positions, so read all files
         gathered = gather(paths)
-        return Surveyed(gathered.cases, gathered.diagnostics, {})
-    return Surveyed(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
+        return CaseSurvey(gathered.cases, gathered.diagnostics, {})
+    return CaseSurvey(tuple(cases), tuple(dict.fromkeys(diagnostics)), digests)
 
 
 def _content_of(path: Path) -> Content | None:

@@ -25,7 +25,7 @@ from stackdsl.sampling.samples import (
     AS_WRITTEN,
     BuildPlan,
     Draws,
-    SampleMistakeError,
+    InvalidSampleError,
     Setting,
     build_plan_of,
     timelines,
@@ -49,7 +49,7 @@ PLAYED = "played"  # method of systems that prove nothing
 class Chunk:
     """The outcomes of consecutive samples (see `SampleOutcome`), and how many each method decided."""
 
-    fates: tuple[int, ...]
+    outcomes: tuple[int, ...]
     ways: dict[str, int]
     cpu_time: float  # [s]
 
@@ -62,12 +62,12 @@ def varied_chunk(variant: Variant, system: str, draws: Draws, setting: Setting =
             judged_chunk(timeline, system, replace(draws, first=number, count=1))
             for number, timeline in enumerate(timelines(variant, draws, setting), start=draws.first)
         ]
-    except SampleMistakeError as error:
+    except InvalidSampleError as error:
         return error.mistake
     ways = Counter[str]()
     for sample in samples:
         ways.update(sample.ways)
-    return Chunk(tuple(sample.fates[0] for sample in samples), dict(ways), process_time() - started)
+    return Chunk(tuple(sample.outcomes[0] for sample in samples), dict(ways), process_time() - started)
 
 
 def judged_chunk(timeline: Timeline, system: str, draws: Draws) -> Chunk:
@@ -83,7 +83,8 @@ def judged_each(design: BuildPlan, timeline: Timeline, system: str, draws: Draws
     if system_named(system).method is Method.PROVEN:
         outcomes = sample_outcomes_of(design, draws)
         return [
-            (outcome, str(method or "")) for outcome, method in zip(outcomes.fates.tolist(), outcomes.ways, strict=True)
+            (outcome, str(method or ""))
+            for outcome, method in zip(outcomes.values.tolist(), outcomes.ways, strict=True)
         ]
     hands = PlacementSampler(design, draws).build()
     return [
@@ -142,7 +143,7 @@ class Drawing:
     @property
     def drawn(self) -> int:
         """The number of samples drawn so far."""
-        return sum(len(chunk.fates) for chunk in self.chunks.values())
+        return sum(len(chunk.outcomes) for chunk in self.chunks.values())
 
     def due(self) -> list[tuple[int, int]]:
         """Return the missing chunks of the next look, each by its first sample number and its size."""
@@ -167,7 +168,7 @@ class Drawing:
     def ensemble(self) -> Ensemble:
         """Return the counts of outcomes up to the next look."""
         chunks = [chunk for first, chunk in self.chunks.items() if first < looks(self.planned)[self.at]]
-        counts = Counter(outcome for chunk in chunks for outcome in chunk.fates)
+        counts = Counter(outcome for chunk in chunks for outcome in chunk.outcomes)
         methods = Counter[str]()
         for chunk in chunks:
             methods.update(chunk.ways)
@@ -273,7 +274,7 @@ def _key(drawing: Drawing, first: int, count: int, memory: ResultCache) -> str:
 
 def _remember(drawing: Drawing, first: int, count: int, chunk: Chunk, memory: ResultCache) -> None:
     if drawing.digest:
-        memory.remember(_key(drawing, first, count, memory), [list(chunk.fates), chunk.ways, chunk.cpu_time])
+        memory.remember(_key(drawing, first, count, memory), [list(chunk.outcomes), chunk.ways, chunk.cpu_time])
         memory.settle()
 
 

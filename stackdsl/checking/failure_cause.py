@@ -9,7 +9,7 @@ from stability.statics.fall_description import FallSide, fall_side
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.compiler.compile import origin_of
 from stackdsl.judging.before_impacts import EARLY, proof_of_fall, woken_before
-from stackdsl.results import Why
+from stackdsl.results import FailureCause
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.timeline import (
@@ -39,14 +39,14 @@ ARRIVALS = {
 }
 
 
-def why_of(case: Case, trace: Trace) -> Why:
+def failure_cause_of(case: Case, trace: Trace) -> FailureCause:
     """Return the explanation of a run."""
     woken = woken_before(trace)
     verdict = proof_of_fall(trace, woken)
     side = FallSide()
     if verdict is not None:
         side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
-    return Why(
+    return FailureCause(
         cause=_cause(trace, verdict, woken),
         moving=tuple(in_order(verdict.moving)) if verdict is not None else (),
         bearing=side.bearing,

@@ -6,7 +6,7 @@ from pathlib import Path
 from shlex import quote
 
 from stackdsl.checking.cases import STDIN_SHOWN, Case
-from stackdsl.checking.failure_cause import why_of
+from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.compiler.compile import origin_of, where_placed
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
@@ -171,7 +171,9 @@ def judged(case: Case, trace: Trace) -> VariantResult:
         modified=system_named(case.system).modification.summary,
         cost=trace.cost,
         outcomes=outcomes,
-        why=None if (all(o.passed for o in outcomes) if outcomes else trace.collapse is None) else why_of(case, trace),
+        why=None
+        if (all(o.passed for o in outcomes) if outcomes else trace.collapse is None)
+        else failure_cause_of(case, trace),
         truths=compare_with_truth(trace, case.scenario, case.variant, case.source),
         parameters=case.parameters,
     )

@@ -14,7 +14,7 @@ from typing import Final, TypedDict, TypeVar, Unpack
 import click
 
 from stackdsl.checking.cache import ResultCache
-from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, Surveyed, survey
+from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, CaseSurvey, survey
 from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recall
 from stackdsl.checking.selection import Selection, Shard
 from stackdsl.cli.options import (
@@ -271,7 +271,7 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     context.exit(exit_code(report))
 
 
-def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: CheckConfig) -> Report:
+def _checked(found: CaseSurvey, selected: Sequence[Listed], whole: bool, terms: CheckConfig) -> Report:
     recalled = recall(selected, terms)
     try:
         with progress(len(selected) - len(recalled)) as bar:
@@ -287,7 +287,7 @@ def _checked(found: Surveyed, selected: Sequence[Listed], whole: bool, terms: Ch
 
 
 def _terms(
-    asked: CheckOptions, golden: Path, scenarios: Path | None, memory: ResultCache, found: Surveyed
+    asked: CheckOptions, golden: Path, scenarios: Path | None, memory: ResultCache, found: CaseSurvey
 ) -> CheckConfig:
     return CheckConfig(
         golden=None if asked["no_golden"] else golden,
@@ -315,7 +315,7 @@ def _selection(asked: CheckOptions, places: Sequence[tuple[str, int]], memory: R
     return Selection(*parts, names=names or None, shard=asked["shard"])
 
 
-def _may_be_none(asked: CheckOptions, found: Surveyed) -> bool:
+def _may_be_none(asked: CheckOptions, found: CaseSurvey) -> bool:
     """Return whether an empty selection is no error, and report it then."""
     if asked["only_changed"]:
         tell("nothing has changed since it passed")
@@ -415,7 +415,7 @@ def _words(asked: CheckOptions) -> Iterator[str]:
         yield from ("--time-limit", str(asked["time_limit"]))
 
 
-def _tell_only(asked: CheckOptions, outputs: Sequence[Output], found: Surveyed, selected: Sequence[Listed]) -> None:
+def _tell_only(asked: CheckOptions, outputs: Sequence[Output], found: CaseSurvey, selected: Sequence[Listed]) -> None:
     from stackdsl.cli.listing import tell_cases, tell_statics  # noqa: PLC0415 -- only where it is asked for
 
     telling = tell_statics if asked["statics"] else tell_cases

@@ -6,7 +6,7 @@ from itertools import groupby
 
 import click
 
-from stackdsl.checking.cases import Listed, Surveyed
+from stackdsl.checking.cases import CaseSurvey, Listed
 from stackdsl.cli.options import Output, complain
 from stackdsl.cli.terminal import paper, write, write_data
 from stackdsl.report.statics import StaticsSummary, statics_summary_of, statics_text
@@ -14,7 +14,7 @@ from stackdsl.report.statics import StaticsSummary, statics_summary_of, statics_
 FORMAT = 1  # of what is written as JSON; raised as that of the report is
 
 
-def tell_cases(found: Surveyed, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
+def tell_cases(found: CaseSurvey, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
     """Write the names of cases, one per line, or as JSON with all properties used for selection."""
     complain(found.diagnostics)
     _write(outputs, "--list", lambda: "".join(f"{case.name}\n" for case in selected), lambda: _listed(selected))
@@ -37,7 +37,7 @@ def _listed(selected: Sequence[Listed]) -> Mapping[str, object]:
     return {"format": FORMAT, "cases": cases}
 
 
-def tell_statics(found: Surveyed, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
+def tell_statics(found: CaseSurvey, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
     """Write the verdict of statics on each variant, which does not depend on the system."""
     complain(found.diagnostics)
     variants = groupby(selected, key=lambda case: (case.scenario_name, case.parameters))

@@ -11,7 +11,7 @@ import click
 
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
-from stackdsl.checking.cases import Case, Gathered
+from stackdsl.checking.cases import Case, GatheredCases
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
 from stackdsl.cli.terminal import tell, write, write_data
@@ -73,7 +73,7 @@ class Request:
     selection: Selection
     form: str
     plot: Path | None = None
-    gathered: Gathered = field(init=False)
+    gathered: GatheredCases = field(init=False)
     selected: Sequence[Case] = field(init=False)
 
     def __post_init__(self) -> None:

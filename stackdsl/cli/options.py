@@ -13,7 +13,7 @@ from typing import Final, TypeAlias
 
 import click
 
-from stackdsl.checking.cases import Case, Gathered, gather
+from stackdsl.checking.cases import Case, GatheredCases, gather
 from stackdsl.checking.check import FoundCases
 from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, nothing_selected_text
 from stackdsl.cli.terminal import paper, tell, write, write_data
@@ -119,7 +119,7 @@ LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds i
 # What the commands that read scenarios tell of what they found, and of what they were asked for.
 
 
-def selected_of(file: Path, selection: Selection) -> tuple[Gathered, Sequence[Case]]:
+def selected_of(file: Path, selection: Selection) -> tuple[GatheredCases, Sequence[Case]]:
     """Return the content of a file and its selected cases; report mistakes and an empty selection.
 
     Scenarios that their author skips here are reported and left out.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from stackdsl.checking.cases import STDIN, Case, Gathered, gather
+from stackdsl.checking.cases import STDIN, Case, GatheredCases, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
 from stackdsl.checking.selection import Selection, nothing_selected_text
@@ -221,7 +221,7 @@ class _Live:
         self.files |= others
 
 
-def _makes_sense(gathered: Gathered) -> bool:
+def _makes_sense(gathered: GatheredCases) -> bool:
     return bool(gathered.cases) and not gathered.diagnostics
 
 

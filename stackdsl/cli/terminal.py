@@ -23,7 +23,7 @@ PAUSE = 0.1  # [s] between two looks of a bar: to draw one takes longer than man
 NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
 
 
-class Told(Protocol):
+class DisplayedResult(Protocol):
     """The properties of a result that a progress display shows."""
 
     @property
@@ -38,7 +38,7 @@ class Told(Protocol):
 class Bar(Protocol):
     """A progress display."""
 
-    def tell(self, result: Told) -> None:
+    def tell(self, result: DisplayedResult) -> None:
         """Show one more finished case."""
 
     def wait(self) -> None:
@@ -175,7 +175,7 @@ class _DrawnBar:
         self._bar, self._task = bar, task
         self._samples: dict[str, TaskID] = {}
 
-    def tell(self, result: Told) -> None:
+    def tell(self, result: DisplayedResult) -> None:
         if result.name in self._samples:
             self._bar.remove_task(self._samples.pop(result.name))
         self._bar.update(self._task, advance=1, description=result.name, refresh=True)
@@ -195,7 +195,7 @@ class _Lines:
     def __init__(self, total: int) -> None:
         self._total, self._done = total, 0
 
-    def tell(self, result: Told) -> None:
+    def tell(self, result: DisplayedResult) -> None:
         self._done += 1
         tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
 

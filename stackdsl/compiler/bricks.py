@@ -82,9 +82,9 @@ def bricks_of(scenario: Scenario, resolver: PlacementResolver) -> list[WrittenBr
             set_down = _set_brick(path, number, brick, step.brick or scenario.brick, bricks, resolver)
             bricks.append(replace(set_down, name=_prefixed(step, brick.name), drop=brick.drop, within=step.name))
     for number, impact in enumerate(scenario.impacts):
-        if impact.done.slid_in is not None:
+        if impact.content.slid_in is not None:
             turn, path = len(scenario.build) + number, ("impacts", number, impact.kind)
-            bricks.append(_set_brick(path, turn, impact.done.slid_in, scenario.brick, bricks, resolver))
+            bricks.append(_set_brick(path, turn, impact.content.slid_in, scenario.brick, bricks, resolver))
     return bricks
 
 
@@ -383,7 +383,7 @@ AT_ONCE = InHand(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class BuiltBrick:
+class ResolvedBrick:
     """A brick of the structure, with its name, its level and its times."""
 
     written: WrittenBrick
@@ -396,7 +396,7 @@ class BuiltBrick:
     in_hand: InHand = AT_ONCE
 
 
-def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick]:
+def resolved_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[ResolvedBrick]:
     """Return all bricks in file order, without their times."""
     written = bricks_of(scenario, EarlierBricks(planes))
     removed: Mapping[int, int] = {}
@@ -408,7 +408,7 @@ def built_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[BuiltBrick
         names = names_of(written, levels)
         removed = _removed_in(scenario, names)
     columns = zip(written, footings, levels, names, strict=True)
-    return [BuiltBrick(*values, removed.get(index)) for index, values in enumerate(columns)]
+    return [ResolvedBrick(*values, removed.get(index)) for index, values in enumerate(columns)]
 
 
 def _removed_in(scenario: Scenario, names: Sequence[BodyId]) -> Mapping[int, int]:
@@ -417,6 +417,6 @@ def _removed_in(scenario: Scenario, names: Sequence[BodyId]) -> Mapping[int, int
     return {
         numbers[named.name]: number
         for number, impact in enumerate(scenario.impacts)
-        for named in impact.done.pulled_out
+        for named in impact.content.pulled_out
         if named.name in numbers
     }

@@ -8,9 +8,9 @@ from typing import Self
 from stability.geometry.vectors import SHORTEST
 from stability.model import GROUND, BodyId
 from stability.statics.assembly import LIGHTEST
-from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, BuiltBrick, WrittenBrick, later_names
+from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, ResolvedBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fits
-from stackdsl.compiler.schedule import Built
+from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
@@ -22,7 +22,7 @@ from stackdsl.wording import mm
 # Names and levels.
 
 
-def excessive_levels(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def excessive_levels(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report written levels that are more than one above the supports of the brick."""
     for brick in built.bricks:
         if brick.written.level is None or brick.written.of_layout or brick.footing.in_the_air:
@@ -35,9 +35,9 @@ def excessive_levels(built: Built, _scenario: Scenario, source: Source) -> Itera
             yield Diagnostic("SD104", source.span_of((*brick.written.path, "level")), message, hint)
 
 
-def duplicate_names(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def duplicate_names(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks with the name of an earlier one."""
-    first: dict[BodyId, BuiltBrick] = {}
+    first: dict[BodyId, ResolvedBrick] = {}
     for brick in built.bricks:
         other = first.setdefault(brick.name, brick)
         if other is not brick:
@@ -46,7 +46,7 @@ def duplicate_names(built: Built, _scenario: Scenario, source: Source) -> Iterat
             yield Diagnostic("SD203", here, message, "give the step or the brick a name")
 
 
-def duplicate_missile_names(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def duplicate_missile_names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report thrown and dropped bricks with the name of another brick."""
     names = {brick.name for brick in built.bricks}
     for number, brick in built.missiles.items():
@@ -56,7 +56,7 @@ def duplicate_missile_names(built: Built, scenario: Scenario, source: Source) ->
         names.add(brick.id)
 
 
-def unknown_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def unknown_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report names in impacts and claims that no brick has."""
     names, planes = [brick.name for brick in built.bricks], _planes(scenario)
     bodies = (*names, *(brick.id for brick in built.missiles.values()))
@@ -69,21 +69,21 @@ def unknown_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator
             yield Diagnostic("SD204", source.span_of(reference.path), f"there is no brick '{reference.name}'", hint)
 
 
-def claims_about_removed_bricks(_built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def claims_about_removed_bricks(_built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report claims about the final state of bricks that are pulled out."""
-    removed = {reference.name for impact in scenario.impacts for reference in impact.done.pulled_out}
+    removed = {reference.name for impact in scenario.impacts for reference in impact.content.pulled_out}
     for claim, reference in _claimed(scenario):
-        if reference.name in removed and not claim.stated.allows_removed_bricks:
+        if reference.name in removed and not claim.content.allows_removed_bricks:
             message = f"brick '{reference.name}' is pulled out, so no claim may refer to it"
             yield Diagnostic("SD204", source.span_of(reference.path), message, "leave it out")
 
 
-def claims_about_missiles(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def claims_about_missiles(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report claims about thrown and dropped bricks, which are not part of the structure."""
     missiles = {
-        built.missiles[number].id: impact.done.missile.how
+        built.missiles[number].id: impact.content.missile.how
         for number, impact in enumerate(scenario.impacts)
-        if impact.done.missile is not None
+        if impact.content.missile is not None
     }
     for _, reference in _claimed(scenario):
         if reference.name in missiles and not reference.or_plane:
@@ -130,7 +130,7 @@ class RunRequirements:
 
 def requirements_of(scenario: Scenario) -> RunRequirements:
     """Return the requirements of a scenario and all its claims."""
-    claims = [claim.stated for claim in (*scenario.expect, *scenario.truth)]
+    claims = [claim.content for claim in (*scenario.expect, *scenario.truth)]
     spans = [span for span in (scenario.watch, *(claim.needed_hold for claim in claims)) if span is not None]
     return RunRequirements(
         hold=max(spans, default=HOLD),
@@ -138,7 +138,7 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
         watched=scenario.watch is not None
         or scenario.world.shake is not None
         or any(step.place is not None for step in scenario.build)
-        or any(impact.done.lasts for impact in scenario.impacts)
+        or any(impact.content.lasts for impact in scenario.impacts)
         or not scenario.expect
         or not all(claim.needs_statics for claim in claims),
         margins=tuple(sorted({margin for claim in claims for margin in claim.needed_margins})),
@@ -151,11 +151,11 @@ def requirements_of(scenario: Scenario) -> RunRequirements:
 # Contradictory claims: on one system, a brick cannot be claimed both to stand and to fall.
 
 
-def contradictions(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def contradictions(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report expectations that contradict an earlier one."""
     levels, hold = {brick.name: brick.level for brick in built.bricks}, requirements_of(scenario).hold
     places = {name: number for number, name in enumerate(levels)}
-    meanings = [_ClaimedFates.of(claim, levels, places, hold) for claim in scenario.expect]
+    meanings = [_ClaimedBricks.of(claim, levels, places, hold) for claim in scenario.expect]
     for number, claim in enumerate(scenario.expect):
         for before, earlier in enumerate(scenario.expect[:number]):
             if not meanings[number].excludes(meanings[before]):
@@ -170,13 +170,13 @@ def contradictions(built: Built, scenario: Scenario, source: Source) -> Iterator
                 break
 
 
-def excessive_counts(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def excessive_counts(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report claims about more levels or bricks than are built: their verdict would not depend on the run."""
-    built_of = {"bricks": len(built.bricks), "levels": built.levels}
+    resolved_scenario = {"bricks": len(built.bricks), "levels": built.levels}
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            for count in claim.stated.counts():
-                most = built_of[count.noun]
+            for count in claim.content.counts():
+                most = resolved_scenario[count.noun]
                 if count.least > most:
                     message = f"{count.least:g} {count.noun} are claimed, but {most} are built"
                     span = source.span_of((key, number, claim.kind, count.key))
@@ -188,14 +188,14 @@ def _is_of(claim: Expectation, system: str) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _ClaimedFates:
+class _ClaimedBricks:
     """The bricks that stand and fall by one claim, computed once to compare it with every other claim.
 
     A set of bricks is an integer with one bit per brick, since a thousand claims about ten thousand bricks must fit
     into memory.
     """
 
-    stated: ClaimKind
+    claim: ClaimKind
     alone: int  # bricks that must all fall
     together: Sequence[int]  # groups of bricks; at least one of each group must fall
     staying: int | None  # bricks that must stand; None if there are none
@@ -203,22 +203,22 @@ class _ClaimedFates:
     @classmethod
     def of(cls, claim: Expectation, levels: Mapping[BodyId, int], places: Mapping[BodyId, int], hold: float) -> Self:
         """Return the bricks of a claim; `places` has the index of each brick."""
-        stated, alone, together = claim.stated, set[BodyId](), list[int]()
-        for group in stated.must_fall(levels):
+        content, alone, together = claim.content, set[BodyId](), list[int]()
+        for group in content.must_fall(levels):
             if len(group) == 1:
                 alone.update(group)
             else:
                 together.append(_bits(group, places))
-        staying = stated.must_stand(levels, hold)
-        return cls(stated, _bits(alone, places), together, None if staying is None else _bits(staying, places))
+        staying = content.must_stand(levels, hold)
+        return cls(content, _bits(alone, places), together, None if staying is None else _bits(staying, places))
 
-    def excludes(self, other: "_ClaimedFates") -> bool:
+    def excludes(self, other: "_ClaimedBricks") -> bool:
         """Whether the two claims contradict each other."""
-        if type(self.stated) is type(other.stated):
-            return self.stated.contradicts(other.stated)
+        if type(self.claim) is type(other.claim):
+            return self.claim.contradicts(other.claim)
         return self._fells(other) or other._fells(self)
 
-    def _fells(self, other: "_ClaimedFates") -> bool:
+    def _fells(self, other: "_ClaimedBricks") -> bool:
         """Whether a brick must fall by this claim and stand by the other."""
         staying = other.staying
         if staying is None:
@@ -241,7 +241,7 @@ def _bits(bricks: Collection[BodyId], places: Mapping[BodyId, int]) -> int:
 USUAL_DIGITS, ALL_DIGITS = 4, 17  # digits of a length in a message, and enough to distinguish any two lengths
 
 
-def misfits(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def misfits(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks inside others or in the air; once per code and position, since a layout has one position."""
     reported: set[tuple[str, KeyPath]] = set()
     bricks = built.in_order
@@ -265,7 +265,7 @@ def crowded(brick: WrittenBrick, source: Source) -> Diagnostic:
     return Diagnostic("SD206", source.span_of(brick.path), message, hint)
 
 
-def _sited(bricks: Sequence[BuiltBrick], built: Built) -> list[TimedShape]:
+def _sited(bricks: Sequence[ResolvedBrick], built: ResolvedScenario) -> list[TimedShape]:
     """Return bricks with the order numbers of their placement and removal."""
     moments = sorted({*(brick.placed for brick in bricks), *built.impacts})
     turns = {moment: float(turn) for turn, moment in enumerate(moments)}
@@ -280,7 +280,9 @@ def _sited(bricks: Sequence[BuiltBrick], built: Built) -> list[TimedShape]:
     ]
 
 
-def _misfit(fit: Fit, brick: BuiltBrick, bricks: Sequence[BuiltBrick], built: Built) -> tuple[str, str, str] | None:
+def _misfit(
+    fit: Fit, brick: ResolvedBrick, bricks: Sequence[ResolvedBrick], built: ResolvedScenario
+) -> tuple[str, str, str] | None:
     of_layout = brick.written.of_layout
     if fit.overlaps:
         other = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
@@ -306,7 +308,7 @@ def _distances(clearance: float, reach: float) -> str:
 # Bricks placed on or beside others, which must be present and still at their written positions.
 
 
-def missing_neighbours(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def missing_neighbours(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks that are placed on or beside a brick that does not come before them."""
     lost = [brick for brick in built.bricks if brick.written.lost is not None]
     if not lost:
@@ -329,13 +331,13 @@ def missing_neighbours(built: Built, _scenario: Scenario, source: Source) -> Ite
             yield Diagnostic("SD204", span, f"there is no brick '{error.name}' before this one", hint)
 
 
-def misplaced_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def misplaced_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks placed by absent ones; if there are none, report bricks that do not fit."""
     moved = capped(_moved_neighbours(built, scenario, source))
     yield from moved or misfits(built, scenario, source)
 
 
-def _moved_neighbours(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def _moved_neighbours(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks placed on or beside one that is absent at that time, or whose position is unknown."""
     if not any(brick.written.placed_by for brick in built.bricks):
         return
@@ -350,7 +352,7 @@ def _moved_neighbours(built: Built, scenario: Scenario, source: Source) -> Itera
                 break
 
 
-def _why_unknown(other: BuiltBrick, moment: ActionOrder, hit: Mapping[BodyId, ActionOrder]) -> str | None:
+def _why_unknown(other: ResolvedBrick, moment: ActionOrder, hit: Mapping[BodyId, ActionOrder]) -> str | None:
     """Return why the position of a brick at a moment is unknown; None if it is at its written position."""
     if other.written.drop:
         return "which is dropped, so its position is unknown before the run"
@@ -363,17 +365,17 @@ def _why_unknown(other: BuiltBrick, moment: ActionOrder, hit: Mapping[BodyId, Ac
     return None
 
 
-def _hit(built: Built, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
+def _hit(built: ResolvedScenario, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
     """Return the moment of the first impact on each brick that may move it."""
     first: dict[BodyId, ActionOrder] = {}
     for moment, impact in sorted(zip(built.impacts, scenario.impacts, strict=True), key=lambda timed: timed[0]):
-        if impact.done.slid_in is None:
-            for reference in named_in(impact.done):
+        if impact.content.slid_in is None:
+            for reference in named_in(impact.content):
                 first.setdefault(reference.name, moment)
     return first
 
 
-def _span(brick: BuiltBrick, source: Source) -> Span:
+def _span(brick: ResolvedBrick, source: Source) -> Span:
     key = "beside" if (*brick.written.path, "beside") in source.value_spans else "on"
     return source.span_of((*brick.written.path, key))
 
@@ -381,7 +383,7 @@ def _span(brick: BuiltBrick, source: Source) -> Span:
 # Cut bricks, as at the ends of a wall, that are too small for statics.
 
 
-def slivers(built: Built, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def slivers(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report one sliver of each layout; validation reports whole bricks that are too small."""
     reported: set[KeyPath] = set()
     for brick in built.bricks:

@@ -10,7 +10,7 @@ from typing import Final, TypeAlias
 from stability.contact_law import Friction, GivenFriction, Rule
 from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Brick, Plane, Quaternion
-from stackdsl.compiler.bricks import ActionOrder, BuiltBrick, CrowdedBrickError, built_bricks
+from stackdsl.compiler.bricks import ActionOrder, CrowdedBrickError, ResolvedBrick, resolved_bricks
 from stackdsl.compiler.checks import (
     claims_about_missiles,
     claims_about_removed_bricks,
@@ -36,7 +36,15 @@ from stackdsl.compiler.hands import (
 )
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
 from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_points
-from stackdsl.compiler.schedule import Built, built_of, missiles_of, planes_of, tilt_of, turned_plane, turned_pose
+from stackdsl.compiler.schedule import (
+    ResolvedScenario,
+    missiles_of,
+    planes_of,
+    resolved_scenario,
+    tilt_of,
+    turned_plane,
+    turned_pose,
+)
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.bricks import CATALOGUE, BrickKind
 from stackdsl.language.schema import PairOfBodies, Scenario
@@ -75,12 +83,12 @@ def origin_of(action: Action, scenario: Scenario, source: Source) -> Origin | No
     """Return the origin of an action; None if it has none in the file."""
     if isinstance(action, ShakeAction):
         return None
-    built = built_of(scenario, source)
+    built = resolved_scenario(scenario, source)
     if not isinstance(action, Placement):
         named = set(action.bricks if isinstance(action, Removal | HoldAction | ReleaseAction) else (action.brick,))
         for number, (impact, begins) in enumerate(zip(scenario.impacts, built.impacts, strict=True)):
-            struck = {*impact.done.struck, *(each.name for each in impact.done.pulled_out)}
-            ends = begins.time + impact.done.lasts
+            struck = {*impact.content.struck, *(each.name for each in impact.content.pulled_out)}
+            ends = begins.time + impact.content.lasts
             if begins.time - ROUNDING <= action.time <= ends + ROUNDING and named & struck:
                 return _impact(number, scenario, source)
         if isinstance(action, Removal | PushAction):
@@ -115,12 +123,12 @@ def _impact(number: int, scenario: Scenario, source: Source) -> Origin:
 # The friction law, from the frictions of kinds, bricks and pairs in the scenario.
 
 
-def friction_of(built: Built, scenario: Scenario) -> GivenFriction:
+def friction_of(built: ResolvedScenario, scenario: Scenario) -> GivenFriction:
     """Return the single coefficient of a scenario, or its friction law if frictions differ."""
     kinds = _kinds(built, scenario)
     # By the name of the kind, or of the brick for an unnamed kind or if a brick has that name.
     own = {
-        name if kind.called in kinds or not kind.called else kind.called: kind.friction
+        name if kind.kind_name in kinds or not kind.kind_name else kind.kind_name: kind.friction
         for name, kind in kinds.items()
         if kind.friction is not None
     }
@@ -129,20 +137,20 @@ def friction_of(built: Built, scenario: Scenario) -> GivenFriction:
     if not own and not between:
         return scenario.friction
     named = {*own, *(name for pair in between for name in pair)}
-    called = {name: kind.called for name, kind in kinds.items() if kind.called in named}
-    return Friction(scenario.friction, own, between, called, Rule(scenario.world.friction.rule))
+    kind_names = {name: kind.kind_name for name, kind in kinds.items() if kind.kind_name in named}
+    return Friction(scenario.friction, own, between, kind_names, Rule(scenario.world.friction.rule))
 
 
-def _kinds(built: Built, scenario: Scenario) -> Mapping[BodyId, BrickKind]:
+def _kinds(built: ResolvedScenario, scenario: Scenario) -> Mapping[BodyId, BrickKind]:
     """Return the kind of each brick, including those that impacts throw or drop."""
     flying = {
-        brick.id: (missile.brick if (missile := scenario.impacts[number].done.missile) else None) or scenario.brick
+        brick.id: (missile.brick if (missile := scenario.impacts[number].content.missile) else None) or scenario.brick
         for number, brick in built.missiles.items()
     }
     return {brick.name: brick.written.kind for brick in built.bricks} | flying
 
 
-def invalid_friction_pairs(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def invalid_friction_pairs(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report friction pairs with unknown names, pairs that never touch, and contradictory pairs."""
     pairs = scenario.world.friction.between
     bricks = {brick.name for brick in built.bricks} | {brick.id for brick in built.missiles.values()}
@@ -183,10 +191,12 @@ def _lines(source: Source, number: int, earlier: int) -> tuple[Span, str]:
     return here, source.span_of(("world", "friction", "between", earlier)).seen_from(here)
 
 
-def _ambiguous_pairs(built: Built, scenario: Scenario, source: Source, bricks: set[BodyId]) -> Iterator[Diagnostic]:
+def _ambiguous_pairs(
+    built: ResolvedScenario, scenario: Scenario, source: Source, bricks: set[BodyId]
+) -> Iterator[Diagnostic]:
     """Report two bricks with two different frictions: each brick is in a pair with the kind of the other one."""
     pairs = scenario.world.friction.between
-    called = {name: kind.called for name, kind in _kinds(built, scenario).items()}
+    kind_names = {name: kind.kind_name for name, kind in _kinds(built, scenario).items()}
     mixed = [
         (number, brick, kind)
         for number, each in enumerate(pairs)
@@ -195,7 +205,7 @@ def _ambiguous_pairs(built: Built, scenario: Scenario, source: Source, bricks: s
     ]
     explicit = {frozenset(each.pair) for each in pairs}
     for (first, a, kind_of_b), (second, b, kind_of_a) in combinations(mixed, 2):
-        if a == b or called.get(a) != kind_of_a or called.get(b) != kind_of_b or frozenset((a, b)) in explicit:
+        if a == b or kind_names.get(a) != kind_of_a or kind_names.get(b) != kind_of_b or frozenset((a, b)) in explicit:
             continue
         if pairs[first].friction != pairs[second].friction:
             here, there = _lines(source, second, first)
@@ -206,7 +216,7 @@ def _ambiguous_pairs(built: Built, scenario: Scenario, source: Source, bricks: s
 # The ground motion.
 
 
-def shakes(built: Built, scenario: Scenario) -> Iterator[tuple[ActionOrder, ShakeAction]]:
+def shakes(built: ResolvedScenario, scenario: Scenario) -> Iterator[tuple[ActionOrder, ShakeAction]]:
     """Yield the action of a shaking ground; the motion is horizontal in W, also in a tilted scene."""
     shake, moment = scenario.world.shake, built.shaken
     if shake is not None and moment is not None:
@@ -223,7 +233,7 @@ def shakes(built: Built, scenario: Scenario) -> Iterator[tuple[ActionOrder, Shak
 MAX_BRICKS = 30_000  # in all steps together; a run of so many takes 20 s and 400 MB
 MAX_MEETINGS = 600_000  # pairs of a thrown or dropped brick and a brick that it may meet; takes some seconds
 
-Check: TypeAlias = Callable[[Built, Scenario, Source], Iterable[Diagnostic]]
+Check: TypeAlias = Callable[[ResolvedScenario, Scenario, Source], Iterable[Diagnostic]]
 
 CHECKS: Final[Sequence[Check]] = (
     too_many_points,
@@ -254,7 +264,7 @@ def compile_timeline(scenario: Scenario, source: Source) -> tuple[Timeline | Non
     if too_many:
         return None, too_many
     try:
-        built = built_of(scenario, source)
+        built = resolved_scenario(scenario, source)
     except CrowdedBrickError as error:
         return None, (crowded(error.brick, source),)
     if unresolved := capped(missing_neighbours(built, scenario, source)):
@@ -279,7 +289,7 @@ def where_placed(brick: BodyId, scenario: Scenario, source: Source) -> Span:
 
 def places_of(scenario: Scenario, source: Source) -> Mapping[BodyId, Span]:
     """Return the position in the file of the step or impact that places each brick."""
-    bricks = built_bricks(scenario, tuple(planes_of(scenario)))
+    bricks = resolved_bricks(scenario, tuple(planes_of(scenario)))
     hitting = {
         missile.id: source.key_span_of(("impacts", number, scenario.impacts[number].kind))
         for number, missile in missiles_of(scenario).items()
@@ -292,7 +302,7 @@ def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if bricks > MAX_BRICKS:
         message = f"the scenario has {bricks} bricks; at most {MAX_BRICKS} are allowed"
         yield Diagnostic("SD206", source.key_span_of(("build",)), message, "build fewer bricks")
-    flying = sum(impact.done.missile is not None for impact in scenario.impacts)
+    flying = sum(impact.content.missile is not None for impact in scenario.impacts)
     if flying * bricks > MAX_MEETINGS:
         message = f"each of {flying} thrown or dropped bricks may meet {bricks} bricks"
         hint = f"keep the product of both numbers at most {MAX_MEETINGS}"
@@ -305,7 +315,7 @@ def _world(scenario: Scenario, friction: GivenFriction, planes: tuple[Plane, ...
     return FixedWorld(scenario.world.gravity, friction, planes, inf if touching is None else touching)
 
 
-def _timeline(built: Built, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
+def _timeline(built: ResolvedScenario, impacts: Iterable[tuple[ActionOrder, Action]], scenario: Scenario) -> Timeline:
     tilt, requirements = tilt_of(scenario), requirements_of(scenario)
     planes = tuple(turned_plane(plane, tilt) for plane in built.planes)
     steps = _steps_by_level(built)
@@ -334,13 +344,13 @@ def _timeline(built: Built, impacts: Iterable[tuple[ActionOrder, Action]], scena
     )
 
 
-def _jitter(built: Built, scenario: Scenario) -> Mapping[BodyId, Jitter]:
+def _jitter(built: ResolvedScenario, scenario: Scenario) -> Mapping[BodyId, Jitter]:
     """Return the placement errors of the bricks that have some."""
     errors = {number: step.jitter.jitter for number, step in enumerate(scenario.build) if step.jitter is not None}
     return {brick.name: errors[brick.written.step] for brick in built.bricks if brick.written.step in errors}
 
 
-def _steps_by_level(built: Built) -> Mapping[int, set[int]]:
+def _steps_by_level(built: ResolvedScenario) -> Mapping[int, set[int]]:
     """Return the steps that build each level; several do, since every layout counts its levels from 1."""
     steps: defaultdict[int, set[int]] = defaultdict(set)
     for brick in built.bricks:
@@ -348,7 +358,7 @@ def _steps_by_level(built: Built) -> Mapping[int, set[int]]:
     return steps
 
 
-def step_text(brick: BuiltBrick, scenario: Scenario, steps: Mapping[int, set[int]]) -> str:
+def step_text(brick: ResolvedBrick, scenario: Scenario, steps: Mapping[int, set[int]]) -> str:
     """Return the text about the step of a brick; "" if its level alone identifies the step."""
     step = brick.written.step
     if brick.written.inserted or len(steps[brick.level]) == 1:
@@ -357,7 +367,7 @@ def step_text(brick: BuiltBrick, scenario: Scenario, steps: Mapping[int, set[int
     return f"step {step + 1}" + (f" '{name}'" if name else "")
 
 
-def _placement(brick: BuiltBrick, tilt: Quaternion, step: str) -> Placement:
+def _placement(brick: ResolvedBrick, tilt: Quaternion, step: str) -> Placement:
     written = brick.written
     arrival = Arrival.LET_GO if written.drop else Arrival.SLID_IN if written.inserted else Arrival.SET_DOWN
     pose = turned_pose(written.pose, tilt)

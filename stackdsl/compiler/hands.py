@@ -8,11 +8,11 @@ from stability.geometry.placed_shape import apart_from_plane, bounds_W, in_place
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import add, norm, rotate, scale
 from stability.model import BodyId, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import ActionOrder, BuiltBrick
+from stackdsl.compiler.bricks import ActionOrder, ResolvedBrick
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.impact_scene import MissError, scene_of
 from stackdsl.compiler.impacts import limit_speed
-from stackdsl.compiler.schedule import Built, tilt_of, turned_pose
+from stackdsl.compiler.schedule import ResolvedScenario, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.hands import ByHand
 from stackdsl.language.impacts import Move
@@ -28,7 +28,7 @@ from stackdsl.wording import mm
 class CarriedBrick:
     """A brick that a hand brings."""
 
-    brick: BuiltBrick
+    brick: ResolvedBrick
     hand: ByHand
 
     @property
@@ -48,7 +48,7 @@ class CarriedBrick:
         return self.brick.in_hand.let_go
 
 
-def carried_bricks(built: Built, scenario: Scenario) -> list[CarriedBrick]:
+def carried_bricks(built: ResolvedScenario, scenario: Scenario) -> list[CarriedBrick]:
     """Return the bricks that hands bring, in order of time."""
     steps = [
         (brick, scenario.build[brick.written.step].place) for brick in built.in_order if not brick.written.inserted
@@ -85,7 +85,7 @@ def _at(arrives: ActionOrder, action: Action) -> tuple[ActionOrder, Action]:
 # --- checks -----------------------------------------------------------------------------------------------------------
 
 
-def blocked_carrying(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def blocked_carrying(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report hands that are too fast, or start inside or pass through a body; one diagnostic per step."""
     bricks, reported = carried_bricks(built, scenario), set[int]()
     if not bricks:
@@ -108,7 +108,7 @@ def blocked_carrying(built: Built, scenario: Scenario, source: Source) -> Iterat
             yield Diagnostic("SD209", source.span_of(path), obstacle, "choose another start by `from`")
 
 
-def _places(built: Built) -> Neighbours[int]:
+def _places(built: ResolvedScenario) -> Neighbours[int]:
     """Return a spatial index of all bricks, by index."""
     grid: Neighbours[int] = Neighbours()
     for number, brick in enumerate(built.bricks):
@@ -116,7 +116,7 @@ def _places(built: Built) -> Neighbours[int]:
     return grid
 
 
-def _obstacle(carried: CarriedBrick, built: Built, places: Neighbours[int]) -> str | None:
+def _obstacle(carried: CarriedBrick, built: ResolvedScenario, places: Neighbours[int]) -> str | None:
     """Return the message about a body of known position in the path of a hand; contacts at the end do not count."""
     name, shape = carried.brick.name, carried.brick.written.shape
     for plane in built.planes:
@@ -155,7 +155,7 @@ class _InHand:
     ends: float  # [s]
 
 
-def actions_on_held_bricks(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def actions_on_held_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report impacts on bricks that are in another hand."""
     in_hand: dict[BodyId, _InHand] = {}
     for carried in carried_bricks(built, scenario):
@@ -165,34 +165,34 @@ def actions_on_held_bricks(built: Built, scenario: Scenario, source: Source) -> 
     for number in order:
         impact, begins = scenario.impacts[number], built.impacts[number].time
         path = ("impacts", number, impact.kind)
-        for name in impact.done.struck:
+        for name in impact.content.struck:
             other = in_hand.get(name)
             if other is not None and begins < other.ends - ROUNDING:
                 there, here = source.key_span_of(other.path), source.key_span_of(path)
                 message = f"the hand of {there.seen_from(here)} holds brick '{name}' until {other.ends:g} s"
                 hint = f"begin at {other.ends:g} s or later, when it is released"
                 yield Diagnostic("SD209", here, message, hint)
-            if impact.done.lasts:
-                in_hand[name] = _InHand(path, begins, begins + impact.done.lasts)
+            if impact.content.lasts:
+                in_hand[name] = _InHand(path, begins, begins + impact.content.lasts)
 
 
-def moves_through_planes(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def moves_through_planes(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report moves into the ground or a wall, of bricks with known positions."""
     bricks = {brick.name: brick for brick in built.bricks if not brick.written.drop}
     shifts: dict[BodyId, Vec3 | None] = {}  # None if unknown before the run
     for number in sorted(range(len(scenario.impacts)), key=built.impacts.__getitem__):
         impact = scenario.impacts[number]
-        for name in impact.done.struck:
+        for name in impact.content.struck:
             shift = shifts.get(name, (0.0, 0.0, 0.0))
-            if not isinstance(impact.done, Move):
-                shifts[name] = shift if impact.done.lasts else None
+            if not isinstance(impact.content, Move):
+                shifts[name] = shift if impact.content.lasts else None
             elif name in bricks and shift is not None:
-                yield from _through(impact.done, bricks[name], shift, built, source, number)
-                shifts[name] = add(shift, impact.done.course.end_W)
+                yield from _through(impact.content, bricks[name], shift, built, source, number)
+                shifts[name] = add(shift, impact.content.course.end_W)
 
 
 def _through(  # noqa: PLR0913, PLR0917 -- a path, its start and its position in the file
-    move: Move, brick: BuiltBrick, shift: Vec3, built: Built, source: Source, number: int
+    move: Move, brick: ResolvedBrick, shift: Vec3, built: ResolvedScenario, source: Source, number: int
 ) -> Iterator[Diagnostic]:
     written = brick.written
     for place in move.course.places_W:

@@ -8,7 +8,7 @@ from stability.geometry.placed_shape import InPlace, apart_from_plane, in_place
 from stability.model import BodyId, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.compiler.bricks import START, ActionOrder
 from stackdsl.compiler.fit import OVERLAP
-from stackdsl.compiler.schedule import Built
+from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.language.impacts import Aim
 from stackdsl.language.quantities import MistakeError
 from stackdsl.wording import mm
@@ -76,13 +76,13 @@ class MissError(MistakeError):
         self.key = key
 
 
-def scene_of(built: Built, gravity: float, tilt: Quaternion) -> ImpactScene:
+def scene_of(built: ResolvedScenario, gravity: float, tilt: Quaternion) -> ImpactScene:
     """Return the scene of all impacts at the start; `gravity` and `tilt` as in `ImpactScene`."""
     flying = {brick.id: FlyingBrick(built.impacts[number], brick) for number, brick in built.missiles.items()}
     return ImpactScene(START, tuple(_standing(built)), flying, built.planes, gravity, tilt)
 
 
-def _standing(built: Built) -> Iterator[StandingBrick]:
+def _standing(built: ResolvedScenario) -> Iterator[StandingBrick]:
     for brick in built.bricks:
         written = brick.written
         shape = in_place(written.shape, written.pose)

@@ -21,7 +21,7 @@ from stackdsl.compiler.impact_scene import (
     on_the_way,
     scene_of,
 )
-from stackdsl.compiler.schedule import Built, tilt_of, turned_pose
+from stackdsl.compiler.schedule import ResolvedScenario, tilt_of, turned_pose
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.impacts import Drop, Hold, ImpactKind, Move, Push, Remove, Throw
 from stackdsl.language.quantities import SPEED
@@ -247,7 +247,7 @@ class ImpactActions:
     mistakes: list[Diagnostic] = field(default_factory=list)
 
 
-def impact_actions(built: Built, scenario: Scenario, source: Source) -> ImpactActions:
+def impact_actions(built: ResolvedScenario, scenario: Scenario, source: Source) -> ImpactActions:
     """Return the actions of all impacts."""
     result = ImpactActions()
     if not scenario.impacts:
@@ -259,7 +259,7 @@ def impact_actions(built: Built, scenario: Scenario, source: Source) -> ImpactAc
         if any(named.name not in names for named in named_in(impact)):
             continue  # `unknown_bricks` reports it
         try:
-            actions = _actions(impact.done, replace(scene, moment=moment, missile=built.missiles.get(number)))
+            actions = _actions(impact.content, replace(scene, moment=moment, missile=built.missiles.get(number)))
         except MissError as miss:
             span = source.span_of(("impacts", number, impact.kind, miss.key))
             result.mistakes.append(Diagnostic(miss.code, span, miss.message, miss.hint))
@@ -280,11 +280,11 @@ def _actions(done: ImpactKind, scene: ImpactScene) -> tuple[Action, ...]:
     return actions
 
 
-def _struck(built: Built, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
+def _struck(built: ResolvedScenario, scenario: Scenario) -> Mapping[BodyId, ActionOrder]:
     """Return the moment at which each brick is first pulled out or pushed."""
     first: dict[BodyId, ActionOrder] = {}
     for moment, impact in sorted(zip(built.impacts, scenario.impacts, strict=True), key=lambda timed: timed[0]):
-        for name in impact.done.struck:
+        for name in impact.content.struck:
             first.setdefault(name, moment)
     return first
 
@@ -312,14 +312,14 @@ def removed(remove: Remove, scene: ImpactScene) -> tuple[Removal, ...]:
     return (Removal(scene.moment.time, tuple(named.name for named in remove.pulled_out)),)
 
 
-def early_removals(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def early_removals(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks that are pulled out twice, or before they are placed; `unknown_bricks` reports unknown names."""
     placed_at = {brick.name: brick.placed for brick in built.bricks} if scenario.impacts else {}
     placed_at |= {brick.id: built.impacts[number] for number, brick in built.missiles.items()}
     removed_by: dict[BodyId, KeyPath] = {}
     for number in sorted(range(len(built.impacts)), key=built.impacts.__getitem__):
         begins, impact = built.impacts[number], scenario.impacts[number]
-        for named in impact.done.pulled_out:
+        for named in impact.content.pulled_out:
             path, name = (("impacts", number, impact.kind, *named.path)), named.name
             if name in removed_by:
                 there = source.span_of(removed_by[name])

@@ -8,7 +8,7 @@ from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import body_axes, dot
 from stackdsl.compiler.bricks import WrittenBrick
-from stackdsl.compiler.schedule import Built
+from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import Source
@@ -23,10 +23,10 @@ def too_many_in_margins(bricks: int, scenario: Scenario, source: Source) -> Iter
     yield from _beyond(most_bricks, bricks, "bricks", scenario, source)
 
 
-def too_many_points(built: Built, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def too_many_points(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report margins of bricks with too many possible contact points; a lattice has far more of these than a wall."""
     claims = (*scenario.expect, *scenario.truth)
-    if any(most_points(margin) is not None for claim in claims for margin in claim.stated.needed_margins):
+    if any(most_points(margin) is not None for claim in claims for margin in claim.content.needed_margins):
         points, near = 0, Neighbours[int]()
         for number, brick in enumerate(built.bricks):
             low_W, high_W = bounds_W(brick.written.shape, brick.written.pose)
@@ -48,7 +48,7 @@ def _beyond(
 ) -> Iterator[Diagnostic]:
     for key, claims in (("expect", scenario.expect), ("truth", scenario.truth)):
         for number, claim in enumerate(claims):
-            for margin in sorted(claim.stated.needed_margins):
+            for margin in sorted(claim.content.needed_margins):
                 most = most_of(margin)
                 if most is not None and count > most:
                     limit = f"at most {most} are allowed"

@@ -7,7 +7,7 @@ from math import cos, sin
 
 from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import BUILD, ActionOrder, BuiltBrick, InHand, WrittenBrick, built_bricks
+from stackdsl.compiler.bricks import BUILD, ActionOrder, InHand, ResolvedBrick, WrittenBrick, resolved_bricks
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.hands import ByHand
 from stackdsl.language.model_base import Anchor
@@ -29,7 +29,7 @@ class Schedule:
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # time of each event that an anchor may name [s]
 
-    def place(self, brick: BuiltBrick, in_hand: InHand, turn: int) -> None:
+    def place(self, brick: ResolvedBrick, in_hand: InHand, turn: int) -> None:
         """Schedule a brick; anchors refer to the time of its release."""
         self.bricks.append(ActionOrder(in_hand.arrives, turn))
         self.in_hands.append(in_hand)
@@ -38,7 +38,7 @@ class Schedule:
             self.latest[event] = max(self.latest.get(event, in_hand.let_go), in_hand.let_go)
 
 
-def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) -> Schedule:
+def scheduled(bricks: Sequence[ResolvedBrick], scenario: Scenario, source: Source) -> Schedule:
     """Schedule everything: a step begins at its time, after its event, or after the previous step."""
     schedule = Schedule()
     last = next_start = 0.0
@@ -60,7 +60,7 @@ def scheduled(bricks: Sequence[BuiltBrick], scenario: Scenario, source: Source) 
             schedule.place(brick, in_hand, turn)
         if turn:
             schedule.impacts.append(ActionOrder(start, turn))
-            schedule.over.append(start + scenario.impacts[turn - 1].done.lasts)
+            schedule.over.append(start + scenario.impacts[turn - 1].content.lasts)
         ends = [in_hand.let_go for in_hand in in_hands] if turn == BUILD else schedule.over[-1:]
         last = max(last, start, *ends)
         next_start = last + every
@@ -167,10 +167,10 @@ def turned_pose(pose: Pose, tilt: Quaternion) -> Pose:
 
 
 @dataclass(frozen=True, slots=True)
-class Built:
+class ResolvedScenario:
     """A scenario with all names and times resolved, in the scene frame."""
 
-    bricks: Sequence[BuiltBrick]  # in file order
+    bricks: Sequence[ResolvedBrick]  # in file order
     missiles: Mapping[int, Brick]  # thrown and dropped bricks, by the index of the impact
     impacts: Sequence[ActionOrder]  # start of each
     shaken: ActionOrder | None  # start of the ground motion
@@ -178,7 +178,7 @@ class Built:
     timing_mistakes: Sequence[Diagnostic]  # about unknown events; if any, the times are invalid
 
     @property
-    def in_order(self) -> list[BuiltBrick]:
+    def in_order(self) -> list[ResolvedBrick]:
         """The bricks in order of their placement, then in file order."""
         return sorted(self.bricks, key=lambda brick: brick.placed)
 
@@ -188,12 +188,12 @@ class Built:
         return max((brick.level for brick in self.bricks), default=0)
 
 
-def built_of(scenario: Scenario, source: Source) -> Built:
+def resolved_scenario(scenario: Scenario, source: Source) -> ResolvedScenario:
     """Resolve a scenario, as far as it is free of mistakes."""
     planes = tuple(planes_of(scenario))
-    bricks = built_bricks(scenario, planes)
+    bricks = resolved_bricks(scenario, planes)
     schedule = scheduled(bricks, scenario, source)
-    return Built(
+    return ResolvedScenario(
         bricks=[_timed(brick, number, schedule) for number, brick in enumerate(bricks)],
         missiles=missiles_of(scenario),
         impacts=schedule.impacts,
@@ -207,7 +207,7 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
     """Return the thrown and dropped bricks by the index of the impact; an unnamed first one is `thrown-1`."""
     missiles = {}
     for number, impact in enumerate(scenario.impacts):
-        missile = impact.done.missile
+        missile = impact.content.missile
         if missile is not None:
             kind = missile.brick or scenario.brick
             name = missile.name or f"{missile.how}-{number + 1}"
@@ -215,6 +215,6 @@ def missiles_of(scenario: Scenario) -> dict[int, Brick]:
     return missiles
 
 
-def _timed(brick: BuiltBrick, number: int, schedule: Schedule) -> BuiltBrick:
+def _timed(brick: ResolvedBrick, number: int, schedule: Schedule) -> ResolvedBrick:
     removed = None if brick.removed_in is None else schedule.impacts[brick.removed_in]
     return replace(brick, placed=schedule.bricks[number], removed=removed, in_hand=schedule.in_hands[number])

@@ -11,7 +11,7 @@ from math import inf
 from stability.name_order import in_order
 from stability.problem import Stability, Verdict
 from stackdsl.compiler.impacts import impact_actions
-from stackdsl.compiler.schedule import Built, built_of
+from stackdsl.compiler.schedule import ResolvedScenario, resolved_scenario
 from stackdsl.diagnostics import Span
 from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
@@ -41,7 +41,7 @@ def falls_before_impacts(
     fell = trace.collapse
     if fell is None or not (scenario.impacts or scenario.world.shake is not None):
         return
-    first = min(_loads(built_of(scenario, source), scenario, source), key=lambda load: load.met, default=None)
+    first = min(_loads(resolved_scenario(scenario, source), scenario, source), key=lambda load: load.met, default=None)
     if first is None:
         return
     woken = woken_before(trace)
@@ -63,13 +63,13 @@ def falls_before_impacts(
     yield ClaimOutcome(f"until {first.name}", "that it stands", measured, margin, "s", passed=False, span=first.span)
 
 
-def _loads(built: Built, scenario: Scenario, source: Source) -> Iterator[FirstLoad]:
+def _loads(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[FirstLoad]:
     """Yield every impact and the shaking. A hand that holds a brick loads the structure only when it lets go."""
     actions: list[tuple[int, Action]] = [
         (moment.turn - 1, action) for moment, action in impact_actions(built, scenario, source).actions
     ]
     slid_in = [
-        (number, moment.time) for number, moment in enumerate(built.impacts) if scenario.impacts[number].done.slid_in
+        (number, moment.time) for number, moment in enumerate(built.impacts) if scenario.impacts[number].content.slid_in
     ]
     for number, action in actions:
         if not isinstance(action, HoldAction):

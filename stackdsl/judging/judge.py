@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 # Fails claims that bricks still moving at the end of the run may change.
 
 
-def may_still_change(stated: ClaimKind, trace: Trace) -> bool:
+def may_still_change(claim: ClaimKind, trace: Trace) -> bool:
     """Return whether bricks that still move could change the result of a claim."""
-    return bool(trace.moving or trace.unsettled) and not stated.final_once_watched and not stated.is_decided(trace)
+    return bool(trace.moving or trace.unsettled) and not claim.final_once_watched and not claim.is_decided(trace)
 
 
 def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
@@ -95,13 +95,13 @@ def _proven_to_fall(timeline: Timeline, collapse: Collapse) -> bool:
 # Fails claims that depend on motion to which the engine has added energy.
 
 
-def depends_on_energy_fault(stated: ClaimKind, trace: Trace) -> bool:
+def depends_on_energy_fault(claim: ClaimKind, trace: Trace) -> bool:
     """Return whether the result of a claim may depend on energy that the engine added."""
     before = trace.before_fault
-    if before is None or stated.measures_engine:
+    if before is None or claim.measures_engine:
         return False
     nothing_follows = before.collapse is not None or not before.undone
-    return not (nothing_follows and stated.is_decided(before))
+    return not (nothing_follows and claim.is_decided(before))
 
 
 def unreliable(result: ClaimResult, trace: Trace) -> ClaimResult:
@@ -121,7 +121,7 @@ def judge(trace: Trace, scenario: Scenario, variant: Variant, source: Source, sy
     expectations = [
         (("expect", number), claim) for number, claim in expected_of(scenario, system) if _of_one_run(claim)
     ]
-    expected = [claim.stated for claim in (*(claim for _, claim in expectations), *scenario.truth)]
+    expected = [claim.content for claim in (*(claim for _, claim in expectations), *scenario.truth)]
     return (*_outcomes(expectations, trace, variant, source), *falls_before_impacts(trace, expected, scenario, source))
 
 
@@ -134,7 +134,7 @@ def expected_of(scenario: Scenario, system: str) -> Sequence[tuple[int, Claim]]:
     return [
         (number, claim)
         for number, claim in enumerate(scenario.expect)
-        if (claim.system is None or system in claim.system) and (proves or not claim.stated.needs_statics)
+        if (claim.system is None or system in claim.system) and (proves or not claim.content.needs_statics)
     ]
 
 
@@ -151,7 +151,7 @@ def judge_shares(
     truth = [(("truth", number), claim) for number, claim in enumerate(scenario.truth)]
     outcomes, decisions = [], []
     for path, claim in (*expected, *truth):
-        result, decision = judge_share(claim.stated, ensemble, scenario.confidence)
+        result, decision = judge_share(claim.content, ensemble, scenario.confidence)
         outcomes.append(_outcome(path, claim, result, variant, source))
         decisions.append(decision)
     count = len(expected)
@@ -163,20 +163,20 @@ def compare_with_truth(trace: Trace, scenario: Scenario, variant: Variant, sourc
     claims = [
         (("truth", number), claim)
         for number, claim in enumerate(scenario.truth)
-        if _of_one_run(claim) and (trace.statics is not None or not claim.stated.needs_statics)
+        if _of_one_run(claim) and (trace.statics is not None or not claim.content.needs_statics)
     ]
     return _outcomes(claims, trace, variant, source)
 
 
 def _of_one_run(claim: Claim) -> bool:
     """Return whether a claim is about one run rather than about a share of samples."""
-    return claim.stated.wanted_share is None
+    return claim.content.wanted_share is None
 
 
 def _outcomes(
     claims: Sequence[tuple[KeyPath, Claim]], trace: Trace, variant: Variant, source: Source
 ) -> tuple[ClaimOutcome, ...]:
-    return tuple(_outcome(path, claim, _result(claim.stated, trace), variant, source) for path, claim in claims)
+    return tuple(_outcome(path, claim, _result(claim.content, trace), variant, source) for path, claim in claims)
 
 
 def _outcome(path: KeyPath, claim: Claim, result: ClaimResult, variant: Variant, source: Source) -> ClaimOutcome:
@@ -189,13 +189,13 @@ def _outcome(path: KeyPath, claim: Claim, result: ClaimResult, variant: Variant,
     )
 
 
-def _result(stated: ClaimKind, trace: Trace) -> ClaimResult:
-    if trace.numerical and stated.requires_physical_collapse:
+def _result(claim: ClaimKind, trace: Trace) -> ClaimResult:
+    if trace.numerical and claim.requires_physical_collapse:
         return _numerical(trace)
-    result = stated.judge(trace)
-    if depends_on_energy_fault(stated, trace):
+    result = claim.judge(trace)
+    if depends_on_energy_fault(claim, trace):
         return unreliable(result, trace)
-    return still_moving(result, trace) if may_still_change(stated, trace) else result
+    return still_moving(result, trace) if may_still_change(claim, trace) else result
 
 
 def _numerical(trace: Trace) -> ClaimResult:
@@ -237,10 +237,10 @@ def stop_condition_of(scenario: Scenario, system: str) -> StopCondition:
 
     A scenario without expectations never stops early.
     """
-    expected = [claim.stated for _, claim in expected_of(scenario, system) if claim.stated.wanted_share is None]
+    expected = [claim.content for _, claim in expected_of(scenario, system) if claim.content.wanted_share is None]
     if not expected:
         return never_stop_early
     proves = system_named(system).method is Method.PROVEN
-    compared = [claim.stated for claim in scenario.truth if proves or not claim.stated.needs_statics]
-    compared = [stated for stated in compared if stated.wanted_share is None]
+    compared = [claim.content for claim in scenario.truth if proves or not claim.content.needs_statics]
+    compared = [claim for claim in compared if claim.wanted_share is None]
     return AllDecided((*expected, *compared))

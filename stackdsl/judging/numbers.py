@@ -146,14 +146,14 @@ class ScenarioNumbers:
         if steps and (whole or metres or number):
             yield ScenarioNumber(name, path, self.variant.written.span_of(place or path), number, unit, whole, steps)
 
-    def timeline(self, knob: ScenarioNumber, value: float) -> Timeline | None:
+    def timeline(self, number: ScenarioNumber, value: float) -> Timeline | None:
         """Return the timeline with another value; None if the scenario is then invalid."""
-        return self.compiled(knob, value)[0]
+        return self.compiled(number, value)[0]
 
-    def compiled(self, knob: ScenarioNumber, value: float) -> tuple[Timeline | None, Sequence[Diagnostic]]:
+    def compiled(self, number: ScenarioNumber, value: float) -> tuple[Timeline | None, Sequence[Diagnostic]]:
         """Return the timeline with another value, or the diagnostics if the scenario is then invalid."""
         source = self._chosen()
-        _put(source.values, knob.path, knob.written(value))
+        _put(source.values, number.path, number.written(value))
         variants, diagnostics = expand(source)
         if diagnostics or len(variants) != 1:
             return None, diagnostics

@@ -164,7 +164,7 @@ def _limit(held: float, fails: float) -> NumberLimit:
 # build must stand up to and including the step that falls now; a later step may still fall.
 
 
-MOST_KNOBS: Final = 8
+MOST_NUMBERS: Final = 8
 MOST_FRICTIONS: Final = 5  # steps of the build, one after the other, that may need more friction than those before
 MOST_COUNTERWEIGHTS: Final = 5  # that are tried by a verdict, the least first
 HEAVIEST: Final = 1e3  # times the mass of all bricks: a heavier counterweight is not reported
@@ -174,7 +174,7 @@ HEAVIEST: Final = 1e3  # times the mass of all bricks: a heavier counterweight i
 class OtherNumber:
     """A number of the file, and the nearest value with which everything stands."""
 
-    knob: ScenarioNumber
+    number: ScenarioNumber
     limit: NumberLimit
 
 
@@ -206,14 +206,14 @@ class Remedies:
     nothing_rises: bool = False  # whether no brick rises in the fall, which proves that no counterweight helps
 
 
-def remedies_of(knobs: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
+def remedies_of(scenario_numbers: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
     """Return the remedies of a timeline whose `proofs` end with a fall."""
     verdict = proofs.assembly.verdict()
     if verdict.stability is not Stability.UNSTABLE:
         return Remedies()
     rising = rising_in(verdict)
     return Remedies(
-        tuple(_numbers(knobs, set(verdict.moving))),
+        tuple(_numbers(scenario_numbers, set(verdict.moving))),
         more_friction(timeline, proofs),
         _counterweight(timeline, proofs, rising),
         not rising,
@@ -232,13 +232,13 @@ def _stands(timeline: Timeline | None) -> bool | None:
     return None if stability is Stability.UNDECIDED else stability is Stability.STABLE
 
 
-def _numbers(knobs: ScenarioNumbers, moving: set[BodyId]) -> Iterator[OtherNumber]:
-    for _, knob in zip(range(MOST_KNOBS), knobs.numbers(moving), strict=False):
+def _numbers(scenario_numbers: ScenarioNumbers, moving: set[BodyId]) -> Iterator[OtherNumber]:
+    for _, number in zip(range(MOST_NUMBERS), scenario_numbers.numbers(moving), strict=False):
 
-        def holds(value: float, knob: ScenarioNumber = knob) -> bool | None:
-            return _stands(knobs.timeline(knob, value))
+        def holds(value: float, number: ScenarioNumber = number) -> bool | None:
+            return _stands(scenario_numbers.timeline(number, value))
 
-        yield from (OtherNumber(knob, limit) for limit in limits(knob.number, knob.steps, knob.whole, holds))
+        yield from (OtherNumber(number, limit) for limit in limits(number.number, number.steps, number.whole, holds))
 
 
 def more_friction(timeline: Timeline, proofs: Proofs) -> MoreFriction | None:

@@ -65,11 +65,11 @@ def decided(wanted: Tolerance, between: Interval) -> Decision:
     return Decision.OPEN if wanted.meets(within) else Decision.FAILS
 
 
-def judge_share(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[ClaimResult, Decision]:
+def judge_share(claim: ClaimKind, ensemble: Ensemble, confidence: float) -> tuple[ClaimResult, Decision]:
     """Return the result of a claim about a share, and whether it is decided."""
-    wanted = stated.wanted_share
+    wanted = claim.wanted_share
     assert wanted is not None  # validation refuses other claims in a scenario with samples
-    count, least = ensemble.drawn, _holding(stated, ensemble)
+    count, least = ensemble.drawn, _holding(claim, ensemble)
     error = error_of_a_look(ensemble.planned, confidence)
     between = interval(least, least + ensemble.unknown, count, error)
     decision = decided(wanted, between)
@@ -83,9 +83,9 @@ def judge_share(stated: ClaimKind, ensemble: Ensemble, confidence: float) -> tup
     return ClaimResult(measured, PERCENT * margin, "%", decision is Decision.HOLDS, numbers), decision
 
 
-def _holding(stated: ClaimKind, ensemble: Ensemble) -> int:
-    fell = sum(count for level, count in ensemble.fell.items() if stated.holds_for_sample(level))
-    return fell + (ensemble.stood if stated.holds_for_sample(None) else 0)
+def _holding(claim: ClaimKind, ensemble: Ensemble) -> int:
+    fell = sum(count for level, count in ensemble.fell.items() if claim.holds_for_sample(level))
+    return fell + (ensemble.stood if claim.holds_for_sample(None) else 0)
 
 
 def _percent(share: float) -> str:

@@ -28,7 +28,7 @@ from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
-from stackdsl.language.quantities import SIDE, EchoError, MistakeError, shown
+from stackdsl.language.quantities import SIDE, ConsequentialError, MistakeError, shown
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
@@ -330,7 +330,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     mass: t.Mass | None = Field(None, description="mass of a whole brick; give either this or the density")
     friction: t.Friction | None = Field(None, description="its Coulomb coefficient; default: the scenario's")
     _form: Form = PrivateAttr()
-    _called: str = PrivateAttr("")
+    _kind_name: str = PrivateAttr("")
 
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
     also_one_of: ClassVar[tuple[str, ...]] = ("size", "prism", "points", "file")
@@ -341,20 +341,20 @@ class BrickKind(Shorthand, ExactlyOneKey):
         return self._form
 
     @property
-    def called(self) -> str:
+    def kind_name(self) -> str:
         """Return the name of this kind of brick; empty if it has none."""
-        return self._called
+        return self._kind_name
 
     @classmethod
     def spelt_out(cls, scalar: object, known: Mapping[str, object]) -> object:
         name = scalar if isinstance(scalar, str) else ""
         if name in known:
             if known[name] is None:
-                raise EchoError
+                raise ConsequentialError
             return known[name]
         if name in CATALOGUE:
             made = cls.model_construct(size=CATALOGUE[name].size, density=CATALOGUE[name].density)
-            made._form, made._called = box_form(CATALOGUE[name].size), name
+            made._form, made._kind_name = box_form(CATALOGUE[name].size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
         raise MistakeError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
@@ -468,7 +468,7 @@ def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | N
         made = BrickKind.model_validate(written, context=KnownBricks({}, files))
     except ValidationError:
         return None
-    made._called = name  # also for an alias of a brick of the catalogue
+    made._kind_name = name  # also for an alias of a brick of the catalogue
     return made
 
 

@@ -366,7 +366,7 @@ def _without_samples(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
         if step.jitter is not None:
             yield _mistake(source, ("build", number, "jitter"), "`jitter` has no effect without samples")
     for key, number, claim in _claims(scenario):
-        if claim.stated.wanted_share is not None:
+        if claim.content.wanted_share is not None:
             place: KeyPath = (key, number, claim.kind, "share")
             yield _mistake(source, place, "`share` needs samples, and the scenario has none")
 
@@ -403,7 +403,7 @@ def _beyond_statics(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
 
 def _of_one_run(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     for key, number, claim in _claims(scenario):
-        if claim.stated.wanted_share is None:
+        if claim.content.wanted_share is None:
             message = f"`{claim.kind}` without a share applies to one run, and the scenario has samples"
             hint = 'write such as stands: {share: ">= 95 %"}, or collapses: {at: level 9 ± 1, share: ">= 90 %"}'
             yield Diagnostic("SD102", source.key_span_of((key, number, claim.kind)), message, hint)

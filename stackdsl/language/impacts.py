@@ -266,6 +266,6 @@ class Impact(Timed):
     every: PositiveDuration | None = Field(None, description="time between repetitions; default: all at one time")
 
     @property
-    def done(self) -> ImpactKind:
+    def content(self) -> ImpactKind:
         """Return the value of the key of its kind."""
         return cast("ImpactKind", getattr(self, self.kind))

@@ -39,7 +39,7 @@ class MistakeError(ValueError):
         return self._hint if isinstance(self._hint, str) else self._hint()
 
 
-class EchoError(ValueError):
+class ConsequentialError(ValueError):
     """A consequence of a mistake that is reported elsewhere; not reported itself."""
 
 

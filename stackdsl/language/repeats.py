@@ -43,7 +43,7 @@ class Combination:
     """One combination of values."""
 
     values: Mapping[str, Plain]  # of all variables, as written; None for a mistaken value
-    called: tuple[tuple[str, str], ...]  # variables that identify the combination, each with its value as written
+    identity: tuple[tuple[str, str], ...]  # variables that identify the combination, each with its value as written
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +77,8 @@ def combinations_of(values: Mapping[str, Plain]) -> Combinations:
 def _combination(case: Mapping[str, Plain], row: Mapping[str, Plain]) -> Combination:
     first = next(iter(case), None)
     identifying = {**({} if first is None else {first: case[first]}), **row}
-    called = tuple((name, str(written)) for name, written in identifying.items() if written is not None)
-    return Combination({**case, **row}, called)
+    identity = tuple((name, str(written)) for name, written in identifying.items() if written is not None)
+    return Combination({**case, **row}, identity)
 
 
 def compact(text: str) -> str:

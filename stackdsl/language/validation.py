@@ -15,7 +15,7 @@ from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.layouts.registry import place
-from stackdsl.language.quantities import EchoError, MistakeError, shown, without_comma
+from stackdsl.language.quantities import ConsequentialError, MistakeError, shown, without_comma
 from stackdsl.language.schema import Package, Scenario, is_installed, models
 from stackdsl.language.value_types import PROVING
 from stackdsl.language.variants import Variant
@@ -64,7 +64,7 @@ def _expectations_without_proofs(scenario: Scenario, source: Source) -> Iterator
     """Yield expectations that need statics, but apply to a system without proofs."""
     for index, expectation in enumerate(scenario.expect):
         without = [system for system in expectation.system or scenario.systems if system not in PROVING]
-        if expectation.stated.needs_statics and without:
+        if expectation.content.needs_statics and without:
             message = f"`{expectation.kind}` needs statics, and '{without[0]}' has none"
             span = source.key_span_of(("expect", index, expectation.kind))
             yield Diagnostic("SD104", span, message, f"add `system: {PROVING[0]}` here, and {PROVING[0]} to `systems`")
@@ -73,7 +73,7 @@ def _expectations_without_proofs(scenario: Scenario, source: Source) -> Iterator
 def _truths_without_proofs(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Yield truths that need statics where no system has proofs."""
     for index, truth in enumerate(scenario.truth):
-        if truth.stated.needs_statics and not set(PROVING).intersection(scenario.systems):
+        if truth.content.needs_statics and not set(PROVING).intersection(scenario.systems):
             message = f"`{truth.kind}` needs statics, so this is never compared"
             span = source.key_span_of(("truth", index, truth.kind))
             yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")
@@ -201,7 +201,9 @@ def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
 def _is_echo(detail: ErrorDetails) -> bool:
     """Return whether an error only follows from another that is reported elsewhere."""
     written = detail["input"]
-    if (isinstance(written, str) and "${" in written) or isinstance(detail.get("ctx", {}).get("error"), EchoError):
+    if (isinstance(written, str) and "${" in written) or isinstance(
+        detail.get("ctx", {}).get("error"), ConsequentialError
+    ):
         return True
     # Pydantic counts valid items only, so an invalid item can make a list too short.
     return detail["type"] == "too_short" and len(written) >= detail["ctx"]["min_length"]

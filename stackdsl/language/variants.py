@@ -169,7 +169,7 @@ def _variant(
     else:
         filling.mistakes |= {(path, mistake.message): mistake for path, mistake in inline.without_samples()}
     return (
-        Variant(choice.called, values | changed, expanded.source, source, choice.values),
+        Variant(choice.identity, values | changed, expanded.source, source, choice.values),
         filling.mistakes,
         filling.done,
     )

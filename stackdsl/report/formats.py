@@ -20,12 +20,12 @@ from stackdsl.results import (
     Change,
     ClaimOutcome,
     EarlyEndSummary,
+    FailureCause,
     GoldenResult,
     Report,
     RunStatus,
     Seen,
     VariantResult,
-    Why,
     exit_code,
 )
 from stackdsl.shown_text import visible
@@ -497,7 +497,7 @@ def _early_end(early: EarlyEndSummary) -> dict[str, object]:
     return {"time_s": early.time, "planned_s": early.planned, "actions_left_out": early.actions}
 
 
-def _why(why: Why) -> dict[str, object]:
+def _why(why: FailureCause) -> dict[str, object]:
     return {
         "cause": why.cause or None,
         "moving": list(why.moving),

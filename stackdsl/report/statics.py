@@ -146,9 +146,9 @@ def remedy_lines(remedies: Remedies) -> Iterator[str]:
 
 
 def _number(remedy: OtherNumber) -> str:
-    knob, limit = remedy.knob, remedy.limit
+    number, limit = remedy.number, remedy.limit
     sign = ">=" if limit.least else "<="
-    return f"{knob.name} {sign} {knob.text(limit.value)}, in place of {knob.text(knob.number)} at {knob.span}"
+    return f"{number.name} {sign} {number.text(limit.value)}, in place of {number.text(number.number)} at {number.span}"
 
 
 def friction_text(remedy: MoreFriction) -> str:
@@ -267,14 +267,14 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
     timeline: Timeline,
     count: int,
     extent: Extent,
-    knobs: ScenarioNumbers,
+    numbers: ScenarioNumbers,
     margins: VerdictMargins | None = None,
 ) -> Iterator[str]:
     """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
         yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
-        yield from _fall(proofs, timeline, extent, knobs)
+        yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
         yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows what comes of the others"
     else:
@@ -287,7 +287,7 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
         yield from _margins(proofs, extent, margins)
 
 
-def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: ScenarioNumbers) -> Iterator[str]:
+def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioNumbers) -> Iterator[str]:
     """Yield everything that moves, its direction, and remedies."""
     verdict, bricks = proofs.verdict, proofs.assembly.bricks
     in_doubt = verdict.stability is Stability.UNDECIDED
@@ -300,7 +300,7 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, knobs: ScenarioNum
         yield f"    what would mend more than {MOST_FOR_PROGRAMS} bricks takes its time; ask for it with --remedies"
         return
     yield "    what would mend it, each tried:"
-    yield from (f"      {line}" for line in remedy_lines(remedies_of(knobs, timeline, proofs)))
+    yield from (f"      {line}" for line in remedy_lines(remedies_of(numbers, timeline, proofs)))
 
 
 def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> Iterator[str]:
@@ -371,8 +371,8 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
     yield ""
     if proofs is not None:
-        knobs = ScenarioNumbers(scenario, cases[0].variant)
-        yield from proven_lines(proofs, timeline, count, extent, knobs)
+        numbers = ScenarioNumbers(scenario, cases[0].variant)
+        yield from proven_lines(proofs, timeline, count, extent, numbers)
         yield ""
     for case in cases:
         yield from _system(case.system, timeline)

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from stability.analysis.acceleration_margin import tilt
 from stability.analysis.building_order import BuildingOrder
-from stability.analysis.removal_order import Longest, Pull, Soonest
+from stability.analysis.removal_order import EarliestFall, LongestOrder, Pull
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
@@ -577,7 +577,7 @@ def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
         yield f"    {row['brick']:<{width}}  {row['rest']}{': ' * bool(row['proof'])}{row['proof']}{over}"
 
 
-def longest_lines(longest: Longest) -> Iterator[str]:
+def longest_lines(longest: LongestOrder) -> Iterator[str]:
     """Yield the longest order of removals."""
     if longest.proven:
         bound = "no order is longer, which is proven"
@@ -589,7 +589,7 @@ def longest_lines(longest: Longest) -> Iterator[str]:
         yield f"    {', '.join(longest.order)}"
 
 
-def soonest_line(soonest: Soonest) -> str:
+def soonest_line(soonest: EarliestFall) -> str:
     """Return the order of removals with the earliest fall."""
     if not soonest.order:
         return (

@@ -25,12 +25,12 @@ from stackdsl.results import (
     Change,
     ClaimOutcome,
     EarlyEndSummary,
+    FailureCause,
     GoldenStatus,
     Report,
     RunStatus,
     Seen,
     VariantResult,
-    Why,
 )
 from stackdsl.shown_text import visible
 from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Event, EventKind, Trace
@@ -125,7 +125,7 @@ def bearing_text(bearing: float) -> str:
 # Cause of a failed run, in a few lines.
 
 
-def why_lines(why: Why) -> Iterator[str]:
+def why_lines(why: FailureCause) -> Iterator[str]:
     """Yield one line for each known fact about the cause."""
     told = {
         "cause": cause_text(why),
@@ -136,7 +136,7 @@ def why_lines(why: Why) -> Iterator[str]:
     yield from (f"  {name:<5}  {text}" for name, text in told.items() if text)
 
 
-def cause_text(why: Why) -> str:
+def cause_text(why: FailureCause) -> str:
     """Return cause and direction on one line; empty if unknown."""
     return ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))]))
 

@@ -34,14 +34,14 @@ class Way(StrEnum):
 class SampleOutcomes:
     """Outcomes of a batch of samples, in order of their numbers."""
 
-    fates: NDArray[np.int32]
+    values: NDArray[np.int32]
     ways: tuple[Way | None, ...]  # None for an unfit sample, which is not judged
 
 
 def sample_outcomes_of(design: BuildPlan, draws: Draws) -> SampleOutcomes:
     """Judge a batch of samples."""
     hands, count = PlacementSampler(design, draws).build(), draws.count
-    fates = np.full(count, SampleOutcome.UNFIT, dtype=np.int32)
+    values = np.full(count, SampleOutcome.UNFIT, dtype=np.int32)
     ways: list[Way | None] = [None] * count
     doubtful = np.full(count, ON_GROUND), np.zeros(count, dtype=np.int64)
     remaining = hands.fits.copy()
@@ -49,17 +49,17 @@ def sample_outcomes_of(design: BuildPlan, draws: Draws) -> SampleOutcomes:
         supports = [_supports(part, hands) for part in design.parts]
         failing, moments = _held(design, hands, supports)
         held = hands.fits & (moments < 0)
-        fates[held] = SampleOutcome.STANDS
+        values[held] = SampleOutcome.STANDS
         ways = [Way.FORCES if each else None for each in held]
         doubtful, remaining = (failing, moments), hands.fits & ~held
     for sample in np.nonzero(remaining)[0].tolist():
         placed = hands.placed(sample)
         brick, moment = int(doubtful[0][sample]), int(doubtful[1][sample])
         if design.is_flat and _falls(design, supports, placed, brick, moment, sample):
-            fates[sample], ways[sample] = design.moments[moment].level, Way.FALL
+            values[sample], ways[sample] = design.moments[moment].level, Way.FALL
         else:
-            fates[sample], ways[sample] = judge_sample(design, placed), Way.ANEW
-    return SampleOutcomes(fates, tuple(ways))
+            values[sample], ways[sample] = judge_sample(design, placed), Way.ANEW
+    return SampleOutcomes(values, tuple(ways))
 
 
 def judge_sample(design: BuildPlan, placed: Sequence[Placed]) -> int:

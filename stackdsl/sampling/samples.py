@@ -231,7 +231,7 @@ WITHIN = (
 ELSEWHERE = "limit the distribution to values that can be built, such as 5 mm ± 1 mm"
 
 
-class SampleMistakeError(Exception):
+class InvalidSampleError(Exception):
     """A sample has values that make the scenario invalid, such as a friction below zero."""
 
     def __init__(self, mistake: Diagnostic) -> None:
@@ -274,11 +274,11 @@ def picks(draws: Draws) -> Iterator[Picks]:
 
 
 def timelines(variant: Variant, draws: Draws, setting: Setting = AS_WRITTEN) -> Iterator[Timeline]:
-    """Yield the timeline of each sample. Raises SampleMistakeError if a sample is invalid."""
+    """Yield the timeline of each sample. Raises InvalidSampleError if a sample is invalid."""
     for pick in picks(draws):
         timeline = timeline_at(variant, setting, pick)
         if isinstance(timeline, Diagnostic):
-            raise SampleMistakeError(_of_sample(pick, timeline, setting) if pick.values else timeline)
+            raise InvalidSampleError(_of_sample(pick, timeline, setting) if pick.values else timeline)
         yield timeline
 
 

@@ -140,7 +140,7 @@ class HandMover:
             if brick not in self.in_hand:
                 self._keep(brick)
         self._reach()
-        self.stabilizer.held(bricks)
+        self.stabilizer.hold(bricks)
 
     def _let_go(self, let_go: ReleaseAction) -> None:
         bricks = let_go.bricks
@@ -168,7 +168,7 @@ class HandMover:
 
     def _take(self, brick: BodyId) -> None:
         """Take a brick that will be moved."""
-        self.stabilizer.taken(brick)
+        self.stabilizer.grasp(brick)
         self._keep(brick)
 
     def _keep(self, brick: BodyId) -> None:
@@ -239,7 +239,7 @@ class HandMover:
             front = [brick for brick in beside if brick not in pushed]
             pushed |= dict.fromkeys(front)
         self._reached = frozenset(pushed.keys() - self.in_hand.keys())
-        self.stabilizer.handled(self._reached, f"{', '.join(pushing)} moved by hand")
+        self.stabilizer.set_handled(self._reached, f"{', '.join(pushing)} moved by hand")
 
     def _beside(self, brick: BodyId, within: float, by: BodyId) -> Iterator[BodyId]:
         """Yield the bricks that touch a brick or are within a distance of it [m].

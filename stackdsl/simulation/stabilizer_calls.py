@@ -157,20 +157,20 @@ class StabilizerDriver:
             self.extension.shaken(motion)
             self.judge()
 
-    def taken(self, brick: BodyId) -> None:
+    def grasp(self, brick: BodyId) -> None:
         """Give a brick into a hand."""
         if self.extension is not None:
-            self._apply(self.clock.timed(self.extension.taken, brick))
+            self._apply(self.clock.timed(self.extension.grasp, brick))
 
-    def held(self, bricks: Collection[BodyId]) -> None:
+    def hold(self, bricks: Collection[BodyId]) -> None:
         """Hold bricks at rest in hands."""
         if self.extension is not None:
-            self._process(self.clock.timed(self.extension.held, bricks))
+            self._process(self.clock.timed(self.extension.hold, bricks))
 
-    def handled(self, bricks: Collection[BodyId], reason: str) -> None:
+    def set_handled(self, bricks: Collection[BodyId], reason: str) -> None:
         """Set the bricks that hands may push now, in place of those before."""
         if self.extension is not None:
-            self._apply(self.clock.timed(self.extension.handled, bricks, reason))
+            self._apply(self.clock.timed(self.extension.set_handled, bricks, reason))
 
     def let_go_by_hands(self, bricks: Collection[BodyId], set_down: bool) -> None:
         """Let bricks go; `set_down` if hands brought them."""

@@ -106,15 +106,15 @@ def _si_unit(unit: str) -> str:
 
 def search_variable_of(case: Case, name: str, wants_more: bool) -> SearchVariable:
     """Return the number of this name in a case; `wants_more` if the largest value is searched. Raises SearchError."""
-    knobs = ScenarioNumbers(case.scenario, case.variant)
-    if name in knobs.variables():
-        return _variable(knobs, name)
-    written = [knob for knob in _all(case, knobs) if knob.name == name]
+    scenario_numbers = ScenarioNumbers(case.scenario, case.variant)
+    if name in scenario_numbers.variables():
+        return _variable(scenario_numbers, name)
+    written = [number for number in _all(case, scenario_numbers) if number.name == name]
     if len(written) > 1:
-        lines = ", ".join(str(knob.span) for knob in written)
+        lines = ", ".join(str(number.span) for number in written)
         raise SearchError(f"'{name}' is written in {len(written)} places: {lines}; make it a variable of `let`")
     if written:
-        return _of_knob(knobs, written[0])
+        return _of_number(scenario_numbers, written[0])
     if name == FRICTION:
         return _friction(case.timeline, wants_more)
     if match := _MASS.fullmatch(name):
@@ -129,33 +129,33 @@ def is_shaken(case: Case, name: str) -> bool:
 
 def names_in(case: Case) -> tuple[str, ...]:
     """Return the names of the numbers of a case, each once: variables, then the others."""
-    knobs = ScenarioNumbers(case.scenario, case.variant)
-    numbers = [name for name in knobs.variables() if any(knobs.variable(name))]
-    return tuple(dict.fromkeys([*numbers, *(knob.name for knob in _all(case, knobs))]))
+    scenario_numbers = ScenarioNumbers(case.scenario, case.variant)
+    names = [name for name in scenario_numbers.variables() if any(scenario_numbers.variable(name))]
+    return tuple(dict.fromkeys([*names, *(number.name for number in _all(case, scenario_numbers))]))
 
 
 def _instead(name: str, names: list[str]) -> str:
     return did_you_mean(name, names) or f"there are {', '.join(names)}"
 
 
-def _all(case: Case, knobs: ScenarioNumbers) -> Iterator[ScenarioNumber]:
-    variables = knobs.variables()
+def _all(case: Case, scenario_numbers: ScenarioNumbers) -> Iterator[ScenarioNumber]:
+    variables = scenario_numbers.variables()
     bricks = {each.brick.id for each in case.timeline.placements}
-    return (knob for knob in knobs.numbers(bricks) if knob.name not in variables)
+    return (number for number in scenario_numbers.numbers(bricks) if number.name not in variables)
 
 
 # --- numbers of the file ----------------------------------------------------------------------------------------------
 
 
-def _variable(knobs: ScenarioNumbers, name: str) -> SearchVariable:
+def _variable(scenario_numbers: ScenarioNumbers, name: str) -> SearchVariable:
     """Return a variable. Raises SearchError if it is no number, or a time."""
-    knob = next(knobs.variable(name), None)
-    if knob is None:
-        value = knobs.variables()[name]
+    number = next(scenario_numbers.variable(name), None)
+    if number is None:
+        value = scenario_numbers.variables()[name]
         if _is_of_time(value):
             raise SearchError(f"'{name}' is {value}: statics does not depend on times or speeds")
         raise SearchError(f"'{name}' is the word '{value}'; only a number has a limit")
-    return _of_knob(knobs, knob)
+    return _of_number(scenario_numbers, number)
 
 
 def _is_of_time(value: object) -> bool:
@@ -165,26 +165,30 @@ def _is_of_time(value: object) -> bool:
         return False
 
 
-def _of_knob(knobs: ScenarioNumbers, knob: ScenarioNumber) -> SearchVariable:
-    exact = replace(knob, whole=False)  # a number written as a whole one may be a coefficient
+def _of_number(scenario_numbers: ScenarioNumbers, number: ScenarioNumber) -> SearchVariable:
+    exact = replace(number, whole=False)  # a number written as a whole one may be a coefficient
     return SearchVariable(
-        knob.name,
-        knob.number,
-        knob.unit,
-        lambda value: knobs.compiled(knob if value == int(value) else exact, value),
-        _half_a_turn(knob.unit) if _si_unit(knob.unit) == "rad" else EVERYWHERE,
-        is_whole=knob.whole,
-        place=str(knob.span),
-        others=_others_of(knobs, knob),
+        number.name,
+        number.number,
+        number.unit,
+        lambda value: scenario_numbers.compiled(number if value == int(value) else exact, value),
+        _half_a_turn(number.unit) if _si_unit(number.unit) == "rad" else EVERYWHERE,
+        is_whole=number.whole,
+        place=str(number.span),
+        others=_others_of(scenario_numbers, number),
     )
 
 
-def _others_of(knobs: ScenarioNumbers, knob: ScenarioNumber) -> str:
+def _others_of(scenario_numbers: ScenarioNumbers, number: ScenarioNumber) -> str:
     """Return a note on numbers that are related to this one; empty if none are."""
-    if "cases" in knobs.variant.written.values and knob.name in _cases(knobs):
-        others = [f"{name} = {value}" for name, value in _cases(knobs).items() if name != knob.name]
+    if "cases" in scenario_numbers.variant.written.values and number.name in _cases(scenario_numbers):
+        others = [f"{name} = {value}" for name, value in _cases(scenario_numbers).items() if name != number.name]
         return f"the rest of its case stays: {', '.join(others)}" if others else ""
-    return "the file computes it from other numbers; here it is set directly" if _is_computed(knobs, knob) else ""
+    return (
+        "the file computes it from other numbers; here it is set directly"
+        if _is_computed(scenario_numbers, number)
+        else ""
+    )
 
 
 def _half_a_turn(unit: str) -> Range:
@@ -192,16 +196,16 @@ def _half_a_turn(unit: str) -> Range:
     return Range(-pi / float(in_si(unit)), pi / float(in_si(unit)))
 
 
-def _cases(knobs: ScenarioNumbers) -> dict[str, object]:
-    cases = knobs.variant.written.values.get("cases")
+def _cases(scenario_numbers: ScenarioNumbers) -> dict[str, object]:
+    cases = scenario_numbers.variant.written.values.get("cases")
     first = cases[0] if isinstance(cases, list) and cases else {}
     names = list(first) if isinstance(first, dict) else []
-    return {name: knobs.variant.choice[name] for name in names if name in knobs.variant.choice}
+    return {name: scenario_numbers.variant.choice[name] for name in names if name in scenario_numbers.variant.choice}
 
 
-def _is_computed(knobs: ScenarioNumbers, knob: ScenarioNumber) -> bool:
-    lets = knobs.variant.written.values.get("let")
-    written = lets.get(knob.name) if isinstance(lets, dict) and knob.path[0] == "let" else None
+def _is_computed(scenario_numbers: ScenarioNumbers, number: ScenarioNumber) -> bool:
+    lets = scenario_numbers.variant.written.values.get("let")
+    written = lets.get(number.name) if isinstance(lets, dict) and number.path[0] == "let" else None
     return isinstance(written, str) and "${" in written
 
 

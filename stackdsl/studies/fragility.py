@@ -19,7 +19,7 @@ from stackdsl.language.variants import Variant
 from stackdsl.sampling.samples import (
     AS_WRITTEN,
     Draws,
-    SampleMistakeError,
+    InvalidSampleError,
     Setting,
     build_plan_of,
     timeline_at,
@@ -27,7 +27,7 @@ from stackdsl.sampling.samples import (
 )
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
-from stackdsl.studies.fragility_curve import CurveSettings, Fragility, of_capacities, of_fates, spaced
+from stackdsl.studies.fragility_curve import CurveSettings, Fragility, curve_of_capacities, curve_of_outcomes, spaced
 from stackdsl.studies.fragility_intensity import SHAKING, Capacity, Intensity, capacities_of
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
@@ -48,7 +48,7 @@ class CapacityChunk:
     cpu_time: float  # [s]
 
 
-def fates_at(variant: Variant, system: str, draws: Draws, setting: Setting) -> Chunk | Diagnostic:
+def outcomes_at(variant: Variant, system: str, draws: Draws, setting: Setting) -> Chunk | Diagnostic:
     """Judge a chunk of samples with changed values; runs in a worker."""
     if variant.values.get("uncertain") is not None:
         return varied_chunk(variant, system, draws, setting)
@@ -71,7 +71,7 @@ def capacity_chunk(variant: Variant, draws: Draws, bearing: float | None) -> Cap
                 own_capacities, own_ways = capacities_of(build_plan_of(timeline), sample, bearing)
                 capacities += own_capacities
                 ways.update(own_ways)
-    except SampleMistakeError as error:
+    except InvalidSampleError as error:
         return error.mistake
     return CapacityChunk(tuple(capacities), dict(ways), process_time() - started)
 
@@ -114,7 +114,7 @@ class FragilityPlan:
         if self.shakes:
             return Task(capacity_chunk, (self.case.variant, draws, self.bearing), TIME_LIMIT)
         setting = self.intensity.setting(value)
-        return Task(fates_at, (self.case.variant, self.case.system, draws, setting), TIME_LIMIT)
+        return Task(outcomes_at, (self.case.variant, self.case.system, draws, setting), TIME_LIMIT)
 
     def key(self, value: float, draws: Draws, memory: ResultCache) -> str:
         """Return the key of a chunk in the cache."""
@@ -138,31 +138,33 @@ class CurveResult:
     @property
     def done(self) -> int:
         """Number of judged samples."""
-        return sum(len(chunk.fates if isinstance(chunk, Chunk) else chunk.capacities) for chunk in self.chunks.values())
+        return sum(
+            len(chunk.outcomes if isinstance(chunk, Chunk) else chunk.capacities) for chunk in self.chunks.values()
+        )
 
     def fragility(self) -> Fragility | None:
         """Return the curve through all points whose samples are all judged; None if there are no such points."""
         plan = self.plan
         terms = CurveSettings(plan.intensity, plan.seed, plan.confidence)
-        curve = _of_capacities(self, terms) if plan.shakes else _of_fates(self, terms)
+        curve = _curve_of_capacities(self, terms) if plan.shakes else _curve_of_outcomes(self, terms)
         cpu_time = sum(chunk.cpu_time for chunk in self.chunks.values())
         return None if curve is None else replace(curve, cpu_time=cpu_time)
 
 
-def _of_fates(result: CurveResult, terms: CurveSettings) -> Fragility | None:
-    fates: dict[float, list[int]] = {}
+def _curve_of_outcomes(result: CurveResult, terms: CurveSettings) -> Fragility | None:
+    outcomes: dict[float, list[int]] = {}
     ways: dict[float, Counter[str]] = {}
     for value in result.plan.values:
         chunks = [result.chunks[value, first] for at, first in sorted(result.chunks) if at == value]
-        own = [fate for chunk in chunks if isinstance(chunk, Chunk) for fate in chunk.fates]
+        own = [outcome for chunk in chunks if isinstance(chunk, Chunk) for outcome in chunk.outcomes]
         if len(own) == result.plan.samples:
-            fates[value], ways[value] = own, Counter()
+            outcomes[value], ways[value] = own, Counter()
             for chunk in chunks:
                 ways[value].update(chunk.ways)
-    return of_fates(terms, fates, ways) if fates else None
+    return curve_of_outcomes(terms, outcomes, ways) if outcomes else None
 
 
-def _of_capacities(result: CurveResult, terms: CurveSettings) -> Fragility | None:
+def _curve_of_capacities(result: CurveResult, terms: CurveSettings) -> Fragility | None:
     chunks = [result.chunks[key] for key in sorted(result.chunks)]
     capacities = [each for chunk in chunks if isinstance(chunk, CapacityChunk) for each in chunk.capacities]
     if not capacities:
@@ -170,7 +172,7 @@ def _of_capacities(result: CurveResult, terms: CurveSettings) -> Fragility | Non
     ways = Counter[str]()
     for chunk in chunks:
         ways.update(chunk.ways)
-    return of_capacities(terms, capacities, result.plan.values or _reached(result.plan, capacities), ways)
+    return curve_of_capacities(terms, capacities, result.plan.values or _reached(result.plan, capacities), ways)
 
 
 def _reached(plan: FragilityPlan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
@@ -222,7 +224,11 @@ def draw(
 
 
 def _as_record(chunk: Chunk | CapacityChunk) -> object:
-    rows = list(chunk.fates) if isinstance(chunk, Chunk) else [[c.fate, c.survived, c.fails] for c in chunk.capacities]
+    rows = (
+        list(chunk.outcomes)
+        if isinstance(chunk, Chunk)
+        else [[c.outcome, c.survived, c.fails] for c in chunk.capacities]
+    )
     return [rows, chunk.ways, chunk.cpu_time]
 
 

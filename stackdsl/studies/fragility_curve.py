@@ -59,7 +59,7 @@ class UndeterminedError(Exception):
         self.message, self.at = message, at
 
 
-def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
+def fit_to_outcomes(values: Array, fell: Array, confidence: float) -> Lognormal:
     """Return the curve through the outcomes of samples at some intensities above zero.
 
     `fell` is (samples, intensities): 1 if a sample fell, 0 if it stood, NaN if that is unknown. Raises
@@ -95,7 +95,7 @@ def through_fates(values: Array, fell: Array, confidence: float) -> Lognormal:
     return Lognormal(median, dispersion, about_median, about_dispersion, rises=bool(b > 0.0))
 
 
-def through_capacities(capacities: Array, confidence: float) -> Lognormal:
+def fit_to_capacities(capacities: Array, confidence: float) -> Lognormal:
     """Return the curve of samples with known capacities. Raises UndeterminedError."""
     count = len(capacities)
     if count < FEWEST:
@@ -209,18 +209,18 @@ class CurveSettings:
     confidence: float
 
 
-def of_fates(
-    terms: CurveSettings, fates: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]
+def curve_of_outcomes(
+    terms: CurveSettings, outcomes: Mapping[float, Sequence[int]], ways: Mapping[float, Mapping[str, int]]
 ) -> Fragility:
     """Return the curve of samples with outcomes at several intensities, the same samples at each."""
-    points = tuple(_point(terms, value, np.array(fates[value]), ways[value]) for value in sorted(fates))
+    points = tuple(_point(terms, value, np.array(outcomes[value]), ways[value]) for value in sorted(outcomes))
     above = [point.value for point in points if point.value > 0.0]
     # Zero has no logarithm.
-    fell = np.array([[_fell(fate) for fate in fates[value]] for value in above]).T
+    fell = np.array([[_fell(outcome) for outcome in outcomes[value]] for value in above]).T
     curve, why = None, "no point is above zero"
     if above:
         try:
-            curve, why = through_fates(np.array(above), fell, terms.confidence), ""
+            curve, why = fit_to_outcomes(np.array(above), fell, terms.confidence), ""
         except UndeterminedError as error:
             why = _why(error, terms.intensity)
     unknown = sum(point.unknown for point in points)
@@ -231,32 +231,32 @@ def _why(error: UndeterminedError, intensity: Intensity) -> str:
     return error.message.format(*map(intensity.told, error.at))
 
 
-def _fell(fate: int) -> float:
-    return float("nan") if fate < 0 else float(fate > 0)
+def _fell(outcome: int) -> float:
+    return float("nan") if outcome < 0 else float(outcome > 0)
 
 
 def _point(
-    terms: CurveSettings, value: float, fates: "np.ndarray[tuple[int], np.dtype[np.int64]]", ways: Mapping[str, int]
+    terms: CurveSettings, value: float, outcomes: "np.ndarray[tuple[int], np.dtype[np.int64]]", ways: Mapping[str, int]
 ) -> CurvePoint:
-    fell, unknown, count = int((fates > 0).sum()), int((fates < 0).sum()), len(fates)
+    fell, unknown, count = int((outcomes > 0).sum()), int((outcomes < 0).sum()), len(outcomes)
     return CurvePoint(value, fell, unknown, count, interval(fell, fell + unknown, count, 1.0 - terms.confidence), ways)
 
 
-def of_capacities(
+def curve_of_capacities(
     terms: CurveSettings, capacities: Sequence[Capacity], values: Sequence[float], ways: Mapping[str, int]
 ) -> Fragility:
     """Return the curve of samples with capacities: their distribution."""
     intensity = terms.intensity
-    built = [each for each in capacities if each.fate == SampleOutcome.STANDS]
+    built = [each for each in capacities if each.outcome == SampleOutcome.STANDS]
     known = [each for each in built if each.survived > 0.0 and each.fails < inf]
     middles = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
     curve, why = None, ""
     try:
-        curve = through_capacities(middles, terms.confidence)
+        curve = fit_to_capacities(middles, terms.confidence)
     except UndeterminedError as error:
         why = _why(error, intensity)
     points = tuple(_shaken(terms, value, capacities, ways) for value in values)
-    fell = sum(each.fate > 0 for each in capacities)
+    fell = sum(each.outcome > 0 for each in capacities)
     half = _half_of(fell, middles.tolist(), len(capacities))
     left_out = len(capacities) - fell - len(known)
     return Fragility(intensity, points, curve, why, half, terms.seed, terms.confidence, fell, left_out)

@@ -140,7 +140,7 @@ SOLVED = "margin of the sample"  # the kind of proof of samples that stand
 class Capacity:
     """The acceleration that one sample survives."""
 
-    fate: int  # outcome of the build, see `SampleOutcome`
+    outcome: int  # outcome of the build, see `SampleOutcome`
     survived: float = 0.0  # acceleration that is proven to be survived [g]
     fails: float = inf  # acceleration that is proven to bring bricks down [g]; inf if none is
 
@@ -150,15 +150,15 @@ def capacities_of(design: BuildPlan, draws: Draws, bearing: float | None) -> tup
 
     A capacity is that along the bearing of the pull [rad], or in the worst direction if `bearing` is None.
     """
-    fates, ways = sample_outcomes_of(design, draws), Counter[str]()
+    outcomes, ways = sample_outcomes_of(design, draws), Counter[str]()
     hands = PlacementSampler(design, draws).build()
     capacities = []
-    for sample, (fate, way) in enumerate(zip(fates.fates.tolist(), fates.ways, strict=True)):
-        if fate == SampleOutcome.STANDS:
-            capacities.append(Capacity(fate, *_margin(design, hands.placed(sample), bearing)))
+    for sample, (outcome, way) in enumerate(zip(outcomes.values.tolist(), outcomes.ways, strict=True)):
+        if outcome == SampleOutcome.STANDS:
+            capacities.append(Capacity(outcome, *_margin(design, hands.placed(sample), bearing)))
             ways[SOLVED] += 1
         else:
-            capacities.append(Capacity(fate, 0.0, 0.0 if fate > 0 else inf))
+            capacities.append(Capacity(outcome, 0.0, 0.0 if outcome > 0 else inf))
             ways.update([str(way)] if way is not None else [])
     return capacities, ways
 

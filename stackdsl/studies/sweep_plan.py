@@ -121,15 +121,15 @@ def _built(case: Case, design: BuildPlan, samples: range) -> Iterator[RowKind]:
 
 
 def _varied(case: Case, number: int) -> Iterator[RowKind]:
-    """Yield the result of a sample with uncertain variables. Raises SampleMistakeError."""
+    """Yield the result of a sample with uncertain variables. Raises InvalidSampleError."""
     draws = Draws(case.scenario.seed, case.scenario.scenario, number, 1)
     for timeline in timelines(case.variant, draws):
         yield from (_kind(*each) for each in judged_each(build_plan_of(timeline), timeline, case.system, draws))
 
 
 @lru_cache(maxsize=1000)
-def _kind(fate: int, way: str) -> RowKind:
-    return RowKind("collapses", fate, way) if fate > 0 else RowKind(NOT_FELL[SampleOutcome(fate)], None, way)
+def _kind(outcome: int, way: str) -> RowKind:
+    return RowKind("collapses", outcome, way) if outcome > 0 else RowKind(NOT_FELL[SampleOutcome(outcome)], None, way)
 
 
 def _played_once(case: Case) -> RowKind:

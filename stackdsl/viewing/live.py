@@ -157,10 +157,10 @@ def margined(case: Case) -> Margined:
     os.nice(MANNERS)
     timeline = as_played(case.timeline, system_named(case.system).modification)
     count = sum(not placement.hits for placement in timeline.placements)
-    knobs, proofs = ScenarioNumbers(case.scenario, case.variant), proofs_of(timeline)
+    numbers, proofs = ScenarioNumbers(case.scenario, case.variant), proofs_of(timeline)
     is_whole = sum(len(judged.bricks) for judged in proofs.judged) == count
     margins = margins_of_assembly(proofs.assembly, TOLD) if is_whole else VerdictMargins()
-    lines = proven_lines(proofs, timeline, count, Extent(margins=True), knobs, margins)
+    lines = proven_lines(proofs, timeline, count, Extent(margins=True), numbers, margins)
     weakest = margins.weakest.brick if margins.weakest is not None else None
     return Margined(tuple(line.strip() for line in lines), weakest)
 

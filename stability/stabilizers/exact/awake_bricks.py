@@ -50,11 +50,11 @@ class AwakeBricks(BrickObserver):
         self.names.update(bricks)
         self._observers.woken(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Remove bricks that left the engine."""
         self.names.difference_update(bricks)
         self.announced.difference_update(bricks)
-        self._observers.gone(bricks)
+        self._observers.removed(bricks)
 
     def absorb(self, other: Self) -> None:
         """Take over the bricks of another instance."""
@@ -81,9 +81,9 @@ class AwakeBricks(BrickObserver):
         announced, self.announced = self.announced, set()
         return announced
 
-    def handled(self, bricks: Collection[BodyId]) -> None:
+    def set_handled(self, bricks: Collection[BodyId]) -> None:
         """Exclude bricks that hands may move from judgement, until the next call."""
-        self._stillness.handled = bricks
+        self._stillness.in_reach_of_hands = bricks
 
     def refuse(self, poses: Mapping[BodyId, Pose]) -> None:
         """Record bricks that were not proven, with their poses: they are not judged again before a change."""

@@ -120,7 +120,7 @@ class RestPoses(BrickObserver):
         self._struck.difference_update(bricks)
         self._driven.difference_update(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the poses of removed bricks."""
         self.frozen(bricks)
 

@@ -53,7 +53,7 @@ class HoldingForces(BrickObserver):
         """Clear the cache, as proofs may change even if no brick was woken."""
         self._bounds.clear()
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Clear the cache, as loads may be removed."""
         self._bounds.clear()
 
@@ -327,9 +327,9 @@ class Disturbances(BrickObserver):
         """Pass woken bricks on to the observers."""
         self._observers.woken(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Pass removed bricks on to the observers."""
-        self._observers.gone(bricks)
+        self._observers.removed(bricks)
 
     def absorb(self, other: Self) -> None:
         """Take over the records of another instance."""

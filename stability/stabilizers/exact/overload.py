@@ -80,7 +80,7 @@ class Overloads(BrickObserver):
         """Mark proofs as changed, even if no brick was woken."""
         self._may_have_changed()
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Mark proofs as changed."""
         self._may_have_changed()
 

@@ -150,7 +150,7 @@ class ProvenStability(Stabilizer):
         """Handle bricks that were removed from the engine: bricks that cannot stand without them wake immediately."""
         removed = sorted(bricks)
         frozen = [brick for brick in removed if self.is_frozen(brick)]
-        self._observers.gone(removed)
+        self._observers.removed(removed)
         judgement = release_until_stable(self.assembly, self.assembly.remove(frozen))
         if frozen or not self._awake.names:  # otherwise no verdict has changed
             self._verdict = judgement.first
@@ -252,7 +252,7 @@ class ProvenStability(Stabilizer):
     # A brick in a hand is not judged. While it moves, no brick on it is proven. At rest it carries like the ground, as
     # the force of a hand is unlimited (docs/design/hands-and-shaking.md).
 
-    def taken(self, brick: BodyId) -> Update:
+    def grasp(self, brick: BodyId) -> Update:
         """Handle a hand taking a brick: bricks that cannot stand without it wake."""
         woken: tuple[BodyId, ...] = ()
         if brick in self._rigid_groups:
@@ -261,14 +261,14 @@ class ProvenStability(Stabilizer):
             judgement = release_until_stable(self.assembly, self.assembly.remove([brick]))
             woken = self._wake_released(judgement.released)
             self._awake.rest_poses.store_driven(judgement.released)
-        self._observers.gone([brick])
+        self._observers.removed([brick])
         self._in_hands[brick] = None
         return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
 
-    def held(self, bricks: Collection[BodyId]) -> Update:
+    def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle bricks that hands hold at rest: they carry like the ground."""
         self.assembly.remove([brick for brick in bricks if self.is_frozen(brick)])
-        self._observers.gone([brick for brick in bricks if brick not in self._in_hands])
+        self._observers.removed([brick for brick in bricks if brick not in self._in_hands])
         self._in_hands |= dict(solids(self.engine, self.engine.states(sorted(bricks))))
         return self._judge_again(())
 
@@ -282,9 +282,9 @@ class ProvenStability(Stabilizer):
         self._awake.clear_announced()
         return self._judge_again(resting)
 
-    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+    def set_handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Set the bricks that hands may move: they wake, and are not judged until a later call omits them."""
-        self._awake.handled(bricks)
+        self._awake.set_handled(bricks)
         for brick in bricks:
             if brick in self._rigid_groups:
                 self._rigid_groups.unweld(brick)
@@ -448,7 +448,7 @@ class ProvenStability(Stabilizer):
         """Judge the frozen bricks again if they or the fixed bodies have changed."""
         lost = self._held.lost(self.assembly.bricks)
         if lost:
-            self._observers.gone(lost)
+            self._observers.removed(lost)
         disturbed = self._held.disturbed(self.assembly.bricks.keys() - lost)
         change = changed(self.assembly, lost, disturbed, self._fixed_bodies())
         self.assembly = change.assembly

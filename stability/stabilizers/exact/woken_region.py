@@ -85,7 +85,7 @@ class RigidGroups(BrickObserver):
             self.joiner.unweld(brick)
         return self._drop(brick)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the groups of removed bricks, which the engine has unwelded."""
         for brick in bricks:
             if brick in self:
@@ -340,7 +340,7 @@ class DeadLoads(BrickObserver):
         """Drop the loads from woken bricks, which press by their own weight."""
         self._drop_from(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the loads on and from removed bricks."""
         self.frozen(bricks)
         self._drop_from(bricks)

@@ -146,10 +146,10 @@ class DirectHits(BrickObserver):
             self._stacked.update(bricks)
         self._approaches.frozen(bricks)
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
+    def removed(self, bricks: Collection[BodyId]) -> None:
         """Drop the records of removed bricks: a new brick may get the same name."""
         self._stacked.difference_update(bricks)
-        self._approaches.gone(bricks)
+        self._approaches.removed(bricks)
 
     def coming(self, awake: Iterable[BodyId], stack: Container[BodyId]) -> list[DirectHit]:
         """Return the hits on bricks of the stack in the next step that were not reported yet."""

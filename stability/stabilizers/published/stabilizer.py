@@ -138,7 +138,7 @@ class StackStability(Stabilizer):
     def taken_out(self, bricks: Iterable[BodyId]) -> Update:
         """Handle bricks that were removed from the engine: bricks that rested on them wake immediately."""
         removed = set(bricks)
-        self._observers.gone(sorted(removed - self.stack.keys()))
+        self._observers.removed(sorted(removed - self.stack.keys()))
         unsupported = self._drop(sorted(removed & self.stack.keys()))
         failed, woken = self._wake_failing()
         return Update((), unsupported + woken, failed, SUPPORT_REMOVED if unsupported or woken else "")
@@ -191,18 +191,18 @@ class StackStability(Stabilizer):
     # the stack. Bricks that it touches wake only if it hits hard enough (section 3.6), so that a slow brick would pass
     # through the stack; here all bricks that a hand may move wake, with those on them.
 
-    def taken(self, brick: BodyId) -> Update:
+    def grasp(self, brick: BodyId) -> Update:
         """Handle a hand taking a brick: it wakes with all bricks on it (section 3.3.7)."""
         woken = self.wake([brick])
         self.engine.freeze(brick)
         self.in_hands.add(brick)
         return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
 
-    def held(self, bricks: Collection[BodyId]) -> Update:
+    def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle hands holding bricks: neither these nor the bricks on them are part of the stack."""
         update = Update()
         for brick in bricks:
-            update = update.then(self.taken(brick))
+            update = update.then(self.grasp(brick))
         return update
 
     def let_go(self, bricks: Collection[BodyId], set_down: bool) -> Update:
@@ -212,9 +212,9 @@ class StackStability(Stabilizer):
             self.set_down(bricks)
         return Update()
 
-    def handled(self, bricks: Collection[BodyId], reason: str) -> Update:
+    def set_handled(self, bricks: Collection[BodyId], reason: str) -> Update:
         """Set the bricks that hands may move: they wake, and are not tested until a later call omits them."""
-        self._stillness.handled = bricks
+        self._stillness.in_reach_of_hands = bricks
         frozen = [brick for brick in bricks if brick in self.stack]
         woken = self.wake(frozen) if frozen else ()
         return Update((), woken, reason=reason if woken else "")
@@ -245,7 +245,7 @@ class StackStability(Stabilizer):
         """Remove bricks from the stack that the engine no longer holds; wake bricks that have lost a support."""
         for brick in removed:
             self._remove(brick)
-        self._observers.gone(removed)
+        self._observers.removed(removed)
         fixed, bricks = self.engine.fixed(), self.engine.masses().keys() - removed
         # A brick may lean on a brick that was never in the stack.
         supports = {name: bricks if name in self.leaning else self.stack.keys() for name in self.stack}

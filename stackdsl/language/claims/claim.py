@@ -15,7 +15,7 @@ class Claim(ExactlyOneKey):
     repeat: t.REPEAT = Field(None, description="variables and their values, one repetition for each combination")
 
     @property
-    def stated(self) -> ClaimKind:
+    def content(self) -> ClaimKind:
         """Return the value of the key of its kind."""
         return cast("ClaimKind", getattr(self, self.kind))
 

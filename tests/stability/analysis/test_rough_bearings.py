@@ -10,7 +10,7 @@ import pytest
 
 from stability.analysis import bearings
 from stability.analysis import bearings as rough_headings_module
-from stability.analysis.acceleration_cut import Heading, Shaken, heading, program_along, shaken
+from stability.analysis.acceleration_cut import AcceleratedProblem, Heading, heading, program_along, shaken
 from stability.analysis.bearings import (
     RoughHeadings,
     Survived,
@@ -54,7 +54,7 @@ def grid(counts: tuple[int, int, int], size: tuple[float, float, float], heavy: 
 
 
 @cache
-def shaken_grid(heavy: float = 1.0, length: float = 0.3) -> Shaken:
+def shaken_grid(heavy: float = 1.0, length: float = 0.3) -> AcceleratedProblem:
     case = shaken(problem_of(grid((2, 2, 3), (length, 0.2, 0.25), heavy), 0.5), None, Tolerances())
     assert case is not None
     return case

@@ -6,10 +6,10 @@ from math import radians, tan
 import numpy as np
 import pytest
 
-from stability.analysis.uniqueness import Braced, outcome
+from stability.analysis.uniqueness import FrictionProof, outcome
 from stability.analysis.uniqueness_program import (
     Condition,
-    How,
+    ContactMode,
     Multipliers,
     ProvenBranch,
     check_branch,
@@ -19,11 +19,11 @@ from stability.contact_law import Coulomb
 from stability.statics.initial_motion import start_equations
 from tests.stability.analysis.leaning_scenes import ladder, pile_on_a_slope
 
-OPENS, SHUT = Condition(0, How.OPENS), Condition(0, How.SHUT)
-UPHILL = Condition(0, How.TOWARDS, (1.0, 0.0, 0.0))
+OPENS, SHUT = Condition(0, ContactMode.OPENS), Condition(0, ContactMode.SHUT)
+UPHILL = Condition(0, ContactMode.TOWARDS, (1.0, 0.0, 0.0))
 
 
-def proof(friction: float = 0.5) -> Braced:
+def proof(friction: float = 0.5) -> FrictionProof:
     (braced,) = outcome(pile_on_a_slope(1, 20.0, friction).problem()).braced
     return braced
 

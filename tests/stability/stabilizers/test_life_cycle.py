@@ -9,7 +9,7 @@ from stability.model import BodyId, BodyState, Pose
 from stability.stabilizers.protocol import BrickObserver, Observers
 from stability.stabilizers.rest import Refusals, RestLimits, Stillness
 
-EVENTS = ("set_down", "frozen", "woken", "gone")
+EVENTS = ("set_down", "frozen", "woken", "removed")
 STEP = 0.01  # [s], longer than the dwell of a brick before its judgement
 
 
@@ -29,8 +29,8 @@ class Diary(BrickObserver):
     def woken(self, bricks: Collection[BodyId]) -> None:
         self.pages.append((self.name, "woken", tuple(bricks)))
 
-    def gone(self, bricks: Collection[BodyId]) -> None:
-        self.pages.append((self.name, "gone", tuple(bricks)))
+    def removed(self, bricks: Collection[BodyId]) -> None:
+        self.pages.append((self.name, "removed", tuple(bricks)))
 
 
 @pytest.mark.parametrize("event", EVENTS)
@@ -65,7 +65,7 @@ def test_a_woken_brick_waits_for_the_hold_off_and_a_new_one_under_its_name_does_
     stillness.frozen(["a"])
     stillness.woken(["a"])
     assert not resting(stillness, 1.0, STEP)
-    stillness.gone(["a"])
+    stillness.removed(["a"])
     assert resting(stillness, 2.0, STEP)
 
 
@@ -74,8 +74,8 @@ def test_a_woken_brick_waits_for_the_hold_off_and_a_new_one_under_its_name_does_
     [
         ("frozen", ["other"], True),
         ("woken", ["other"], True),
-        ("gone", ["other"], True),
-        ("gone", ["a"], True),
+        ("removed", ["other"], True),
+        ("removed", ["a"], True),
         ("set_down", ["other"], False),
         ("woken", [], False),  # judged, and nothing came of it
     ],

@@ -13,7 +13,7 @@ import pytest
 
 from stability.stabilizers.known_motion import FallingParts
 from stackdsl.checking import check as checking
-from stackdsl.checking.cases import Case, Gathered, gather
+from stackdsl.checking.cases import Case, GatheredCases, gather
 from stackdsl.checking.check import CheckConfig, check
 from stackdsl.checking.play_case import play_case
 from stackdsl.goldens.file_format import golden_name
@@ -212,7 +212,7 @@ def checked(cases: Sequence[Case], terms: CheckConfig, monkeypatch: pytest.Monke
         return pools[0]
 
     monkeypatch.setattr(checking, "run_supervised", overheard)
-    check(Gathered(tuple(cases), ()), cases, whole_set=False, config=terms)
+    check(GatheredCases(tuple(cases), ()), cases, whole_set=False, config=terms)
     return [result.value for result in pools[0].results if isinstance(result.value, Trace)]
 
 

@@ -11,7 +11,7 @@ from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.studies import fragility
 from stackdsl.studies.fragility import FragilityPlan, draw
-from stackdsl.studies.fragility_curve import UndeterminedError, through_capacities, through_fates
+from stackdsl.studies.fragility_curve import UndeterminedError, fit_to_capacities, fit_to_outcomes
 from stackdsl.studies.fragility_intensity import NoIntensityError, intensity_of
 from tests.stackdsl.checking.in_process import run_here
 
@@ -51,13 +51,13 @@ def test_intervals_hold_the_truth_as_often_as_they_say_though_samples_are_the_sa
     held = 0
     for seed in range(200):
         fell = (capacities(100, seed)[:, None] <= VALUES[None, :]).astype(float)
-        found = through_fates(VALUES, fell, 0.9)
+        found = fit_to_outcomes(VALUES, fell, 0.9)
         held += found.median_within.low <= 1.0 <= found.median_within.high
     assert 0.83 <= held / 200 <= 0.96  # nine of ten, within three standard deviations
 
 
 def test_capacities_give_their_median_and_dispersion() -> None:
-    found = through_capacities(capacities(20_000, 3), 0.99)
+    found = fit_to_capacities(capacities(20_000, 3), 0.99)
     assert found.median == pytest.approx(1.0, rel=0.01)
     assert found.dispersion == pytest.approx(0.3, rel=0.02)
     assert found.dispersion_within.low <= 0.3 <= found.dispersion_within.high
@@ -65,7 +65,7 @@ def test_capacities_give_their_median_and_dispersion() -> None:
 
 def test_what_falls_less_at_more_has_a_falling_curve() -> None:
     fell = (capacities(2000, 5)[:, None] > VALUES[None, :]).astype(float)
-    found = through_fates(VALUES, fell, 0.95)
+    found = fit_to_outcomes(VALUES, fell, 0.95)
     assert not found.rises
     assert found.median == pytest.approx(1.0, rel=0.03)
     assert found.share(0.5) > 0.9
@@ -82,7 +82,7 @@ def test_what_falls_less_at_more_has_a_falling_curve() -> None:
 )
 def test_what_the_data_do_not_determine_is_told(fell: list[float], words: str) -> None:
     with pytest.raises(UndeterminedError, match=words):
-        through_fates(np.array([1.0, 2.0, 3.0, 4.0]), np.array([fell] * 10, dtype=float), 0.95)
+        fit_to_outcomes(np.array([1.0, 2.0, 3.0, 4.0]), np.array([fell] * 10, dtype=float), 0.95)
 
 
 def test_a_call_that_was_interrupted_goes_on_with_what_is_remembered(tmp_path: Path) -> None:
@@ -120,4 +120,4 @@ def test_where_the_same_samples_fall_at_all_intensities_the_share_does_not_chang
     for count in (2, 3):
         fell = np.repeat([[1.0]] * 3 + [[0.0]] * 7, count, axis=1)
         with pytest.raises(UndeterminedError, match="does not change"):
-            through_fates(np.geomspace(0.3, 0.9, count), fell, 0.95)
+            fit_to_outcomes(np.geomspace(0.3, 0.9, count), fell, 0.95)

@@ -6,13 +6,13 @@ import pytest
 
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
-from stackdsl.results import Why
+from stackdsl.results import FailureCause
 from tests.scenes import compiled, scene
 
 COLUMN = "- column: {levels: 12, step: 12 mm}\n  every: 1 s"  # ten planks reach 120 mm, and each is 117.6 mm long
 
 
-def why(build: str, rest: str) -> Why | None:
+def why(build: str, rest: str) -> FailureCause | None:
     (case,), mistakes = compiled(scene(build, rest))
     assert mistakes == []
     return judged(case, play_case(case.timeline, case.system)).why

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from stability.analysis import building_order
-from stability.analysis.subset_search import Clause, Smallest, smallest
+from stability.analysis.subset_search import Clause, SmallestSet, smallest
 from stackdsl.cli.statics import order_command, suggest_command
 from stackdsl.exits import ExitCode
 from tests.command_line import Stackdsl, stackdsl_in_folder, write
@@ -117,7 +117,7 @@ def test_nothing_is_mended_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> No
 def test_an_order_that_is_interrupted_is_told_with_what_is_proven(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def asked_again(bits: int, clauses: Sequence[Clause]) -> Smallest:
+    def asked_again(bits: int, clauses: Sequence[Clause]) -> SmallestSet:
         if clauses:
             raise KeyboardInterrupt
         return smallest(bits, clauses)

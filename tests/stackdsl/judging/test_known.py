@@ -133,7 +133,7 @@ UNBUILT = replace(
 def decided(claim: str, trace: Trace) -> bool:
     cases, mistakes = compiled(scene("- column: {levels: 5}", f"expect:\n  - {claim}"))
     assert mistakes == []
-    return cases[0].scenario.expect[0].stated.is_decided(trace)
+    return cases[0].scenario.expect[0].content.is_decided(trace)
 
 
 @pytest.mark.parametrize(

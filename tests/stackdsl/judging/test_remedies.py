@@ -23,7 +23,7 @@ def remedies(build: str, rest: str = "", which: int = 0) -> Remedies:
 
 
 def limits(found: Remedies) -> dict[tuple[str, bool], float]:
-    return {(each.knob.name, each.limit.least): each.limit.value for each in found.numbers}
+    return {(each.number.name, each.limit.least): each.limit.value for each in found.numbers}
 
 
 @pytest.mark.parametrize("levels", [5, 8, 10, 12])
@@ -37,8 +37,8 @@ def test_a_column_stands_up_to_its_length_over_its_planks(levels: int) -> None:
 def test_a_variable_is_told_before_what_it_is_used_for() -> None:
     found = remedies('- column: {levels: 10, step: "${d}"}', "let: {d: 1.3 cm}")
     first = found.numbers[0]
-    assert (first.knob.name, first.knob.unit, first.limit.value) == ("d", "cm", 1.176)
-    assert "step" not in [each.knob.name for each in found.numbers]
+    assert (first.number.name, first.number.unit, first.limit.value) == ("d", "cm", 1.176)
+    assert "step" not in [each.number.name for each in found.numbers]
 
 
 def test_a_choice_of_the_matrix_is_a_number_too() -> None:
@@ -130,15 +130,15 @@ def test_a_brick_that_moves_may_be_laid_nearer() -> None:
 def test_times_and_what_is_worked_out_are_no_numbers_to_change() -> None:
     build = '- column: {levels: 3, step: "${2 * half}"}\n  every: "${pause}"'
     (case,), _ = compiled(scene(build, "let: {pause: 2 s, half: 22 mm}"))
-    assert [knob.name for knob in ScenarioNumbers(case.scenario, case.variant).numbers(())] == ["half", "levels"]
+    assert [number.name for number in ScenarioNumbers(case.scenario, case.variant).numbers(())] == ["half", "levels"]
 
 
 def test_each_remedy_written_into_the_file_lets_it_stand() -> None:
     build, rest = "- column: {levels: 7, step: 20 mm}\n  every: 1 s", "friction: 0.5"
     for each in remedies(build, rest).numbers:
         mended = build.replace(
-            f"{each.knob.name}: {each.knob.text(each.knob.number)}",
-            f"{each.knob.name}: {each.knob.text(each.limit.value)}",
+            f"{each.number.name}: {each.number.text(each.number.number)}",
+            f"{each.number.name}: {each.number.text(each.limit.value)}",
         )
         assert mended != build
         (case,), mistakes = compiled(scene(mended, rest))

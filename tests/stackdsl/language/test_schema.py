@@ -186,12 +186,12 @@ def test_stands_all_and_collapses_any_leave_every_key_open() -> None:
     stands, collapses = scenario(
         "{scenario: a, build: [{column: {levels: 3}}], expect: [{stands: all}, {collapses: any}]}"
     ).expect
-    assert stands.stated == Stands.model_construct()
-    assert collapses.stated == Collapses.model_construct()
+    assert stands.content == Stands.model_construct()
+    assert collapses.content == Collapses.model_construct()
 
 
 def test_expectations_are_read_with_their_units() -> None:
-    expect = [expectation.stated for expectation in validated(variants(EVERYTHING)[0]).expect]
+    expect = [expectation.content for expectation in validated(variants(EVERYTHING)[0]).expect]
     stands, collapses, drift, rests_on = expect[1], expect[3], expect[6], expect[7]
     assert isinstance(stands, Stands)
     assert stands.for_ == 3.0

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
-from stackdsl.checking.cases import Case, Gathered, gather
+from stackdsl.checking.cases import Case, GatheredCases, gather
 from stackdsl.checking.check import CheckConfig, check
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
 from stackdsl.language.json_schema import json_schema, keys_at, schema_text
@@ -47,7 +47,7 @@ def own_kinds() -> Iterator[None]:
         yield
 
 
-def gathered(folder: Path, text: str = SCENARIO) -> Gathered:
+def gathered(folder: Path, text: str = SCENARIO) -> GatheredCases:
     file = folder / "shaken-stairs.yaml"
     file.write_text(text, encoding="utf-8")
     return gather([file])
@@ -138,7 +138,7 @@ def test_a_case_with_them_may_be_sent_to_another_process(tmp_path: Path) -> None
 
 def test_the_models_are_made_once_for_the_kinds_there_are() -> None:
     known = models()
-    assert isinstance(known.Impact.model_validate({"shake": {"level": 1, "impulse": ["0 N*s"] * 3}}).done, Shake)
+    assert isinstance(known.Impact.model_validate({"shake": {"level": 1, "impulse": ["0 N*s"] * 3}}).content, Shake)
     assert known is models()
 
 

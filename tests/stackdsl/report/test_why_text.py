@@ -5,10 +5,10 @@ from dataclasses import replace
 
 from stackdsl.report.formats import ranked_failures, report_json
 from stackdsl.report.text import report_text, why_lines
-from stackdsl.results import Report, Why
+from stackdsl.results import FailureCause, Report
 from tests.stackdsl.report.reports import FAILED
 
-WHY = Why(
+WHY = FailureCause(
     cause="L2.1 and L3.1 tip over L1.1",
     moving=("L2.1", "L3.1"),
     bearing=3.141592653589793,
@@ -29,11 +29,11 @@ def test_a_failure_tells_cause_action_first_and_how_to_see_it() -> None:
 
 
 def test_what_is_not_known_has_no_line() -> None:
-    assert list(why_lines(Why(first="a left its place at 1 s"))) == ["  first  a left its place at 1 s"]
+    assert list(why_lines(FailureCause(first="a left its place at 1 s"))) == ["  first  a left its place at 1 s"]
 
 
 def test_a_side_along_no_axis_is_told_in_degrees() -> None:
-    assert list(why_lines(Why(cause="a slides on ground", bearing=0.6))) == [
+    assert list(why_lines(FailureCause(cause="a slides on ground", bearing=0.6))) == [
         "  cause  a slides on ground, towards 34.4 deg"
     ]
 

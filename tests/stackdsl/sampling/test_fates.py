@@ -34,7 +34,7 @@ def test_a_stepped_column_falls_in_the_samples_in_which_its_closed_form_does(ste
     hands = PlacementSampler(design, some(1000)).build()
     expected = closed_form(hands.x, hands.y)
     assert 0.02 < (expected > 0).mean() < 0.98
-    np.testing.assert_array_equal(sample_outcomes_of(design, some(1000)).fates, expected)
+    np.testing.assert_array_equal(sample_outcomes_of(design, some(1000)).values, expected)
 
 
 # Standard deviations with which about so many per cent of columns of ten planks stand.
@@ -48,7 +48,7 @@ def test_the_share_of_stepped_columns_that_stand_is_that_of_their_closed_form(sh
     """Held against 200,000 samples of numpy's own; both are as sure as 99.9 %."""
     spread, step, count = SPREADS[share] * 1e-3, 7e-3, 1000
     design = designed(f"- column: {{levels: 10, step: 7 mm}}\n  every: 1 s\n  jitter: {{position: {spread} m}}")
-    stood = int((sample_outcomes_of(design, some(count)).fates == SampleOutcome.STANDS).sum())
+    stood = int((sample_outcomes_of(design, some(count)).values == SampleOutcome.STANDS).sum())
     generator, many = np.random.default_rng(5), 200_000
     x = np.cumsum(step + spread * generator.standard_normal((10, many)), axis=0)
     y = np.cumsum(spread * generator.standard_normal((10, many)), axis=0)
@@ -82,14 +82,14 @@ def cold(design: BuildPlan, sample: int) -> int:
 def test_no_verdict_differs_when_a_sample_is_asked_cold(name: str) -> None:
     design = designed(TOWERS[name])
     found = sample_outcomes_of(design, some(60))
-    assert found.fates.tolist() == [cold(design, sample) for sample in range(60)]
+    assert found.values.tolist() == [cold(design, sample) for sample in range(60)]
     assert (Way.FORCES in found.ways) or name == "stepped"
 
 
 def test_a_column_is_decided_by_forces_and_falls_that_are_passed_on() -> None:
     found = sample_outcomes_of(designed(TOWERS["column"]), some(200))
     assert set(found.ways) == {Way.FORCES, Way.FALL}
-    assert Counter(found.ways)[Way.FALL] == (found.fates > 0).sum()
+    assert Counter(found.ways)[Way.FALL] == (found.values > 0).sum()
 
 
 @pytest.mark.parametrize(
@@ -102,17 +102,17 @@ def test_a_column_is_decided_by_forces_and_falls_that_are_passed_on() -> None:
 def test_what_leans_is_asked_anew(build: str) -> None:
     found = sample_outcomes_of(designed(build), some(3))
     assert set(found.ways) == {Way.ANEW}
-    assert SampleOutcome.UNFIT not in found.fates
+    assert SampleOutcome.UNFIT not in found.values
 
 
 def test_what_a_slope_lets_slide_falls_in_every_sample() -> None:
     design = designed(
         "- column: {levels: 2}\n  jitter: {position: 0.1 mm}", "friction: 0.3\nworld: {tilt: 17 deg}"
     )  # whose tangent is 0.306
-    assert (sample_outcomes_of(design, some(5)).fates > 0).all()
+    assert (sample_outcomes_of(design, some(5)).values > 0).all()
 
 
 def test_samples_are_the_same_in_whatever_parts_they_are_judged() -> None:
     design = designed(TOWERS["four-stack"])
-    parts = [sample_outcomes_of(design, some(20, first)).fates for first in (0, 20, 40)]
-    np.testing.assert_array_equal(sample_outcomes_of(design, some(60)).fates, np.concatenate(parts))
+    parts = [sample_outcomes_of(design, some(20, first)).values for first in (0, 20, 40)]
+    np.testing.assert_array_equal(sample_outcomes_of(design, some(60)).values, np.concatenate(parts))

@@ -13,7 +13,7 @@ from stackdsl.language.variants import Variant, resampled
 from stackdsl.language.yaml.source import Plain
 from stackdsl.results import RunStatus
 from stackdsl.sampling.sample_outcomes import SampleOutcome
-from stackdsl.sampling.samples import Draws, SampleMistakeError, picks, timelines
+from stackdsl.sampling.samples import Draws, InvalidSampleError, picks, timelines
 from tests.scenes import compiled
 
 SLOPE = """
@@ -56,7 +56,7 @@ def test_a_brick_slides_in_the_samples_whose_slope_is_steeper_than_its_friction(
     assert 5 < sum(expected) < 55
     chunk = varied_chunk(case.variant, "exact", draws)
     assert isinstance(chunk, Chunk)
-    assert [fate == SampleOutcome.STANDS for fate in chunk.fates] == expected
+    assert [outcome == SampleOutcome.STANDS for outcome in chunk.outcomes] == expected
 
 
 def test_a_value_depends_on_its_sample_alone() -> None:
@@ -74,7 +74,7 @@ def test_what_a_let_makes_of_a_variable_goes_with_it() -> None:
 
 def test_a_sample_with_a_value_that_may_not_be_written_is_told_with_it() -> None:
     case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
-    with pytest.raises(SampleMistakeError, match=r"sample \d+ has mu = -.* is less than 0") as caught:
+    with pytest.raises(InvalidSampleError, match=r"sample \d+ has mu = -.* is less than 0") as caught:
         list(timelines(case.variant, Draws(1, "slope", 0, 50)))
     mistake = caught.value.mistake
     assert (mistake.code, mistake.span.line) == ("SD104", 8)
@@ -86,7 +86,7 @@ def test_hands_err_in_such_samples_as_well() -> None:
     case = case_of(text)
     found = varied_chunk(case.variant, "exact", Draws(3, "slope", 0, 10))
     assert isinstance(found, Chunk)
-    assert len(found.fates) == 10
+    assert len(found.outcomes) == 10
     assert sum(found.ways.values()) == 10
 
 
@@ -101,7 +101,7 @@ def test_a_brick_slides_where_a_slope_without_a_name_is_steeper_than_its_frictio
     assert 5 < sum(expected) < 55
     chunk = varied_chunk(case.variant, "exact", draws)
     assert isinstance(chunk, Chunk)
-    assert [fate == SampleOutcome.STANDS for fate in chunk.fates] == expected
+    assert [outcome == SampleOutcome.STANDS for outcome in chunk.outcomes] == expected
 
 
 def test_a_sample_with_a_value_that_may_not_be_written_is_a_mistake_of_the_scenario() -> None:

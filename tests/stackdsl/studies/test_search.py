@@ -20,7 +20,7 @@ from stackdsl.studies.limit_search import (
 
 
 @dataclass
-class Told(VerdictCache):
+class DisplayedResult(VerdictCache):
     """Answers by rule instead of by statics."""
 
     rule: Callable[[float], TrialVerdict] = lambda _: TrialVerdict.STANDS
@@ -35,12 +35,12 @@ def asked(
     upwards: bool,
     within: Range = EVERYWHERE,
     **more: float,
-) -> tuple[SearchResult, Told]:
+) -> tuple[SearchResult, DisplayedResult]:
     def answer(value: float) -> TrialVerdict:
         given = rule(value)
         return given if isinstance(given, TrialVerdict) else (TrialVerdict.STANDS if given else TrialVerdict.FALLS)
 
-    asking = Told(lambda _: (None, ()), rule=answer)
+    asking = DisplayedResult(lambda _: (None, ()), rule=answer)
     whole = bool(more.pop("whole", 0.0))
     return search(
         asking, SearchStart(number, 1.0, whole), SearchTarget(upwards, 1e-7, within, more.get("guess"))

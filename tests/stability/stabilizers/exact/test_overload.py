@@ -139,7 +139,7 @@ def test_what_comes_to_rest_or_is_woken_elsewhere_holds_nothing_up() -> None:
         overloads.frozen(["far"])
         assembly.remove(["far"])
         overloads.woken(["far"])
-        overloads.gone(["elsewhere"])
+        overloads.removed(["elsewhere"])
 
     assert given_way_after_half(assembly, something_happens_far_away)
 

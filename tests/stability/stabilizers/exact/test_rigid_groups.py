@@ -80,7 +80,7 @@ def test_a_group_that_moves_two_millimetres_is_taken_apart_with_its_motion(
 
 def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, rigid_groups: RigidGroups) -> None:
     world.remove_brick("L3")
-    rigid_groups.gone(["L3"])
+    rigid_groups.removed(["L3"])
     assert rigid_groups.bricks == frozenset()
     assert rigid_groups.watched(["L2", "L4"]) == ["L2", "L4"]
 

@@ -94,6 +94,6 @@ def test_what_is_or_was_part_of_the_stack_hits_nothing(scene: Scene) -> None:
 
 def test_another_brick_of_the_same_name_is_a_stranger(scene: Scene) -> None:
     scene.hits.frozen(["shot"])
-    scene.hits.gone(["shot"])
+    scene.hits.removed(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == [("shot", "target")]
