@@ -1,3 +1,3 @@
-"""What things cost. Each is run as a module, `python -m benchmarks.statics`."""
+"""Benchmarks of cost and accuracy. Each runs as a module: `python -m benchmarks.statics`."""
 
-import stackdsl  # noqa: F401 -- it asks for one thread, which must be said before numpy is loaded
+import stackdsl  # noqa: F401 -- importing it requests one thread, which must happen before numpy is loaded

@@ -1,9 +1,9 @@
-"""Exact statics and compas_cra side by side, in one run, on the same towers and walls of 5 to 100 blocks.
+"""Compares exact statics with compas_cra in one run, on the same towers and walls of 5 to 100 blocks.
 
-Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both are given
-boxes and find contacts and forces from nothing; times are medians, of processors. How the peer is asked, and what its
-two programs mean, is told in benchmarks/systems/compas.py. Everything runs on one thread: on a shared machine,
-several make the peer ten times slower, not faster.
+Run it with `python -m benchmarks.against_compas`. It needs the peer: pip install "compas_cra==0.8.0". Both get boxes
+and compute contacts and forces from them; times are medians of processor time. The peer's set-up and its two programs
+are described in benchmarks/systems/compas.py. Everything runs on one thread: on a shared machine, several threads make
+the peer ten times slower, not faster.
 """
 
 import sys
@@ -38,7 +38,7 @@ RBE, CRA = Programme.RBE, Programme.CRA
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a method says, what it took, and by how much its proof is off."""
+    """Verdict of a method, its time, and the error of its proof."""
 
     verdict: str
     seconds: float
@@ -46,7 +46,7 @@ class Answer:
 
 
 def main() -> None:
-    """Measure, print the table, and keep it if asked to."""
+    """Measure and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     if not Compas(CRA).package.installed:
         sys.exit(INSTALL)
@@ -76,7 +76,7 @@ def _beside(exact: Answer, program: str, peer: Answer) -> Row:
 
 
 def by_count(rows: Rows) -> Rows:
-    """One row a number of blocks: how many times as long as `exact` each program takes, by structure."""
+    """Return one row per number of blocks: the time of each program relative to `exact`, by structure."""
     kinds = {"four-stack of {}": "stack", "wall of {}": "wall"}
     kinds |= {f"column of {{}} at {share:g} of its limit": f"column_{100.0 * share:.0f}" for share in SHARES}
     return {
@@ -97,7 +97,7 @@ def by_count(rows: Rows) -> Rows:
 
 
 def structures() -> list[tuple[str, list[Placed]]]:
-    """Towers and walls that stand, and columns that a closed form says stand or fall."""
+    """Return towers and walls that stand, and columns whose verdict a closed form gives."""
     found: list[tuple[str, list[Placed]]] = []
     for count in COUNTS:
         found.append((f"four-stack of {count}", four_stack(count)))
@@ -109,13 +109,13 @@ def structures() -> list[tuple[str, list[Placed]]]:
 
 
 def repeated(method: Callable[[Sequence[Placed]], Answer], planks: Sequence[Placed], repeats: int) -> Answer:
-    """The answer of the run whose time is the median."""
+    """Return the answer of the run with the median time."""
     answers = sorted((method(planks) for _ in range(repeats)), key=lambda answer: answer.seconds)
     return Answer(answers[0].verdict, median(answer.seconds for answer in answers), answers[0].error)
 
 
 def judged_exactly(planks: Sequence[Placed]) -> Answer:
-    """The answer of exact statics, cold."""
+    """Return the answer of exact statics without any cache."""
     assembly = Assembly(friction=FRICTION)
     started = processor_time()
     verdict = assembly.add_all(planks)
@@ -124,13 +124,13 @@ def judged_exactly(planks: Sequence[Placed]) -> Answer:
 
 
 def processor_time() -> float:
-    """Of this process and of solvers that it called [s]: on a shared machine, wall time tells of the others."""
+    """Return the processor time of this process and of its solvers [s]: wall time depends on other processes."""
     spent = times()
     return process_time() + spent.children_user + spent.children_system
 
 
 def _error(assembly: Assembly, verdict: Verdict) -> float:
-    """Of the proof, by plain arithmetic; infinite if it does not hold."""
+    """Return the error of the proof by plain arithmetic; infinite if the proof is wrong."""
     forces, problem = assembly.forces(), assembly.problem()
     if forces is not None:
         balance = check_forces(problem, forces, Tolerances())
@@ -140,7 +140,7 @@ def _error(assembly: Assembly, verdict: Verdict) -> float:
 
 
 def judged_by(assessor: Compas, planks: Sequence[Placed]) -> Answer:
-    """The answer of one of the peer's programs, cold."""
+    """Return the answer of one of the peer's programs without any cache."""
     scene = Scene(planks, (LEVEL_GROUND,), FRICTION)
     started = processor_time()
     stands = assessor.stands(scene)

@@ -1,6 +1,6 @@
-"""Where boxes touch each other and half-spaces, point by point: corners on faces, and edges that cross.
+"""Contact points of boxes with each other and with half-spaces: corners on faces, and crossing edges.
 
-Written apart from `stability`, of which it judges the motion. Compiled by numba, as all of it is asked at each step.
+It is independent of `stability`, whose motion it verifies. It is compiled by numba, as it runs at every step.
 """
 
 from collections.abc import Callable
@@ -14,16 +14,16 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-MOST_POINTS = 400  # of contact at a time
-NEAR = 2e-4  # [m] what is closer may be met within a step
-DEEP = 2e-3  # [m] what is deeper inside is no corner on a face
-GRAZING = 1e-9  # sine, or share of a half length: what is beside a face by less is on it
-PARALLEL = 1e-6  # sine: edges that are closer to that do not cross
+MOST_POINTS = 400  # contact points at the same time
+NEAR = 2e-4  # [m] gap up to which bodies may meet within a step
+DEEP = 2e-3  # [m] a corner with a larger overlap does not lie on a face
+GRAZING = 1e-9  # sine, or share of a half length: accepted distance of a point beside a face
+PARALLEL = 1e-6  # sine: edges with a smaller angle do not cross
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 class Bodies(NamedTuple):
-    """Boxes where they are, and how they move."""
+    """Boxes with their poses and motions."""
 
     half: Array
     mass: Array
@@ -31,7 +31,7 @@ class Bodies(NamedTuple):
     turn: Array
     velocity: Array
     spin: Array
-    inverse: Array  # (n, 3, 3) of the inertia about the centre, in W
+    inverse: Array  # (n, 3, 3) inverse inertia about the centre, in W
 
 
 class Planes(NamedTuple):
@@ -43,7 +43,7 @@ class Planes(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Of contact: `body` touches `on` (-1: a plane), from which the normal leads to it."""
+    """Contact points: `body` touches `on` (-1: a plane); the normal points from `on` to `body`."""
 
     on: Ints
     body: Ints
@@ -51,18 +51,18 @@ class Points(NamedTuple):
     normal: Array
     gap: Array
     friction: Array
-    key: Ints  # the same for the same features, step after step
+    key: Ints  # identifies the pair of features in all steps
     impulse: Array  # (c, 3) normal and two tangents
 
 
 def compiled(function: Function) -> Function:
-    """The function as machine code."""
+    """Return the function as machine code."""
     return cast("Function", njit(cache=True)(function))
 
 
 @compiled
 def contacts(bodies: Bodies, planes: Planes, friction: float) -> Points:
-    """All points at which boxes touch, or may within a step; no impulses yet."""
+    """Return all points at which boxes touch or may touch within a step, without impulses."""
     points = Points(
         np.zeros(MOST_POINTS, np.int64),
         np.zeros(MOST_POINTS, np.int64),
@@ -111,7 +111,7 @@ def _on_planes(bodies: Bodies, planes: Planes, i: int, points: Points, count: in
 
 @compiled
 def _corners_on_faces(bodies: Bodies, i: int, j: int, points: Points, count: int) -> int:
-    """Corners of j on faces of i: on the one that it is least deep behind, if it is beside none."""
+    """Add the corners of j that lie on faces of i, each on the face with the least overlap."""
     for c in range(8):
         corner = bodies.position[j] + bodies.turn[j] @ (CORNERS[c] * bodies.half[j])
         local = bodies.turn[i].T @ (corner - bodies.position[i])
@@ -143,7 +143,7 @@ def _crossing_edges(bodies: Bodies, i: int, j: int, points: Points, count: int) 
 
 @compiled
 def _crossing(bodies: Bodies, one: tuple[int, int], other: tuple[int, int]) -> tuple[bool, Array, float, Array]:
-    """Where an edge of a box crosses an edge of another, with no face of either between them."""
+    """Return the crossing of two edges, unless a face of one of the boxes lies between them."""
     nowhere, axis_a, axis_b = np.zeros(3), one[1] // 4, other[1] // 4
     turn_a, turn_b, half_a, half_b = (
         bodies.turn[one[0]],
@@ -157,7 +157,7 @@ def _crossing(bodies: Bodies, one: tuple[int, int], other: tuple[int, int]) -> t
     if sine < PARALLEL:
         return False, nowhere, 0.0, nowhere
     sign_a, sign_b = _signs(axis_a, one[1] % 4), _signs(axis_b, other[1] % 4)
-    # The normal must lie between those of the two faces that meet in the edge of the one, and likewise of the other.
+    # The normal must lie between the normals of the two faces at the edge of each box.
     normal = np.sign(np.sum(across * (turn_a @ sign_a))) * across / sine
     if np.min(sign_a * (turn_a.T @ normal)) < -GRAZING or np.max(sign_b * (turn_b.T @ normal)) > GRAZING:
         return False, nowhere, 0.0, nowhere

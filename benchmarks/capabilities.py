@@ -1,4 +1,4 @@
-"""What the scenes of the two published tests come to on every system that they name: the figures of docs/method.md.
+"""Plays the scenes of the two published tests on every system named there: the figures of docs/method.md.
 
 Run it with `python -m benchmarks.capabilities`; five minutes, most of them for the long runs of `tuned`.
 """
@@ -19,11 +19,11 @@ from stackdsl.trace import STAND, BrickState, EventKind, Trace
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios"
 FOLDERS = ("capabilities", "user_test")
-AIMS = {"impact-level-3": "L3.2", "impact-top": "L13.2"}  # what the plank is thrown at
+AIMS = {"impact-level-3": "L3.2", "impact-top": "L13.2"}  # target of the thrown plank
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     cases = gather([SCENARIOS / folder for folder in FOLDERS]).cases
     console = Console(stderr=True)
@@ -41,12 +41,12 @@ def main() -> None:
 
 
 def row_name(case: Case) -> str:
-    """As people call it, with a word for the slash of a unit."""
+    """Return the name of a case, with a word for the slash of a unit."""
     return case.name.replace("/", " per ")
 
 
 def row(case: Case, trace: Trace) -> Row:
-    """What is told of a run."""
+    """Return the figures of a run."""
     seen = observations(trace)
     collapse, landing = trace.collapse, trace.landing
     aim = next((brick for family, brick in AIMS.items() if family in case.name), None)
@@ -71,7 +71,7 @@ def _number(value: object) -> float | None:
 
 
 def levels_standing(trace: Trace) -> int:
-    """How many levels, from the lowest, have all of their bricks standing at the end."""
+    """Return the number of levels, from the lowest, with all bricks standing at the end."""
     tracks = [each for each in trace.tracks.values() if each.state is not BrickState.THROWN]
     levels = sorted({each.level for each in tracks})
     whole = {level: all(each.state in STAND for each in tracks if each.level == level) for level in levels}

@@ -1,12 +1,14 @@
-"""Does a house of cards stand? Linear programmes written apart from the statics that they judge, for given places.
+"""Verifies verdicts on houses of cards by linear programs that are independent of the statics.
 
-Cards of a V lean on each other along the inner ones of their upper edges; planks lie on the highest edges, and cards
-stand on their lowest ones, on the ground or on planks. On an edge that a plank covers forces act at both ends of what
-it covers. Two edges that meet press along every normal that both admit (docs/design/engines.md), so along the two
-extreme ones and what lies between: each edge admits what lies between the normals of the two faces beside it. What is
-less than the reach of contact apart touches in the package, and not here.
+The two cards of a V lean on each other along the inner ones of their upper edges; planks lie on the highest edges, and
+cards stand on their lowest ones, on the ground or on planks. Along an edge below a plank forces act at both ends of the
+covered part. Two edges in contact admit every normal between the extreme ones that both admit (docs/design/engines.md):
+each edge admits the normals between those of its two faces. Bodies that are closer than the contact distance touch in
+the package, but not here.
 
-python -m benchmarks.card_houses_apart            100 samples for each pair of hands, where these put the cards
+python -m benchmarks.card_houses_apart            100 samples for each pair of placement errors
+
+python -m benchmarks.card_houses_apart            100 samples for each pair of placement errors
 python -m benchmarks.card_houses_apart --write    the same, to docs/data
 """
 
@@ -31,12 +33,12 @@ from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of
 
 Array = NDArray[np.float64]
 NEAR = 1e-6  # [m]
-STEEP = 0.02  # vertical part of the direction of a card's length from which on it is none that lies flat
+STEEP = 0.02  # largest vertical part of the direction of a flat card's length
 
 
 @dataclass(frozen=True)
 class Card:
-    """A box, as its middle, its directions (rows), half of its sizes [m] and its mass."""
+    """Box given by its middle, its directions (rows), half of its sizes [m] and its mass."""
 
     middle: Array
     directions: Array
@@ -45,29 +47,29 @@ class Card:
 
     @property
     def leans(self) -> bool:
-        """Whether it is a card of a V."""
+        """Return whether the card belongs to a V."""
         return bool(abs(self.directions[0, 2]) > STEEP)
 
     def edge(self, end: float, side: float) -> Array:
-        """(2, 3) one of the four edges across its length: at which end, on which of its faces."""
+        """Return (2, 3) one of the four edges across the length of the card, by its end and its face."""
         at = self.middle + end * self.half[0] * self.directions[0] + side * self.half[2] * self.directions[2]
         return np.stack([at - self.half[1] * self.directions[1], at + self.half[1] * self.directions[1]])
 
     def edges(self) -> list[tuple[float, float, Array]]:
-        """All four, the lowest first."""
+        """Return all four edges, the lowest first."""
         found = [(end, side, self.edge(end, side)) for end in (-1.0, 1.0) for side in (-1.0, 1.0)]
         return sorted(found, key=lambda each: float(each[2][:, 2].sum()))
 
 
 def card_of(placed: Placed) -> Card:
-    """A brick."""
+    """Return the card of a brick."""
     assert isinstance(placed.brick.shape, Box)
     half = 0.5 * np.array(placed.brick.shape.size)
     return Card(np.array(placed.pose.position_W), _directions(placed.pose.orientation), half, placed.brick.mass)
 
 
 def stands(bricks: Sequence[Placed], friction: float) -> bool | None:
-    """Whether they do; None where friction pyramids inside and outside of the cone disagree."""
+    """Return whether bricks stand; None if friction pyramids inside and outside the cone disagree."""
     cards = [card_of(each) for each in bricks]
     boxes = [UprightBox(_point(card.middle), _point(2.0 * card.half), card.mass) for card in cards]
     return answer_of(boxes, [*_touches(cards)], friction)
@@ -92,12 +94,12 @@ def _touches(cards: Sequence[Card]) -> Iterator[Touch]:
 
 
 def _same(one: Array, other: Array) -> bool:
-    """Whether two edges are one, whichever way round."""
+    """Return whether two edges are equal, in either direction."""
     return any(bool(np.abs(one - each).max() < NEAR) for each in (other, other[::-1]))
 
 
 def _covered(edge: Array, plank: Card, side: float) -> list[tuple[float, ...]]:
-    """The ends of what of an edge lies on the upper (1) or lower (-1) face of a plank; none if nothing does."""
+    """Return the ends of the part of an edge on the upper (1) or lower (-1) face of a plank; none without overlap."""
     up = 1.0 if plank.directions[2, 2] > 0.0 else -1.0
     seen = (edge - plank.middle) @ plank.directions.T
     if np.abs(seen[:, 2] * up - side * plank.half[2]).max() > NEAR:
@@ -116,7 +118,7 @@ def _covered(edge: Array, plank: Card, side: float) -> list[tuple[float, ...]]:
 
 
 def _between(one: Card, other: Card) -> list[tuple[float, float, float]]:
-    """The extreme normals from one card to the other that both of their inner upper edges admit."""
+    """Return the extreme normals from one card to the other that both inner upper edges admit."""
     away = other.middle - one.middle
     across = np.array([away[0], away[1], 0.0]) / np.hypot(away[0], away[1])
     (low, high), (other_low, other_high) = _angles(one, across), _angles(other, -across)
@@ -125,7 +127,7 @@ def _between(one: Card, other: Card) -> list[tuple[float, float, float]]:
 
 
 def _angles(card: Card, across: Array) -> tuple[float, float]:
-    """Between which angles above a level direction the normals of the faces beside its inner upper edge are [rad]."""
+    """Return the least and greatest elevation of the normals of the faces beside a card's inner upper edge [rad]."""
     end, side, _ = card.edges()[2]
     faces = end * card.directions[0], side * card.directions[2]
     low, high = sorted(float(np.arctan2(face[2], face @ across)) for face in faces)
@@ -149,7 +151,7 @@ def _point(vector: Array) -> tuple[float, float, float]:
 
 
 def measured(position: float, yaw: float, count: int) -> Row:
-    """The first samples of the card house with errors of hands, as the package and linear programmes judge them."""
+    """Return the verdicts of the package and of linear programs on the first samples with placement errors."""
     case = case_of(SCENES["card house"][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
     design = build_plan_of(case.timeline)
@@ -168,7 +170,7 @@ def measured(position: float, yaw: float, count: int) -> Row:
 
 
 def falls_at(design: BuildPlan, placed: Sequence[Placed]) -> int | None:
-    """The level with which one sample falls, 0 if it stands, None if that is not said."""
+    """Return the level at which a sample falls, 0 if it stands, None if undecided."""
     there: list[Placed] = []
     for moment in design.moments:
         there += [placed[part.number] for unit in moment.units for part in unit.parts]
@@ -178,7 +180,7 @@ def falls_at(design: BuildPlan, placed: Sequence[Placed]) -> int | None:
 
 
 def main() -> None:
-    """Measure, print, and write if asked to."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--samples", type=int, default=100)
     chosen = arguments.parse_args()

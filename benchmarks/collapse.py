@@ -1,8 +1,8 @@
-"""How does the slant tower fall? The rigid body, engines with every brick awake, `exact` and `thesis` side by side.
+"""Compares the fall of the slant tower: as a rigid body, in engines with every brick awake, on `exact` and `thesis`.
 
-Run it with `python -m benchmarks.collapse`. Each tower is set down as high as it is when it falls. Landing is when the
-kinetic energy of what falls is largest; reach is how far its centre of mass has then got sideways. Directions and
-proportions are held against the motion that the proof names, when the tower has turned by 5 deg.
+Run it with `python -m benchmarks.collapse`. Each tower is built to the height at which it falls. It lands when the
+kinetic energy of the falling part is largest; reach is the horizontal displacement of its centre of mass until then.
+Directions and proportions are compared with the motion of the proof when the tower has rotated by 5 deg.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,12 +36,12 @@ from stackdsl.timeline import Timeline
 from stackdsl.trace import Onset
 
 SCENARIO = Path(__file__).parent.parent / "scenarios" / "slant-tower.yaml"
-# The brick with which each tower falls.
+# The brick at which each tower falls.
 LAST = {
     "slant-tower": {"exact": "L7.2", "thesis": "L8.1"},
     "slant-tower-flush": {"exact": "L10.2", "thesis": "L11.1"},
 }
-STEPS = (960, 1920, 3840, 7680)  # a second
+STEPS = (960, 1920, 3840, 7680)  # per second
 FOLLOWED, LOOK = 0.6, 1.0 / 960.0  # [s]
 KEYS = ("slow_ms", "lands_ms", "reach_mm", "direction_deg", "proportions_percent", "energy_percent", "wall_s")
 HALF, BEGUN = radians(15.0), radians(5.0)
@@ -49,19 +49,19 @@ HALF, BEGUN = radians(15.0), radians(5.0)
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """What one run showed."""
+    """Result of one run."""
 
-    slow: float  # [s] until it had turned by 15 deg
+    slow: float  # [s] until it had rotated by 15 deg
     reach: float  # [m]
     landed: float  # [s]
     direction: float  # largest error [rad]
-    proportion: float  # largest error, of the brick that goes furthest
-    gain: float  # of energy, as a share of what there was
+    proportion: float  # largest error, of the brick with the largest displacement
+    gain: float  # of energy, as a share of the initial energy
     cost: float  # [s of wall time]
 
 
 def main() -> None:
-    """Let them fall, print the tables, and keep them if asked to."""
+    """Play and print the tables; write them on request."""
     write = parser(__doc__).parse_args().write
     tables: dict[str, dict[str, dict[str, float]]] = {}
     for case in gather([SCENARIO]).cases:
@@ -89,14 +89,14 @@ def main() -> None:
 
 
 def _values(fall: Fall) -> dict[str, float]:
-    """As data, in the order of KEYS."""
+    """Return the values in the order of KEYS."""
     lengths = (1000.0 * fall.slow, 1000.0 * fall.landed, 1000.0 * fall.reach)
     shares = (degrees(fall.direction), 100.0 * fall.proportion, 100.0 * fall.gain, fall.cost)
     return dict(zip(KEYS, (*lengths, *shares), strict=True))
 
 
 def _beside(own: Mapping[str, float], due: float, reference: Mapping[str, float]) -> dict[str, float]:
-    """How far off `exact` is: in time from the closed form, in reach from the finest run with all awake."""
+    """Return the error of `exact`: in time from the closed form, in reach from the finest run with all bricks awake."""
     return {
         "late_ms": own["slow_ms"] - 1000.0 * due,
         "reach_error_percent": 100.0 * abs(own["reach_mm"] / reference["reach_mm"] - 1.0),
@@ -104,14 +104,14 @@ def _beside(own: Mapping[str, float], due: float, reference: Mapping[str, float]
 
 
 def up_to(timeline: Timeline, last: BodyId) -> Timeline:
-    """The tower as high as it is when it falls, set down at once."""
+    """Return the tower as high as it is when it falls, placed at once."""
     names = [placed.brick.id for placed in timeline.placements]
     kept = timeline.placements[: names.index(last) + 1]
     return replace(timeline, actions=tuple(replace(placed, time=0.0) for placed in kept))
 
 
 def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
-    """What statics says that the tower begins to do."""
+    """Return the problem of the tower and the motion with which it falls by statics."""
     scene = timeline.world
     assembly = Assembly(scene.planes, scene.friction, scene.gravity)
     verdict = as_it_begins(assembly, assembly.add_all(Placed(p.brick, p.pose) for p in timeline.placements))
@@ -121,7 +121,7 @@ def motion_of(timeline: Timeline) -> tuple[Problem, Motion]:
 
 
 def fall(timeline: Timeline, system: System) -> Fall:
-    """Let a tower fall on a system."""
+    """Play the fall of a tower on a system."""
     started = perf_counter()
     seen = seen_falling(timeline, system)
     return _summed_up(timeline, seen, perf_counter() - started)
@@ -130,7 +130,7 @@ def fall(timeline: Timeline, system: System) -> Fall:
 def seen_falling(
     timeline: Timeline, system: System, followed: float = FOLLOWED
 ) -> Sequence[Mapping[BodyId, BodyState]]:
-    """All bricks of a tower that is set down at once, look by look, for so long [s]."""
+    """Return the states of all bricks of a tower that is placed at once, at each sample of the duration [s]."""
     scene = timeline.world
     world = stepped_world(system.engine, scene.gravity, scene.friction, timeline.placements[0].brick.mass)
     for plane in scene.planes:
@@ -203,7 +203,7 @@ def _summed_up(timeline: Timeline, seen: Sequence[Mapping[BodyId, BodyState]], c
 
 
 def rigid_time(timeline: Timeline, angle: float) -> float:
-    """How long the tower takes to turn so far [rad] as one body: the pendulum's integral [s]."""
+    """Return the time the tower takes to rotate by an angle [rad] as one body: the integral of a pendulum [s]."""
     problem, motion = motion_of(timeline)
     turn = turn_of(problem, motion)
     if turn is None:
@@ -216,14 +216,14 @@ def rigid_time(timeline: Timeline, angle: float) -> float:
     step = sqrt(angle) / parts
     time = 0.0
     for k in range(parts):
-        u = (k + 0.5) * step  # with the turn u^2 the integral has no pole at the beginning
+        u = (k + 0.5) * step  # with the rotation u^2 the integrand has no pole at the start
         lost = x * sin(u * u) + z * (1.0 - cos(u * u))
         time += 2.0 * u * step / sqrt(2.0 * timeline.world.gravity * mass * lost / inertia)
     return time
 
 
 def _about(turn: Turn, placed: Placed) -> float:
-    """The moment of inertia of a plank that lies level about an axis along one of its sides [kg m2]."""
+    """Return the moment of inertia of a level plank about an axis parallel to one of its sides [kg m2]."""
     a, b, c = as_box(placed.brick.shape, "the converged fall").size
     across = b if abs(2.0 * asin(placed.pose.orientation[2])) > 1.0 else a  # its side across the axis, along x
     arm = cross(turn.axis_W, subtract(placed.pose.position_W, turn.point_W))

@@ -1,4 +1,4 @@
-"""A file of COMPAS as an assembly of exact statics: as `import` reads it, but for supports, which never move."""
+"""Reads a file of COMPAS as an assembly of exact statics, like `import`, with fixed bodies as supports."""
 
 from collections.abc import Collection
 from math import cos, inf, sin
@@ -16,7 +16,7 @@ from stackdsl.language.imports import Import
 
 
 def own_assembly(path: Path, supports: Collection[int], friction: float, turn: float) -> tuple[Assembly, list[Placed]]:
-    """Supports in place and the blocks that are to come, turned about y [rad]. Raises UnreadableLoadError."""
+    """Return supports and blocks to place, rotated about y [rad]. Raises UnreadableLoadError."""
     asked = Import.model_validate(
         {
             "file": path.name,

@@ -1,9 +1,9 @@
-"""Every sample that comes with compas_cra, judged by it and by exact statics: verdict, certificate, time, in one run.
+"""Judges every sample of compas_cra by it and by exact statics: verdict, certificate, time, in one run.
 
-A sample is a file of blocks; which of them are fixed, the friction and the turn are those of the peer's own examples.
-Both methods get the same contacts, those that the peer finds or that the file has, and the same weights and centres:
-so blocks need not be convex. Where they are, `own` judges the file as `import` reads it, with contacts of its own.
-Times are of the processor, for forces or a motion, without finding contacts; of `own`, with that.
+A sample is a file of blocks; its fixed blocks, friction and rotation are those of the peer's own examples. Both methods
+get the same contacts, computed by the peer or read from the file, and the same weights and centres, so blocks need not
+be convex. For convex blocks `own` judges the file as `import` reads it, with contacts of its own. Times are processor
+times of computing forces or a motion, without contact detection; those of `own` include it.
 
 Run: python -m benchmarks.compas_samples [--write]. It needs the peer: pip install "compas_cra==0.8.0".
 """
@@ -39,24 +39,26 @@ from stackdsl.diagnostics import MOST_REPORTED
 from stackdsl.importers.load import UnreadableLoadError
 
 Y: Final[Vec3] = (0.0, 1.0, 0.0)
-TOO_LARGE: Final = 100  # blocks: more, the peer takes tens of minutes for (40 are published of the armadillo vault)
+# blocks: larger samples take the peer tens of minutes (40 min are published for the armadillo vault)
+TOO_LARGE: Final = 100
 Answered = TypeVar("Answered")
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """How the peer's examples use one of its files."""
+    """Settings of the peer's examples for one of its files."""
 
     file: str
-    supports: tuple[int, ...] = (0,)  # () where the file has them
+    supports: tuple[int, ...] = (0,)  # () if the file has them
     friction: float = 0.84
-    finding: Mapping[str, float] | None = None  # what the peer looks for contacts with; None where the file has them
-    turn: float = 0.0  # about y [deg]
-    heavy: tuple[int, ...] = ()  # of 3.51 times the density of the others
+    # settings of the peer's contact detection; None if the file has contacts
+    finding: Mapping[str, float] | None = None
+    turn: float = 0.0  # rotation about y [deg]
+    heavy: tuple[int, ...] = ()  # blocks of 3.51 times the density of the others
 
     @property
     def name(self) -> str:
-        """The file, and how far it is turned."""
+        """Return the file with its rotation."""
         return self.file + (f" at {self.turn:g} deg" if self.turn else "")
 
 
@@ -83,16 +85,16 @@ SAMPLES: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a method says, and what it took."""
+    """Verdict of a method and its time."""
 
     verdict: str
     seconds: float
     error: float = 0.0  # of the proof, by plain arithmetic
-    lets_go: str = ""  # how what only self-stress can hold starts to move where nothing has squeezed it, proven as well
+    lets_go: str = ""  # start of a motion of a structure that only self-stress can hold, proven
 
 
 def main() -> None:
-    """Measure, print the table, and keep it if asked to."""
+    """Measure and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     if not Compas(Programme.CRA).package.installed:
         sys.exit(INSTALL)
@@ -112,7 +114,7 @@ def main() -> None:
 
 
 def measured(sample: Sample) -> Row:
-    """One row of the table."""
+    """Return one row of the table."""
     assembly = quietly(lambda: loaded(sample))
     problem = problem_of(assembly, sample.friction)
     exact = judged_exactly(problem)
@@ -136,14 +138,14 @@ def measured(sample: Sample) -> Row:
 
 
 def path_of(sample: Sample) -> Path:
-    """Where the peer keeps it."""
+    """Return the path of the sample in the peer's package."""
     import compas_cra  # noqa: PLC0415 -- the peer is optional
 
     return Path(compas_cra.SAMPLE) / f"{sample.file}.json"
 
 
 def loaded(sample: Sample) -> Any:  # noqa: ANN401 -- the peer is untyped
-    """The peer's assembly, with contacts, as its examples have it."""
+    """Return the peer's assembly, with contacts, as in its examples."""
     import compas  # noqa: PLC0415 -- the peer is optional
     from compas_cra.algorithms import assembly_interfaces_numpy  # noqa: PLC0415
     from compas_cra.datastructures import CRA_Assembly  # noqa: PLC0415
@@ -160,12 +162,12 @@ def loaded(sample: Sample) -> Any:  # noqa: ANN401 -- the peer is untyped
 
 
 def supports_of(assembly: Any) -> set[int]:  # noqa: ANN401 -- the peer is untyped
-    """The nodes that never move."""
+    """Return the fixed nodes."""
     return set(assembly.graph.nodes_where({"is_support": True}))
 
 
 def problem_of(assembly: Any, friction: float) -> Problem:  # noqa: ANN401 -- the peer is untyped
-    """The peer's blocks and contacts as a problem of statics; a cubic metre weighs 1 t."""
+    """Return the peer's blocks and contacts as a problem of statics; the density is 1 t/m3."""
     fixed = supports_of(assembly)
     bricks = {f"{node}": placed(assembly.node_block(node), f"{node}") for node in assembly.nodes() if node not in fixed}
     contacts = [
@@ -179,7 +181,7 @@ def problem_of(assembly: Any, friction: float) -> Problem:  # noqa: ANN401 -- th
 
 
 def placed(block: Any, name: str) -> Placed:  # noqa: ANN401 -- the peer is untyped
-    """Of a block, what equilibrium needs: where its centre is, how heavy it is, and how far it reaches."""
+    """Return the data of a block for equilibrium: centre, mass and extent."""
     x, y, z = block.center()
     corners = block.vertices_attributes("xyz")
     reach = max(hypot(px - x, py - y, pz - z) for px, py, pz in corners)
@@ -189,7 +191,7 @@ def placed(block: Any, name: str) -> Placed:  # noqa: ANN401 -- the peer is unty
 
 
 def contact(one: str, other: str, interface: Any, friction: float) -> Contact:  # noqa: ANN401 -- the peer is untyped
-    """An interface, whose normal leads from the one to the other."""
+    """Return an interface as a contact whose normal points from `one` to `other`."""
     nx, ny, nz = interface.frame.zaxis
     length = hypot(nx, ny, nz)
     points = tuple((float(x), float(y), float(z)) for x, y, z in interface.points)
@@ -202,7 +204,7 @@ def contact(one: str, other: str, interface: Any, friction: float) -> Contact:  
 
 
 def judged_exactly(problem: Problem) -> Answer:
-    """Exact statics on these contacts, with the certificate of what is stable."""
+    """Judge these contacts by exact statics, with the certificate of a stable assembly."""
     started = processor_time()
     found = balance(problem, Tolerances())
     honest = forces_without_self_stress(problem, found.forces, Tolerances()) if found.forces is not None else None
@@ -223,27 +225,27 @@ def judged_exactly(problem: Problem) -> Answer:
 
 
 def judged_by_peer(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 -- the peer is untyped
-    """The peer's own program, with the bounds of its own examples."""
+    """Judge by the peer's own program, with the bounds of its own examples."""
     from compas_cra.equilibrium import cra_solve  # noqa: PLC0415 -- the peer is optional
 
     started = processor_time()
     try:
         quietly(lambda: cra_solve(assembly, mu=friction, density=1.0, d_bnd=1e-1, eps=1e-3))
-    except ValueError as error:  # of both what falls, and what its solver gives up
+    except ValueError as error:  # raised both for a fall and for a failure of its solver
         verdict = "infeasible" if "Infeasible" in str(error) else "solver failed"
         return Answer(verdict, processor_time() - started)
     return Answer("stands", processor_time() - started)
 
 
 def as_its_file_says(assembly: Any) -> Answer:  # noqa: ANN401 -- the peer is untyped
-    """What the peer found of a large sample when its file was made: with forces at all interfaces, that it stands."""
+    """Return the result that the file of a large sample holds: forces at all interfaces mean that it stands."""
     edges = [assembly.graph.edge_attribute(edge, "interfaces") for edge in assembly.graph.edges()]
     known = all(interface.forces for interfaces in edges for interface in interfaces)
     return Answer("stands, in its file" if known else "not run", 0.0)
 
 
 def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN401 -- the peer is untyped
-    """Exact statics of the file as it is imported; or why it is not."""
+    """Judge the imported file by exact statics, or return the reason why it is not importable."""
     try:
         own, bricks = own_assembly(path_of(sample), supports_of(assembly), sample.friction, radians(sample.turn))
     except UnreadableLoadError as error:
@@ -259,7 +261,7 @@ def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN
 
 
 def quietly(work: Callable[[], Answered]) -> Answered:
-    """The peer prints what it does."""
+    """Call a function without the peer's output."""
     with redirect_stdout(StringIO()):
         return work()
 

@@ -1,8 +1,8 @@
-"""What it costs to let planks go at once, in layers of 25 askew: with what the extension knows, and without.
+"""Measures the cost of dropping planks at once, in layers of 25 askew, with and without the extension's known motions.
 
-They fall onto each other from two centimetres, tumble, and are watched for two seconds. Nothing there adds energy, so
-that beside the seconds of one core is what was gained. Run it with `python -m benchmarks.dropped`; 1,000 planks take
-some minutes on each system. `--keep` is a file of rows, which is gone on with.
+They fall onto each other from two centimetres, tumble, and are followed for two seconds. Nothing adds energy to them,
+so the energy gain is shown next to the seconds of one core. Run it with `python -m benchmarks.dropped`; 1,000 planks
+take some minutes on each system. `--keep` names a file of rows; finished rows are not run again.
 """
 
 import json
@@ -27,17 +27,17 @@ from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 FRICTION = 0.5
 SCENE = FixedWorld(9.81, FRICTION, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),))
 PLANK, MASS = Box((0.1176, 0.0234, 0.0078)), 0.012  # [m], [kg]
-SIDE = 5  # planks of a layer along each side of it
-APART, ABOVE = 0.125, 0.015  # from plank to plank, and from layer to layer [m]
+SIDE = 5  # planks along each side of a layer
+APART, ABOVE = 0.125, 0.015  # distance of planks, and of layers [m]
 LOWEST = 0.026  # [m] of centres
-ASIDE = 0.002  # [m] at most, of a plank from its place
+ASIDE = 0.002  # [m] largest displacement of a plank
 ROLL = 0.05  # [rad] at most
 WATCHED = 2.0  # [s]
 COUNTS = (250, 500, 1000)
 
 
 def let_go(count: int) -> Timeline:
-    """So many planks in the air, each turned about the vertical as it may be, and a little about itself."""
+    """Return planks in the air, each rotated about the vertical and slightly about itself."""
     random = Random(7)
     planks = [_plank(random, number) for number in range(count)]
     return Timeline(SCENE, tuple(planks), WATCHED)
@@ -60,7 +60,7 @@ def _plank(random: Random, number: int) -> Placement:
 
 
 def measured(system: str, count: int) -> Row:
-    """Let them fall, once."""
+    """Play one drop."""
     timeline = let_go(count)
     started = process_time()
     trace = play(timeline, SYSTEMS[system])
@@ -73,14 +73,14 @@ def measured(system: str, count: int) -> Row:
 
 
 def kept(keep: Path | None) -> dict[str, Row]:
-    """What a file of rows holds, by name."""
+    """Return the rows of a file, by name."""
     lines = keep.read_text().splitlines() if keep is not None and keep.exists() else []
     rows: list[tuple[str, Row]] = [json.loads(line) for line in lines]
     return dict(rows)
 
 
 def main() -> None:
-    """Let them fall, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--planks", nargs="+", type=int, default=list(COUNTS))
     arguments.add_argument("--systems", nargs="+", default=["exact", "tuned"])
@@ -89,7 +89,7 @@ def main() -> None:
     found = kept(chosen.keep)
     asked = {f"{system}, {count}": (system, count) for count in chosen.planks for system in chosen.systems}
     for name in track([name for name in asked if name not in found], "dropped", console=Console(stderr=True)):
-        play(let_go(1), SYSTEMS[asked[name][0]])  # so that no run is charged for what it is the first to import
+        play(let_go(1), SYSTEMS[asked[name][0]])  # so that the time of imports counts for no run
         found[name] = measured(*asked[name])
         if chosen.keep is not None:
             with chosen.keep.open("a") as file:

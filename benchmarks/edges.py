@@ -1,9 +1,9 @@
-"""How wrong are contacts of planks edge on edge? Friction limits, landings and planks tipped against each other.
+"""Measures errors of contacts of planks edge on edge: friction limits, landings and planks tipped against each other.
 
-Three kinds of planks: sharp ones that stay so, those of `exact` (sharp as they were set down square, and rounded when
-they come to lean edge on edge), and rounded ones. Closed forms: an inverted V stands from (cot a - t / L) / 2 of
-friction on, also if it is dropped (a shock slows all of it alike, as weight does); a plank whose centre is over the
-crossing of two edges stops dead. Run it with `python -m benchmarks.edges`; about two minutes.
+Three kinds of planks: planks that stay sharp, planks of `exact` (sharp when placed square, and rounded when they come
+to lean edge on edge), and rounded ones. Closed forms: an inverted V stands if the friction is at least (cot a - t / L)
+/ 2, also after a drop (an impact scales all forces alike, as weight does); a plank with its centre over the crossing of
+two edges stops dead. Run it with `python -m benchmarks.edges`; about two minutes.
 """
 
 import argparse
@@ -27,30 +27,30 @@ from stability.geometry.vectors import about, multiply, rotate
 from stability.model import GROUND, BodyId, BodyState, Brick, Plane, Pose, Quaternion, Vec3
 from stackdsl.simulation.systems import MOVING
 
-GRAVITY, DENSITY, USUAL = 9.81, 557.0, 0.1176  # [m/s2], [kg/m3], length that settings are made for [m]
+GRAVITY, DENSITY, USUAL = 9.81, 557.0, 0.1176  # [m/s2], [kg/m3], length for which the settings are tuned [m]
 KAPLA: Vec3 = (USUAL, 0.0234, 0.0078)
 SIZES = {"1 cm": (0.01, 0.002, 0.00066), "KAPLA": KAPLA, "20 cm": (0.2, 0.04, 0.0133)}  # [m]
 RATES, HEIGHTS = (480, 960, 1920), (0.0, 0.01, 0.1)  # [1/s], [m]
 KINDS = ("sharp", "exact", "rounded")
 ANGLE = radians(70.0)  # of the V to the ground
-SHARES = (0.97, 1.01, 1.03, 1.1, 1.3, 1.6, 2.0, 2.3, 2.6, 3.0)  # of the friction that is needed
-SPIN = 2.0  # [rad/s] of planks that are tipped
-CROSSINGS = (0.0, 0.3, 1.0, 3.0, 10.0, 90.0)  # angles between edges that meet [deg]
+SHARES = (0.97, 1.01, 1.03, 1.1, 1.3, 1.6, 2.0, 2.3, 2.6, 3.0)  # of the required friction
+SPIN = 2.0  # [rad/s] of the tipped planks
+CROSSINGS = (0.0, 0.3, 1.0, 3.0, 10.0, 90.0)  # angles between edges in contact [deg]
 
 
 class KeptEdges:
-    """Leaves bricks the edges with which they were set down."""
+    """Reshaper that keeps the edges of bricks as they were placed."""
 
     def __init__(self, bricks: BrickBodies, groups: JoinedGroups) -> None:
-        """Whatever the bricks are."""
+        """Accept and ignore the bricks."""
 
     def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
-        """Nothing changes."""
+        """Change nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What all runs of a row have in common."""
+    """Common parameters of all runs of a row."""
 
     size: Vec3
     rate: int  # [1/s]
@@ -59,7 +59,7 @@ class Scene:
 
     @property
     def settings(self) -> PyBulletSettings:
-        """Those of `exact`, at this rate."""
+        """Return the settings of `exact` at this rate."""
         lively = (MOVING.lively_speed or 0.0) * sqrt(self.size[0] / USUAL)
         return replace(MOVING, time_step=1.0 / self.rate, lively_speed=lively)
 
@@ -71,7 +71,7 @@ class Scene:
 
     @contextmanager
     def opened(self, ground: float = 0.0) -> Iterator[PyBulletWorld]:
-        """A world with the ground at a height [m]."""
+        """Open a world with the ground at a height [m]."""
         reshaper = KeptEdges if self.kind == "sharp" else EdgeReshaper
         engine = PyBulletWorld.opened(self.settings, GRAVITY, self.friction, self.brick_mass, reshaper)
         try:
@@ -81,7 +81,7 @@ class Scene:
             engine.close()
 
     def add(self, engine: PyBulletWorld, name: str, pose: Pose) -> None:
-        """Put a plank somewhere; what is not rounded was set down square elsewhere."""
+        """Place a plank; one that is not rounded is placed square elsewhere first."""
         brick = Brick(name, Box(self.size), self.brick_mass)
         if self.kind == "rounded":
             engine.add_brick(brick, pose)
@@ -91,7 +91,7 @@ class Scene:
 
 
 def main() -> None:
-    """Measure, and print the tables."""
+    """Measure and print the tables."""
     argparse.ArgumentParser(description=__doc__).parse_args()
     console = Console(width=120)
     console.print(v_limits())
@@ -100,7 +100,7 @@ def main() -> None:
 
 
 def v_limits() -> Table:
-    """Which share of the friction that an inverted V needs each kind asks for."""
+    """Return the share of the required friction from which an inverted V stands, for each kind of planks."""
     table = Table("V at 70 deg, friction asked for / needed", "drop mm", *(f"1/{rate} s" for rate in RATES))
     for (name, size), kind, height in product(SIZES.items(), KINDS, HEIGHTS):
         scaled = height * size[0] / USUAL
@@ -117,7 +117,10 @@ def _standing(size: Vec3, rate: int, kind: str, height: float) -> Iterator[float
 
 
 def v_pose(size: Vec3, angle: float, side: float, height: float = 0.0) -> Pose:
-    """A plank that leans against the plane x = 0, from the left (-1) or the right, its lower edge at a height [m]."""
+    """Return the pose of a plank that leans on the plane x = 0, with its lower edge at a height [m].
+
+    It leans from the left for a `side` of -1, else from the right.
+    """
     length, _, thick = size
     x = side * (length * cos(angle) + thick * sin(angle)) / 2.0
     z = (length * sin(angle) + thick * cos(angle)) / 2.0 + height
@@ -144,7 +147,7 @@ def _at_height(engine: PyBulletWorld, name: str, height: float, within: float) -
 
 
 def landings() -> Table:
-    """How much of its speed a plank keeps that falls onto the edge of another; it should be none."""
+    """Return the share of speed that a plank keeps after falling onto an edge of another; it should be zero."""
     table = Table("KAPLA onto an edge: speed kept, %", "drop mm", *(f"{crossing:g} deg" for crossing in CROSSINGS))
     for kind, height in product(KINDS, HEIGHTS[1:]):
         kept = [100.0 * _speed_kept(Scene(KAPLA, 960, kind, 0.2), radians(c), height) for c in CROSSINGS]
@@ -155,7 +158,7 @@ def landings() -> Table:
 def _speed_kept(scene: Scene, crossing: float, height: float) -> float:
     with scene.opened(ground=-1.0) as engine:
         _, width, thick = scene.size
-        upright = pi / 2.0 - atan2(thick, width)  # a corner of its section is right under the centre
+        upright = pi / 2.0 - atan2(thick, width)  # a corner of its section is vertically below the centre
         half = (0.0, width / 2.0, thick / 2.0)
         lower, upper = _about_x(upright), multiply(_about_z(crossing), _about_x(upright))
         top = max(rotate(lower, (0.0, y * half[1], z * half[2]))[2] for y in (-1, 1) for z in (-1, 1))
@@ -176,7 +179,7 @@ def _about_z(angle: float) -> Quaternion:
 
 
 def tipped() -> Table:
-    """How many pairs of upright planks that are tipped against each other do not end as a V, as statics let them."""
+    """Return the number of pairs of tipped upright planks that do not end as a V, although statics allows it."""
     meets, frictions = (60.0, 65.0, 70.0, 75.0), (0.3, 0.4, 0.5, 0.6)
     table = Table(
         "tipped at 2 rad/s, meet at 60 to 75 deg", *(f"1/{rate} s" for rate in RATES), "looks with wrong normals"
@@ -192,7 +195,7 @@ def tipped() -> Table:
 
 
 def _tip(scene: Scene, meet: float) -> tuple[bool, int]:
-    """Whether both planks stand in the end, and at how many looks a normal was wrong."""
+    """Return whether both planks stand in the end, and the number of samples with a wrong normal."""
     names: Sequence[str] = ("left", "right")
     with scene.opened() as engine:
         for name, side in zip(names, (-1.0, 1.0), strict=True):

@@ -1,10 +1,10 @@
-"""Hits onto the ends of planks under `exact` against rigid boxes under Moreau's impact law, and against SAPIEN.
+"""Compares hits onto the ends of planks on `exact` with rigid boxes under Moreau's impact law, and with SAPIEN.
 
-A plank is thrown onto the end of a plank of level 3 of a tower of 13, from 10 mm away: with aims off its middle, askew,
-and so high or low that it catches the plank below or above as well. The reference (`benchmarks.moreau`) is apart from
-what it judges. Each hit is also played with the aim moved by 50 micrometres up and down: where that changes the shift
-by more than 10 %, the hit is sensitive, and no number is right. The steps of the reference are halved until two in a
-row agree to 3 %: gentle hits need it. Run it with `python -m benchmarks.end_hits`.
+A plank is thrown onto the end of a plank of level 3 of a tower of 13, from 10 mm away: also with an eccentric aim,
+askew, and so high or low that it hits the plank below or above as well. The reference (`benchmarks.moreau`) is
+independent code. Each hit is also played with the aim moved up and down by 50 micrometres: if that changes the shift by
+more than 10 %, the hit is sensitive, and no value is right. The steps of the reference are halved until two successive
+results agree to 3 %, which gentle hits need. Run it with `python -m benchmarks.end_hits`.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,31 +32,31 @@ from stackdsl.simulation.systems import SYSTEMS, System
 from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 
 LEVEL, STRUCK, DISTANCE, FRICTION = 3, 5, 0.01, 0.5
-AIM_MOVED = 5e-5  # [m] up and down, to see whether a hit is sensitive
+AIM_MOVED = 5e-5  # [m] up and down, to detect sensitive hits
 SENSITIVE = 0.1  # share of a shift
-WANTED = 10.0  # [%] that `exact` may be off
+WANTED = 10.0  # [%] accepted error of `exact`
 SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s] of the reference
-AGREED, FINEST = 0.03, 32000  # share of a shift, steps a second: the reference is not stepped more finely
+AGREED, FINEST = 0.03, 32000  # share of a shift, and largest number of steps per second of the reference
 PEER_STEP = 1.0 / 7680.0  # [s]
 
 
 def fine_peer() -> System:
-    """SAPIEN, from plugins/stackdsl-sapien, with every plank awake."""
+    """Return SAPIEN, from plugins/stackdsl-sapien, with every plank awake."""
     peer = system_named("sapien")
     return replace(peer, engine=replace(peer.engine, time_step=PEER_STEP))
 
 
 @dataclass(frozen=True, slots=True)
 class EndHit:
-    """A plank thrown at the end of a plank."""
+    """Plank thrown at the end of a plank."""
 
     speed: float  # [m/s]
-    aside: float = 0.0  # [m] of the middle of the end
-    above: float = 0.0  # [m] likewise
-    askew: float = 0.0  # [rad] its turn about the vertical, and that of its way
+    aside: float = 0.0  # [m] horizontal distance of the aim from the middle of the end
+    above: float = 0.0  # [m] vertical distance likewise
+    askew: float = 0.0  # [rad] rotation about the vertical, of the plank and of its velocity
 
     def thrown(self) -> tuple[Placed, Vec3]:
-        """The plank and its velocity, with a rise that brings it to its height when it arrives."""
+        """Return the plank and its velocity, which rises so that gravity brings the plank to its height at arrival."""
         one = four_stack(1)[0].brick
         way = (-cos(self.askew), -sin(self.askew))
         aim = (0.5 * LENGTH, 0.5 * (LENGTH - WIDTH) + self.aside)
@@ -68,7 +68,7 @@ class EndHit:
 
 
 def cases(random: int) -> Iterator[tuple[str, EndHit]]:
-    """Hits that are level but for a little, ones that are quite, and random ones."""
+    """Yield almost level hits, exactly level ones, and random ones."""
     for speed in (1.0, 2.0, 4.0):
         yield f"level, {speed:g} m per s", EndHit(speed)
         for above in (-2e-3, -2e-4, 2e-4, 2e-3):
@@ -82,7 +82,7 @@ def cases(random: int) -> Iterator[tuple[str, EndHit]]:
 
 
 def timeline(hit: EndHit) -> Timeline:
-    """The tower, and the throw."""
+    """Return the timeline of the tower and the throw."""
     tower = four_stack(2 * LEVELS)
     placed = [Placement(0.0, one.brick, number // 2 + 1, one.pose) for number, one in enumerate(tower)]
     thrown, velocity_W = hit.thrown()
@@ -92,15 +92,15 @@ def timeline(hit: EndHit) -> Timeline:
 
 
 def referred(hit: EndHit, steps: int) -> float:
-    """How far the reference moves the plank that is struck [m], at so many steps a second."""
+    """Return the shift of the struck plank by the reference [m], at a number of steps per second."""
     tower = four_stack(2 * LEVELS)
     thrown, velocity_W = hit.thrown()
     boxes, step = Boxes([*tower, thrown], GRAVITY, FRICTION), 1.0 / steps
-    for _ in range(round(SETTLED * steps)):  # loads find their way; the thrown plank waits
+    for _ in range(round(SETTLED * steps)):  # loads settle before the throw
         boxes.step(step)
         boxes.put(len(tower), thrown.pose.position_W)
     began, most, quiet = boxes.places.copy(), 0.0, 0.0
-    # Half a step of gravity less, so that the parabola is met.
+    # Minus half a step of gravity, so that the discrete path follows the parabola.
     boxes.throw(len(tower), (velocity_W[0], velocity_W[1], velocity_W[2] + 0.5 * GRAVITY * step))
     for number in range(round(LONGEST * steps)):
         boxes.step(step)
@@ -112,7 +112,7 @@ def referred(hit: EndHit, steps: int) -> float:
 
 
 def compared(hit: EndHit, steps: int, peer: bool) -> Row:
-    """One hit: `exact`, the reference at two steps, this one or smaller, and two aims beside, and the peer."""
+    """Return one hit: `exact`, the reference at two or more step sizes, two nearby aims, and the peer."""
     coarse, fine = referred(hit, steps // 2), referred(hit, steps)
     while abs(coarse - fine) > AGREED * fine and steps < FINEST:
         steps *= 2
@@ -139,7 +139,7 @@ def compared(hit: EndHit, steps: int, peer: bool) -> Row:
 
 
 def summed(rows: Rows) -> Row:
-    """How many hits are sensitive, and how far the others are off."""
+    """Return the number of sensitive hits, and the errors of the others."""
     firm = [row for row in rows.values() if not row["sensitive"]]
     return {
         "hits": len(rows),
@@ -153,7 +153,7 @@ def summed(rows: Rows) -> Row:
 
 
 def _worst(rows: Sequence[Mapping[str, object]], key: str) -> float | None:
-    """The most that something differs from the reference [%]."""
+    """Return the largest difference from the reference [%]."""
     return max((100.0 * abs(_of(row, key) / _of(row, "reference_mm") - 1.0) for row in rows), default=None)
 
 
@@ -162,7 +162,7 @@ def _of(row: Mapping[str, object], key: str) -> float:
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--steps", type=int, default=8000, help="of the reference, a second; and half as many")
     arguments.add_argument("--random", type=int, default=10, help="random hits")

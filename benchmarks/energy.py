@@ -1,9 +1,9 @@
-"""How much energy do engines add to random heaps: bricks of unlike sizes and masses, slivers among them, some pushed?
+"""Measures the energy that engines add to random heaps of bricks, which only their errors can add.
 
-Nothing in such a heap adds energy, so every gain is an engine's fault. Bricks are set down flat on what is below them,
+The bricks differ in size and mass; some are slivers, and some are pushed. Bricks are placed flat on the bricks below,
 in any direction; most heaps give way somewhere. Every second heap has slivers. Run it with `python -m
-benchmarks.energy`; 1,000 heaps on `exact` take an hour and a half of one core. `--keep` is a file of rows, which is
-gone on with.
+benchmarks.energy`; 1,000 heaps on `exact` take an hour and a half of one core. `--keep` names a file of rows; finished
+rows are not run again.
 """
 
 import json
@@ -37,33 +37,33 @@ FEWEST, MOST = 3, 12  # bricks of a heap
 SHORTEST, LONGEST = 0.008, 0.12  # sides of an ordinary brick [m]
 THINNEST, THICKEST = 0.00005, 0.0005  # of a sliver [m]
 LIGHTEST, HEAVIEST = 300.0, 8000.0  # densities [kg/m3]
-SLIVERS = 0.25  # share of bricks that are, in every second heap
-ABOUT = 0.06  # [m] from the middle
-PUSHED = 0.4  # share of heaps that are
-SLOWEST, FASTEST = 0.1, 2.0  # [m/s] that a push gives
+SLIVERS = 0.25  # share of slivers among the bricks, in every second heap
+ABOUT = 0.06  # [m] largest distance from the middle
+PUSHED = 0.4  # share of heaps with a push
+SLOWEST, FASTEST = 0.1, 2.0  # [m/s] speed caused by a push
 PUSH_AT, WATCHED = 0.2, 1.0  # [s]
-HIGH = 10.0  # [m] above all
+HIGH = 10.0  # [m] above all bricks
 KINDS = ("ordinary sizes", "with slivers")
 
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What came of one heap on one system."""
+    """Result of one heap on one system."""
 
     number: int
     system: str
-    gain: float  # share of the energy there was
-    wrong_normals: int  # contacts of edges that had one
+    gain: float  # share of the initial energy
+    wrong_normals: int  # edge contacts with a wrong normal
     seconds: float  # of one core
 
     @property
     def kind(self) -> str:
-        """Whether it may have slivers."""
+        """Return whether the heap may have slivers."""
         return KINDS[self.number % 2]
 
 
 def heap(number: int) -> Timeline:
-    """A random heap, set down at once, and perhaps pushed; the same number gives the same one."""
+    """Return a random heap, placed at once, possibly with a push; a number always gives the same heap."""
     random, crowd = Random(number), BrickIndex()
     for count in range(random.randint(FEWEST, MOST)):
         brick = _brick(random, f"b{count}", number % 2 == 1 and random.random() < SLIVERS)
@@ -83,7 +83,7 @@ def _brick(random: Random, name: str, sliver: bool) -> Brick:
 
 
 def _set_down(brick: Brick, random: Random, crowd: BrickIndex) -> Placed:
-    """The brick in a place about the middle, in any direction, on the highest of what is below."""
+    """Place the brick near the middle, in any direction, on the highest brick below."""
     x, y = (random.uniform(-ABOUT, ABOUT) for _ in range(2))
     half_turn = 0.5 * random.uniform(0.0, pi)
     above = Placed(brick, Pose((x, y, HIGH), (0.0, 0.0, sin(half_turn), cos(half_turn))))
@@ -99,12 +99,12 @@ def _push(random: Random, placed: Placed) -> PushAction:
 
 
 def _spread(random: Random, least: float, most: float) -> float:
-    """Alike in every doubling."""
+    """Return a random value with a log-uniform distribution."""
     return exp(random.uniform(log(least), log(most)))
 
 
 def played(number: int, system: str) -> Played:
-    """Play a heap, and see what energy it gained."""
+    """Play a heap and return its energy gain."""
     started = process_time()
     trace = play(heap(number), SYSTEMS[system])
     gain = trace.energy.gain if trace.energy is not None else 0.0
@@ -113,7 +113,7 @@ def played(number: int, system: str) -> Played:
 
 
 def summed_up(found: Sequence[Played]) -> Row:
-    """How many heaps gained how much, and which one most."""
+    """Return the numbers of heaps by energy gain, and the heap with the largest gain."""
     worst = max(found, key=lambda each: each.gain)
     return {
         "heaps": len(found),
@@ -126,13 +126,13 @@ def summed_up(found: Sequence[Played]) -> Row:
 
 
 def kept(keep: Path | None) -> list[Played]:
-    """What a file of rows holds."""
+    """Return the results in a file of rows."""
     lines = keep.read_text().splitlines() if keep is not None and keep.exists() else []
     return [Played(**json.loads(line)) for line in lines]
 
 
 def all_played(numbers: Sequence[int], system: str, keep: Path | None, jobs: int) -> Iterator[Played]:
-    """Every heap once on a system; those that a file of rows holds are not played again."""
+    """Yield the result of every heap on a system; results in the file of rows are not computed again."""
     done = {each.number: each for each in kept(keep) if each.system == system}
     yield from (done[number] for number in numbers if number in done)
     with ProcessPoolExecutor(jobs) as pool:
@@ -144,7 +144,7 @@ def all_played(numbers: Sequence[int], system: str, keep: Path | None, jobs: int
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--heaps", type=int, default=1000)
     arguments.add_argument("--first", type=int, default=0, help="the number of the first heap")

@@ -1,9 +1,9 @@
-"""Does a pile of upright boxes stand? Linear programmes written apart from the statics that they judge.
+"""Verifies the stability of piles of axis-aligned boxes by linear programs that are independent of the statics.
 
-Contacts are the rectangles that faces of boxes share, worked out here from their extents. At each corner a force acts
-within a friction pyramid: inside the cone, so that what balances stands, or around it, so that what does not balance
-falls. Between the two nothing is said. A prop presses a box upwards wherever no other box touches its underside: the
-underside is cut into cells along all sides of the boxes below, and forces act at the corners of those that are free.
+Contacts are the common rectangles of faces, computed here from the extents of the boxes. At each corner a force acts
+within a friction pyramid: inside the cone, which proves that a pile stands, or around it, which proves that it falls.
+Between the two the result is None. A prop pushes a box upwards where no other box touches its underside: the underside
+is divided into cells along all sides of the boxes below, and forces act at the corners of the free cells.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -19,12 +19,12 @@ from scipy.sparse import coo_matrix, csc_matrix
 SIDES = 16
 TOUCH = 1e-7  # [m]
 GRAVITY = 9.81
-OPTIMAL, INFEASIBLE = 0, 2  # as linprog tells them
-SOLVERS = (("highs", True), ("highs-ds", False), ("highs-ipm", True))  # the next where one meets its limits
+OPTIMAL, INFEASIBLE = 0, 2  # status codes of linprog
+SOLVERS = (("highs", True), ("highs-ds", False), ("highs-ipm", True))  # the next is tried if one reaches its limits
 
 Array = NDArray[np.float64]
 Normal = tuple[float, float, float]
-# Lower body or None for what is fixed, upper body, the normal towards that, and corners [m].
+# Lower body or None for a fixed body, upper body, the normal towards the upper body, and corners [m].
 Touch = tuple[int | None, int, Normal, list[tuple[float, ...]]]
 AXES: tuple[Normal, Normal, Normal] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 UP = AXES[2]
@@ -32,7 +32,7 @@ UP = AXES[2]
 
 @dataclass(frozen=True)
 class UprightBox:
-    """A box with its sides along the axes."""
+    """Axis-aligned box."""
 
     middle: tuple[float, float, float]  # [m]
     size: tuple[float, float, float]  # [m]
@@ -42,21 +42,21 @@ class UprightBox:
 def answer(
     boxes: Sequence[UprightBox], friction: float, props: Sequence[Touch] = (), sides: int = SIDES
 ) -> bool | None:
-    """Whether they stand; None where friction pyramids inside and outside of the cone disagree."""
+    """Return whether boxes stand; None if friction pyramids inside and outside the cone disagree."""
     return answer_of(boxes, [*_contacts(boxes), *props], friction, sides)
 
 
 def answer_of(
     boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: float, sides: int = SIDES
 ) -> bool | None:
-    """The same of bodies that touch in these places, whichever way they are turned."""
+    """Return the same for bodies in any orientation with these contacts."""
     if _balances(boxes, contacts, friction, sides):
         return True
     return None if _balances(boxes, contacts, friction / cos(pi / sides), sides) else False
 
 
 def prop_contacts(boxes: Sequence[UprightBox], propped: Collection[int]) -> list[Touch]:
-    """Where props press from below on some of the boxes, which all are there in the end."""
+    """Return the contacts of props below some of the boxes, for all boxes present at the end."""
     extents = _extents(boxes)
     return [
         (None, index, UP, _rectangle([(x0, x1), (y0, y1)], 2, extents[index][2][0]))
@@ -66,7 +66,7 @@ def prop_contacts(boxes: Sequence[UprightBox], propped: Collection[int]) -> list
 
 
 def _free_cells(index: int, extents: Sequence[Sequence[tuple[float, float]]]) -> Iterator[tuple[float, ...]]:
-    """The cells of the underside of a box that nothing touches."""
+    """Yield the cells of the underside of a box without contact."""
     xs, ys, (bottom, _) = extents[index]
     if abs(bottom) < TOUCH:
         return
@@ -83,7 +83,7 @@ def _free_cells(index: int, extents: Sequence[Sequence[tuple[float, float]]]) ->
 
 
 def _balances(boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: float, sides: int) -> bool:
-    """Whether forces in pyramids whose edges have this friction balance all weights."""
+    """Return whether forces in pyramids with edges of this friction balance all weights."""
     rows: list[int] = []
     columns: list[int] = []
     values: list[float] = []
@@ -115,7 +115,7 @@ def _balances(boxes: Sequence[UprightBox], contacts: Sequence[Touch], friction: 
 
 
 def balanced(matrix: csc_matrix, loads: Array) -> bool:
-    """Whether some forces, none of which pulls, balance loads. Raises ArithmeticError where no solver knows."""
+    """Return whether some compressive forces balance loads. Raises ArithmeticError if no solver decides it."""
     for method, presolve in SOLVERS:
         found = linprog(
             np.ones(matrix.shape[1]), A_eq=matrix, b_eq=loads, method=method, options={"presolve": presolve}
@@ -130,7 +130,7 @@ def _extents(boxes: Sequence[UprightBox]) -> list[list[tuple[float, float]]]:
 
 
 def _contacts(boxes: Sequence[UprightBox]) -> list[Touch]:
-    """Of boxes with each other and with the ground."""
+    """Return the contacts of boxes with each other and with the ground."""
     found: list[Touch] = []
     extents = _extents(boxes)
     for index, extent in enumerate(extents):

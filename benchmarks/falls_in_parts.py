@@ -1,8 +1,8 @@
-"""What falls in several parts on `exact`, against rigid boxes that were stepped apart: its first 5 degrees.
+"""Compares falls in several parts on `exact` with rigid boxes in an independent time stepper, for the first 5 degrees.
 
-Two stacks at once, a V that parts, a bridge that has lost a pier. Errors are those of the time until something has
-turned by 5 deg, of the directions in which bricks have gone by then, and of how far, as shares of the one that went
-farthest. Run it with `python -m benchmarks.falls_in_parts`.
+The cases are two stacks at once, a V that opens, and a bridge without a pier. Errors are those of the time until a body
+has rotated by 5 deg, of the directions of displacement until then, and of the distances, relative to the largest one.
+Run it with `python -m benchmarks.falls_in_parts`.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,34 +22,34 @@ from stability.geometry.vectors import turn_between
 from stackdsl.simulation.systems import SYSTEMS, System
 
 BEGUN = radians(5.0)
-STEPS = (5e-5, 2.5e-5)  # [s] of the reference: where something lands on the way, longer ones have not converged
+STEPS = (5e-5, 2.5e-5)  # [s] of the reference: longer steps have not converged if a body lands on the way
 LONGEST = 1.0  # [s]
-WOOD, TOO_LITTLE = 0.5, 0.8  # friction, and the share of what it needs that what leans has
-GOES = 0.05  # share of the farthest way: shorter ones have no direction
+WOOD, TOO_LITTLE = 0.5, 0.8  # friction, and the share of the required friction that a leaning structure has
+GOES = 0.05  # share of the largest displacement: smaller ones have no direction
 
 
 def lying(rng: Rng, name: str, size: Sequence[float], x: float, bottom: float) -> Bar:
-    """A level box with its middle at x."""
+    """Return a level box with its middle at x."""
     bar = replace(plank(rng, name, 0.0), size=np.array(size))
     mass = float(np.prod(bar.size) * rng.uniform(400.0, 900.0))
     return replace(bar, mass=mass, centre=np.array([x, 0.0, bottom + 0.5 * size[2]]))
 
 
 def stack(rng: Rng, name: str, x: float, along: float) -> list[Bar]:
-    """Three planks, of which the two on top tip over the end of the lowest."""
+    """Return three planks of which the upper two tip over the end of the lowest."""
     size = [float(rng.uniform(0.08, 0.13)), float(rng.uniform(0.02, 0.03)), float(rng.uniform(0.012, 0.018))]
     steps = [0.0, rng.uniform(0.35, 0.45) * size[0], rng.uniform(0.7, 0.8) * size[0]]
     return [lying(rng, f"{name}{n}", size, x + along * step, n * size[2]) for n, step in enumerate(steps)]
 
 
 def two_stacks(rng: Rng) -> Structure | None:
-    """Two stacks, far apart, that tip in opposite ways."""
+    """Return two stacks, far apart, that tip in opposite directions."""
     bars = [*stack(rng, "west", -1.0, -1.0), *stack(rng, "east", 1.0, 1.0)]
     return Structure("two stacks at once", 0, bars, [GROUND])
 
 
 def bridge(rng: Rng) -> Structure | None:
-    """A deck in two spans that meet where a pier was, each with a load, on the piers that are left."""
+    """Return a deck of two loaded spans on the remaining piers; the pier in the middle is missing."""
     bars = []
     for name, side in (("west", -1.0), ("east", 1.0)):
         high, span = float(rng.uniform(0.05, 0.08)), float(rng.uniform(0.10, 0.13))
@@ -64,12 +64,12 @@ FAMILIES: Sequence[Callable[[Rng], Structure | None]] = (two_stacks, bridge, unl
 
 
 def ways(positions: Array, starts: Array) -> Array:
-    """(n, 3) how far each has gone [m]."""
+    """Return (n, 3) displacements [m]."""
     return positions - starts
 
 
 def compared(now: Array, due: Array) -> tuple[float, float]:
-    """The largest error of a direction [rad], and of a way as a share of the longest."""
+    """Return the largest error of a direction [rad], and of a distance as a share of the longest."""
     far = np.linalg.norm(due, axis=1)
     near = np.linalg.norm(now, axis=1)
     first = int(np.argmax(far))
@@ -82,7 +82,7 @@ def compared(now: Array, due: Array) -> tuple[float, float]:
 
 
 def at_begun(time: Array, turned: Array, position: Array) -> tuple[float, Array]:
-    """When something has turned by 5 deg [s], and where all is then."""
+    """Return the time at which a body has rotated by 5 deg [s], and the positions at this time."""
     most = np.maximum.accumulate(turned.max(axis=1))
     moment = float(np.interp(BEGUN, most, time))
     where = [[np.interp(moment, time, position[:, i, k]) for k in range(3)] for i in range(position.shape[1])]
@@ -90,7 +90,7 @@ def at_begun(time: Array, turned: Array, position: Array) -> tuple[float, Array]
 
 
 def errors(found: Structure, friction: float, system: System) -> Row | None:
-    """Of one fall; None if nothing turns by 5 deg."""
+    """Return the errors of one fall; None if no body rotates by 5 deg."""
     starts = np.array([bar.centre for bar in found.bars])
     runs = [course(boxes(found, friction), step, LONGEST, turned=1.05 * BEGUN) for step in STEPS]
     if any(run.turned.max() < BEGUN for run in runs):
@@ -119,7 +119,7 @@ def errors(found: Structure, friction: float, system: System) -> Row | None:
 
 
 def main() -> None:
-    """Let them fall, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--each", type=int, default=5, help="how many of each family")
     chosen = arguments.parse_args()

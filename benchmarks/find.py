@@ -1,4 +1,4 @@
-"""How near to the truth the limits are that `stackdsl find` finds, and what they cost: scenes of known limits.
+"""Measures accuracy and cost of the limits of `stackdsl find`, on scenes with known limits.
 
 Run: python -m benchmarks.find [--write]; half a minute.
 """
@@ -16,7 +16,7 @@ from tests.stackdsl.studies.known_limits import KNOWN, Known
 
 
 def found(known: Known) -> Row:
-    """What is found of a scene: how far the further of both sides is off, relative to the truth, and the cost."""
+    """Return the relative error of the worse side of a limit, and its cost."""
     case, truth = known.case(), known.limit()
     began = process_time()
     finding = find_in(case, "known", LimitRequest(known.want, known.name))
@@ -29,7 +29,7 @@ def found(known: Known) -> Row:
         "asked": f"{known.want} {known.name}",
         "closed_form": known.source,
         "truth": f"{truth:.10g}",
-        "stands": f"{finding.stands:.10g}",  # in digits that tell both sides apart
+        "stands": f"{finding.stands:.10g}",  # enough digits to distinguish both sides
         "beyond": f"{finding.beyond:.10g}",
         "error": max(abs(side / truth - 1.0) for side in sides),
         "how": "program" if finding.by_program else "halving",
@@ -39,7 +39,7 @@ def found(known: Known) -> Row:
 
 
 def main() -> None:
-    """Find them, print the table, and keep it if asked to."""
+    """Measure and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     console = Console(stderr=True)
     rows = {name: found(known) for name, known in track(KNOWN.items(), "limits", console=console, transient=True)}

@@ -1,7 +1,8 @@
-"""Speed against error on the four-stack of 25 levels, one plank a second, held 5 s: every system in one run.
+"""Measures speed against error on the four-stack of 25 levels, one plank a second, held 5 s.
 
-The truth is that nothing moves, so the error is the largest drift. What one update of an extension takes is kept as
-well. Run it with `make bench-stack`; quote the ratios, since machines differ and are shared.
+Every system plays it in one run. The exact solution is rest, so the error is the largest drift. The time of one update
+of an extension is recorded as well. Run it with `make bench-stack`; quote the ratios, since machines differ and are
+shared.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,12 +26,12 @@ RUNS = {
     "thesis": 5,
     "tuned": 1,
     "stock": 3,
-}  # the long one once: its minute of stepping averages by itself
+}  # the long run is played once: its minute of stepping is an average by itself
 COMPARED_WITH = "tuned"
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     timeline = gather([SCENARIO]).cases[0].timeline
     jobs = [system for system in RUNS for _ in range(RUNS[system])]
@@ -44,13 +45,13 @@ def main() -> None:
 
 
 def measured(traces: Mapping[str, Sequence[Trace]]) -> Rows:
-    """One row a system."""
+    """Return one row per system."""
     paces = {system: pace(runs) for system, runs in traces.items()}
     return {system: _row(runs, paces[COMPARED_WITH] / paces[system]) for system, runs in traces.items()}
 
 
 def pace(runs: Sequence[Trace]) -> float:
-    """Median wall time for a simulated second."""
+    """Return the median wall time per simulated second."""
     return median(trace.cost.wall_time for trace in runs) / runs[0].cost.simulated_time
 
 
@@ -70,14 +71,14 @@ def _row(runs: Sequence[Trace], faster: float) -> Row:
 
 
 def drift_text(trace: Trace) -> str:
-    """How far anything moves; of what falls, before the brick came with which it did."""
+    """Return the largest drift; for a fall the one before the brick at which it fell."""
     if trace.collapse is None:
         return f"{1000.0 * trace.drift:.2f} mm" if trace.drift > 0.0 else "0"
     return f"{1000.0 * trace.shift_before:.1f} mm, then it falls"
 
 
 def printed(rows: Rows) -> Table:
-    """For people who look on."""
+    """Return the table for the terminal."""
     table = Table("system", "verdict", "drift", "steps", "wall s", f"times faster than {COMPARED_WITH}")
     for system, row in rows.items():
         shown = (row["verdict"], row["drift"], row["steps"], f"{row['wall_s']:.3f}", f"{row['times_faster']:.3g}")

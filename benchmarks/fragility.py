@@ -1,4 +1,4 @@
-"""Fragility curves against closed forms: is the median right, do the intervals hold the truth, and what does it cost?
+"""Compares fragility curves with closed forms: medians, coverage of the intervals, and cost.
 
 python -m benchmarks.fragility            all curves
 python -m benchmarks.fragility --write    the same, to docs/data
@@ -26,46 +26,52 @@ from stackdsl.studies.fragility import FragilityPlan, draw
 from stackdsl.studies.fragility_curve import Fragility, spaced
 from stackdsl.studies.fragility_intensity import intensity_of
 
-CONFIDENCE: Final = 0.999  # of each point: of a hundred points one in ten curves misses one by chance
+CONFIDENCE: Final = 0.999  # of each point: with a hundred points one curve in ten misses one by chance
 POINTS: Final = 11
 HALF_LENGTH, HALF_WIDTH = 0.0588, 0.0117  # [m] of a KAPLA plank
-MANY: Final = 200_000  # samples of numpy, where there is no closed form but a closed condition
+MANY: Final = 200_000  # samples of numpy, if only the condition has a closed form
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """A scenario whose share of collapse is known."""
+    """Scenario with a known probability of collapse."""
 
     text: str
     over: str
     first: float
     last: float
     samples: int
-    truth: Callable[[float], float]  # the share that falls, by intensity in SI
-    bearing: float | None = 0.0  # of what shakes
+    truth: Callable[[float], float]  # the probability of a fall, by intensity in SI
+    bearing: float | None = 0.0  # of the shaking
 
 
 def _within(middle: float, spread: float, half: float) -> float:
-    """The share of a normal distribution that lies within a half width of zero."""
+    """Return the probability that a normal variable lies within a half width of zero."""
     return float(ndtr((half - middle) / spread) - ndtr((-half - middle) / spread))
 
 
 def plank(offset: float, spread: float) -> float:
-    """A plank set on another with normal errors along both axes: it falls once its centre is beyond an edge."""
+    """Return the share of falls of a plank placed on another with normal errors along both axes.
+
+    It falls if its centre is beyond an edge.
+    """
     return 1.0 - _within(offset, spread, HALF_LENGTH) * _within(0.0, spread, HALF_WIDTH)
 
 
 def plate(spread: float) -> float:
-    """A plate of 200 mm on a beam of 20 mm falls once its centre is beyond, and lies on the ground if it misses."""
+    """Return the share of falls of a plate of 200 mm on a beam of 20 mm.
+
+    It falls if its centre is beyond the beam, and lies on the ground if it misses the beam.
+    """
     on_it = _within(0.0, spread, 0.01) * _within(0.0, spread, 0.1)
     beside = 1.0 - _within(0.0, spread, 0.11) * _within(0.0, spread, 0.2)
     return 1.0 - on_it - beside
 
 
 def column(spread: float, step: float = 7e-3, levels: int = 10) -> float:
-    """A column of planks, each set on the one below with a step and normal errors; by numpy's own samples.
+    """Return the share of falls of a column of planks, each offset by a step and normal errors; sampled with numpy.
 
-    It stands while the common centre of all above each plank lies above that plank.
+    It stands if the common centre of all planks above each plank lies above that plank.
     """
     generator = np.random.default_rng(11)
     x = np.cumsum(step + spread * generator.standard_normal((levels, MANY)), axis=0)
@@ -141,7 +147,7 @@ CURVES: Final = {
 
 
 def drawn(curve: Curve, samples: int, workers: int, points: int = POINTS, seed: int = 1) -> Fragility:
-    """The curve of a scenario, of which nothing is remembered."""
+    """Return the curve of a scenario, computed without the cache."""
     text = f"scenario: curve\nsamples: {samples}\n{curve.text}expect:\n  - stands: {{share: '>= 1 %'}}\n"
     cases, mistakes = cases_of(parse(text, "curve.yaml"))
     assert not mistakes, mistakes
@@ -154,12 +160,12 @@ def drawn(curve: Curve, samples: int, workers: int, points: int = POINTS, seed: 
 
 
 def true_median(curve: Curve) -> float:
-    """The intensity at which half falls."""
+    """Return the intensity with a probability of collapse of one half."""
     return float(brentq(lambda value: curve.truth(value) - 0.5, curve.first, curve.last, xtol=1e-9))
 
 
 def row(curve: Curve, workers: int) -> Row:
-    """What came of a curve beside the truth."""
+    """Return the figures of a curve and of its closed form."""
     found, median = drawn(curve, curve.samples, workers), true_median(curve)
     shown = found.intensity.shown
     points = [(point.within, curve.truth(point.value)) for point in found.points]
@@ -183,7 +189,7 @@ def row(curve: Curve, workers: int) -> Row:
 
 
 def main(arguments: Namespace) -> None:
-    """Measure, print, and write if asked to."""
+    """Measure and print the table; write it on request."""
     rows: dict[str, Row] = {}
     console = Console(width=200)
     for name, curve in CURVES.items():

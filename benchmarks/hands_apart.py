@@ -1,10 +1,9 @@
-"""Planks that lie flat, as hands set them down and as they stand, worked out apart from the package that is measured.
+"""Simulates flat planks with placement errors, and whether they stand, independently of the measured package.
 
-Of the package only the design and the random numbers are taken. A plank belongs where it lies in the design as seen
-from each plank that it rests on there, in the middle of what these say; its own error comes on top, and it lies on the
-highest of what is under it (docs/design/samples.md). After each plank a linear programme asks for forces at the corners
-of all that planks share: upward ones alone, which cost little and are enough for most, and else forces within friction
-pyramids.
+Only the design and the random numbers come from the package. The target pose of a plank is relative to the planks that
+carry it in the design, averaged over these; its own error is added, and it lies on the highest plank below it
+(docs/design/samples.md). After each plank a linear program searches forces at the corners of all overlaps: vertical
+forces first, which are cheap and mostly enough, then forces within friction pyramids.
 """
 
 from collections.abc import Sequence
@@ -19,14 +18,14 @@ from scipy.stats import norm
 from benchmarks.equilibrium_programs import UP, Touch, UprightBox, answer_of, balanced
 from stackdsl.sampling.samples import Draws
 
-SAME = 1e-9  # [m] heights that are one
+SAME = 1e-9  # [m] heights within this distance are equal
 Point = tuple[float, float]
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Plank:
-    """One that lies flat."""
+    """Flat plank."""
 
     name: str
     x: float  # of its middle [m]
@@ -35,26 +34,26 @@ class Plank:
     turn: float  # of its length from +x [rad]
     size: tuple[float, float, float]  # [m]
     mass: float
-    level: int  # of the design
+    level: int  # in the design
 
     @property
     def top(self) -> float:
-        """How high it reaches [m]."""
+        """Return the height of the top [m]."""
         return self.bottom + self.size[2]
 
     @property
     def middle(self) -> tuple[float, float, float]:
-        """Its centre [m]."""
+        """Return the centre [m]."""
         return self.x, self.y, self.bottom + 0.5 * self.size[2]
 
     def outline(self) -> list[Point]:
-        """Its corners in plan, counter-clockwise."""
+        """Return the corners in plan, counter-clockwise."""
         c, s, a, b = cos(self.turn), sin(self.turn), 0.5 * self.size[0], 0.5 * self.size[1]
         return [(self.x + c * u - s * v, self.y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))]
 
 
 def shared(one: Plank, other: Plank) -> list[Point]:
-    """The corners of what two planks share in plan; none if that has no area."""
+    """Return the corners of the overlap of two planks in plan; none if it has no area."""
     if hypot(one.x - other.x, one.y - other.y) > hypot(*one.size) + hypot(*other.size):
         return []
     piece, border = one.outline(), other.outline()
@@ -75,7 +74,7 @@ def shared(one: Plank, other: Plank) -> list[Point]:
 
 
 def set_down(design: Sequence[Plank], draws: Draws, position: float, yaw: float) -> list[Plank]:
-    """One sample: where hands put all planks whose errors have these standard deviations [m], [rad]."""
+    """Return one sample: the planks with errors of these standard deviations [m], [rad]."""
     there: list[Plank] = []
     for turn, plank in enumerate(design):
         below = [k for k in range(turn) if abs(design[k].top - plank.bottom) < SAME and shared(plank, design[k])]
@@ -91,14 +90,17 @@ def set_down(design: Sequence[Plank], draws: Draws, position: float, yaw: float)
 
 
 def _as_seen_from(designed: Plank, lies: Plank, plank: Plank) -> tuple[float, float, float]:
-    """Where a plank belongs by one that it rests on, and how far it is turned from its design."""
+    """Return the target pose of a plank relative to one below it: position, and rotation from the design."""
     turned = lies.turn - designed.turn
     u, v = plank.x - designed.x, plank.y - designed.y
     return lies.x + cos(turned) * u - sin(turned) * v, lies.y + sin(turned) * u + cos(turned) * v, turned
 
 
 def falls_at(planks: Sequence[Plank], friction: float) -> tuple[int | None, int]:
-    """The level of the first plank with which not all stands, 0 if all stand, None if that is not said; and asked."""
+    """Return the first level at which not all planks stand, and the number of solved programs.
+
+    The level is 0 if all stand, and None if undecided.
+    """
     contacts: list[Touch] = []
     for count, plank in enumerate(planks, 1):
         contacts += _contacts(planks[:count])
@@ -112,7 +114,7 @@ def falls_at(planks: Sequence[Plank], friction: float) -> tuple[int | None, int]
 
 
 def _contacts(planks: Sequence[Plank]) -> list[Touch]:
-    """What the last of some planks lies on."""
+    """Return the contacts below the last of some planks."""
     last, number = planks[-1], len(planks) - 1
     if last.bottom < SAME:
         return [(None, number, UP, [(x, y, last.bottom) for x, y in last.outline()])]
@@ -124,7 +126,7 @@ def _contacts(planks: Sequence[Plank]) -> list[Touch]:
 
 
 def _held_upwards(planks: Sequence[Plank], contacts: Sequence[Touch]) -> bool:
-    """Whether forces along the upright alone balance all weights."""
+    """Return whether vertical forces alone balance all weights."""
     rows: list[int] = []
     columns: list[int] = []
     values: list[float] = []
@@ -146,7 +148,7 @@ def _held_upwards(planks: Sequence[Plank], contacts: Sequence[Touch]) -> bool:
 
 
 def turn_of(orientation: tuple[float, float, float, float]) -> float:
-    """About the upright, of what is turned about nothing else; x, y, z, w [rad]."""
+    """Return the rotation about the vertical of a quaternion x, y, z, w without any other rotation [rad]."""
     x, y, z, w = orientation
     assert hypot(x, y) < SAME, "it does not lie flat"
     return 2.0 * atan2(z, w)

@@ -1,6 +1,6 @@
-"""Hits under `exact` against the same tower with every plank awake at a converged step: how far off, and at what cost.
+"""Compares hits on `exact` with the same tower with every plank awake at a converged step: error and cost.
 
-The same throws as in `benchmarks.impacts`, from 10 mm away at a tower that stands, followed for a second. Run it with
+The throws are those of `benchmarks.impacts`, from 10 mm away at a standing tower, followed for a second. Run it with
 `python -m benchmarks.hits`.
 """
 
@@ -25,11 +25,11 @@ GRAVITY, DISTANCE, THROWN_AT, WATCHED = 9.81, 0.01, 0.2, 1.0  # [m/s2], [m], [s]
 
 
 def timeline(throw: Throw) -> Timeline:
-    """A tower that stands, and the plank that comes onto the long side of one of its planks."""
+    """Return the timeline of a standing tower and a plank thrown at the long side of one of its planks."""
     tower = four_stack(2 * LEVELS)
     placed = [Placement(0.0, one.brick, number // 2 + 1, one.pose) for number, one in enumerate(tower)]
     pose = Pose((0.0, LENGTH + DISTANCE, (throw.level - 0.5) * THICKNESS), TURNED)
-    rise = 0.5 * GRAVITY * DISTANCE / throw.speed  # brings it back to its height when it arrives
+    rise = 0.5 * GRAVITY * DISTANCE / throw.speed  # gravity brings the plank to its height at arrival
     shot = Placement(
         THROWN_AT,
         Brick(SHOT, tower[0].brick.shape, tower[0].brick.mass),
@@ -43,12 +43,12 @@ def timeline(throw: Throw) -> Timeline:
 
 
 def shifts(trace: Trace) -> list[float]:
-    """How far each plank of the tower has moved [m], in order of building."""
+    """Return the shift of each plank of the tower [m], in the order of building."""
     return [track.shift for name, track in trace.tracks.items() if name != SHOT]
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--steps", type=int, nargs="+", default=[1920, 3840], help="of the reference, a second")
     arguments.add_argument("--speeds", type=float, nargs="+", default=[1.0, 2.0, 4.0], help="of the plank [m/s]")
@@ -58,7 +58,7 @@ def main() -> None:
         System(f"awake 1/{steps} s", "every plank awake", replace(MOVING, time_step=1.0 / steps, first_steps=0), None)
         for steps in chosen.steps
     ]
-    play(timeline(Throw(LEVELS, FROM_SIDE, 1.0)), SYSTEMS["exact"])  # so that no row pays for what the first one loads
+    play(timeline(Throw(LEVELS, FROM_SIDE, 1.0)), SYSTEMS["exact"])  # so that imports count for no row
     table = Table("level", "m/s", "steps a second", "hit mm", "> 5 mm", "largest mm", "one by one", "steps", "s")
     found: dict[str, Row] = {}
     for level, speed in product(chosen.levels, chosen.speeds):
@@ -74,7 +74,7 @@ def main() -> None:
 
 
 def measured(throw: Throw, trace: Trace) -> dict[str, float]:
-    """What one run came to."""
+    """Return the figures of one run."""
     moved = shifts(trace)
     return {
         "hit_mm": 1000.0 * moved[throw.hit],
@@ -87,7 +87,7 @@ def measured(throw: Throw, trace: Trace) -> dict[str, float]:
 
 
 def compared(level: int, speed: float, runs: Sequence[Mapping[str, float]]) -> Row:
-    """`exact`, which comes first, beside the finest run, which comes last."""
+    """Compare `exact`, the first run, with the finest run, which is the last."""
     own, reference = runs[0], runs[-1]
     return {
         "level": level,
@@ -105,7 +105,7 @@ def compared(level: int, speed: float, runs: Sequence[Mapping[str, float]]) -> R
 
 
 def worst(rows: Rows) -> Row:
-    """The largest error of all hits, and between which times as much the finest runs cost."""
+    """Return the largest error of all hits, and the range of the cost ratio of the finest runs."""
     found = [row for row in rows.values() if "error_percent" in row]
     dearer = [float(row["fine_times_dearer"] or 0.0) for row in found]
     return {

@@ -1,11 +1,11 @@
-"""Towers of the publication as hands set them down: how often each falls where it falls without errors.
+"""Measures how often towers of the publication fall at their nominal level if planks are placed with errors.
 
-Every plank is shifted by a normal error along each of two level axes and turned about the upright; errors add up from
-plank to plank. Verdicts are those of statics, level by level. Intervals are those of Clopper and Pearson, at 95 %.
-The first samples of what lies flat are set down and judged once more by `benchmarks.hands_apart`, which shares nothing
-with what is measured but the design and the random numbers.
+Every plank has a normal error along each of two horizontal axes and about the vertical; errors add up from plank to
+plank. Verdicts are those of statics, level by level. Intervals are those of Clopper and Pearson, at 95 %. The first
+samples of flat planks are placed and judged again by `benchmarks.hands_apart`, which shares only the design and the
+random numbers with the package.
 
-python -m benchmarks.human_error            1,000 samples of each scene for each pair of hands, 100 of them apart too
+python -m benchmarks.human_error            1,000 samples of each scene for each pair of errors, 100 of them verified
 python -m benchmarks.human_error --write    the same, to docs/data
 """
 
@@ -33,7 +33,7 @@ from stackdsl.sampling.samples import Draws, build_plan_of
 SAMPLES, APART, LIMIT = 1_000, 100, 3600.0
 FRICTION = 0.5
 SURE: Final = 0.95
-# What is built, and at which level it falls without errors; None if it stands.
+# The scenes, and the level at which each falls without errors; None if it stands.
 SCENES: Final[dict[str, tuple[str, int | None]]] = {
     "slant tower": ("four_stack: {levels: 14, step: 12.8 mm, spacing: 90 mm}", 9),
     "four-stack": ("four_stack: {levels: 25}", None),
@@ -44,7 +44,7 @@ HANDS: Final = ((0.5, 0.5), (1.0, 1.0), (2.0, 2.0), (4.0, 4.0))  # standard devi
 
 
 def case_of(layout: str, position: float, yaw: float, samples: int) -> Case:
-    """A scene with errors of hands, of which all samples are drawn, since nothing is expected of them."""
+    """Return a scene with placement errors; without expectations, so that all samples are drawn."""
     jitter = f"{{position: {position} mm, yaw: {yaw} deg}}"
     build = f"build:\n  - {layout}\n    every: 1 s\n    jitter: {jitter}\n"
     cases, mistakes = cases_of(
@@ -55,7 +55,7 @@ def case_of(layout: str, position: float, yaw: float, samples: int) -> Case:
 
 
 def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> Row:
-    """How often a scene comes to the same end as without errors."""
+    """Return how often a scene has the same outcome as without errors."""
     layout, level = SCENES[scene]
     drawing = draw_samples(case_of(layout, position, yaw, arguments.samples), arguments.workers, LIMIT)
     assert drawing is not None
@@ -81,7 +81,7 @@ def measured(scene: str, position: float, yaw: float, arguments: Namespace) -> R
 
 
 def held_apart(scene: str, position: float, yaw: float, count: int) -> Row:
-    """The first samples of a scene, set down and judged by the package and apart from it."""
+    """Place and judge the first samples of a scene by the package and independently of it."""
     case = case_of(SCENES[scene][0], position, yaw, count)
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
     design = build_plan_of(case.timeline)
@@ -117,7 +117,7 @@ def held_apart(scene: str, position: float, yaw: float, count: int) -> Row:
 
 
 def main(arguments: Namespace) -> None:
-    """Measure, print, and write if asked to."""
+    """Measure and print the table; write it on request."""
     asked = [(scene, *hands) for scene in SCENES for hands in HANDS]
     rows = {
         f"{scene}, {position:g} mm, {yaw:g} deg": measured(scene, position, yaw, arguments)

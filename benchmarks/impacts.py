@@ -1,7 +1,7 @@
-"""What a thrown plank does to a four-stack of 13 levels, with every plank awake: the reference for impacts.
+"""Computes reference values of impacts: a plank thrown at a four-stack of 13 levels, with every plank awake.
 
-Towards which figures do the steps converge, from which side, and with or without friction anchors? Run it with
-`python -m benchmarks.impacts`; `--steps 960 1920` and the like make it shorter.
+It shows to which values the steps converge, from which side, and with or without friction anchors. Run it with `python
+-m benchmarks.impacts`; `--steps 960 1920` and the like make it shorter.
 """
 
 import argparse
@@ -24,8 +24,8 @@ from stackdsl.simulation.systems import MOVING
 
 LEVELS = 13
 WATCHED = 1.0  # [s] after the throw
-NEARLY = 0.001  # [m] between the nose of the thrown plank and what it will hit
-NOTABLE = 0.005  # [m] a shift that counts
+NEARLY = 0.001  # [m] between the nose of the thrown plank and its target
+NOTABLE = 0.005  # [m] smallest shift that counts
 SHOT = "shot"
 TURNED = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
 FROM_END, FROM_SIDE = 0, 90  # [deg] bearing: onto the end of a plank that lies along x, or onto its long side
@@ -33,32 +33,32 @@ FROM_END, FROM_SIDE = 0, 90  # [deg] bearing: onto the end of a plank that lies 
 
 @dataclass(frozen=True, slots=True)
 class Throw:
-    """A plank thrown end-on at a level whose planks lie along x."""
+    """Plank thrown end-on at a level whose planks lie along x."""
 
     level: int
-    bearing: int  # [deg] where it comes from
+    bearing: int  # [deg] direction of origin
     speed: float  # [m/s]
 
     @property
     def hit(self) -> int:
-        """The number of the plank that it hits, from 0: the second of its level."""
+        """Return the index of the target plank: the second of its level."""
         return 2 * self.level - 1
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a throw came to."""
+    """Result of a throw."""
 
-    hit: float  # [m] how far the plank that was hit has moved
-    displaced: int  # how many planks moved by more than 5 mm
+    hit: float  # [m] shift of the struck plank
+    displaced: int  # number of planks with a shift of more than 5 mm
     largest: float  # [m]
     standing: int  # planks that are still within half a thickness of their height
-    drift: float  # [m] the most that a plank of an untouched tower moves in the time, by its own creep
+    drift: float  # [m] largest creep of a plank of an untouched tower in the same time
     wall: float  # [s]
 
 
 def thrown(throw: Throw) -> Pose:
-    """Where the plank is let go: its nose just before the middle of what it will hit, at its height."""
+    """Return the pose of the plank at release: its nose just before the middle of its target, at its height."""
     away, height = 0.5 * LENGTH + NEARLY, (throw.level - 0.5) * THICKNESS
     aside = 0.5 * (LENGTH - WIDTH)
     if throw.bearing == FROM_END:
@@ -67,7 +67,7 @@ def thrown(throw: Throw) -> Pose:
 
 
 def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | None) -> dict[BodyId, Pose]:
-    """Where everything is a while after the throw."""
+    """Return all poses a while after the throw."""
     tower = list(tower)
     world = PyBulletWorld.opened(settings, 9.81, friction=0.5, heaviest=tower[0].brick.mass)
     world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
@@ -86,7 +86,7 @@ def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | N
 
 
 def outcome(settings: PyBulletSettings, throw: Throw, drift: float) -> Outcome:
-    """Throw, and measure."""
+    """Play a throw and return its result."""
     tower = four_stack(2 * LEVELS)
     began = perf_counter()
     after = played(settings, tower, throw)
@@ -104,14 +104,14 @@ def outcome(settings: PyBulletSettings, throw: Throw, drift: float) -> Outcome:
 
 
 def creep(settings: PyBulletSettings) -> float:
-    """How far a plank of the tower moves in the time although nothing hits it [m]."""
+    """Return the largest displacement of a plank of the tower without a hit [m]."""
     tower = four_stack(2 * LEVELS)
     after = played(settings, tower, None)
     return max(dist(after[placed.brick.id].position_W, placed.pose.position_W) for placed in tower)
 
 
 def main() -> None:
-    """Play, and print the table."""
+    """Play and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, nargs="+", default=[960, 1920, 3840], help="steps a second")
     parser.add_argument("--speeds", type=float, nargs="+", default=[1.0, 2.0, 4.0, 8.0], help="of the plank [m/s]")

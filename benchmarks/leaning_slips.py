@@ -1,8 +1,8 @@
-"""Random leaning structures on `exact`, against rigid boxes that were stepped apart: when they have slipped so far.
+"""Compares slips of random leaning structures on `exact` with rigid boxes in an independent time stepper.
 
-Each has less friction than statics ask for, by a share at random, and begins at rest. Errors are those of the time
-until a corner of any plank has got 5, 10, 20 mm. Run it with `python -m benchmarks.leaning_slips`; it keeps what it has
-in a file, and goes on from there.
+Each structure has a random share of the friction that it needs by statics, and starts at rest. Errors are those of the
+time until a corner of any plank has moved by 5, 10, 20 mm. Run it with `python -m benchmarks.leaning_slips`; it stores
+finished cases in a file, and continues from there.
 """
 
 import json
@@ -37,25 +37,25 @@ from stackdsl.simulation.worlds import extension_for, opened_world
 from stackdsl.timeline import FixedWorld, Placement, Timeline
 
 WAYS = (0.005, 0.010, 0.020)  # [m]
-# [s] of the reference: as many of them as it takes until two in a row agree to such a share, at every way.
+# [s] of the reference: steps are halved until two successive results agree to this share, at every distance.
 STEPS, AGREE = (4e-4, 2e-4, 1e-4, 5e-5, 2.5e-5), 0.002
 GRAVITY = 9.81  # [m/s2]
-LONGEST = 0.8  # [s] what has not got so far by then does not count
-# [s] so long it is seen whether a structure with a little more friction stays; how far it may get in that time [mm].
+LONGEST = 0.8  # [s] a structure with less displacement by then does not count
+# [s] duration of the check that a structure with slightly more friction stays; its largest displacement in it [mm].
 STAYS, STIRS_MM = 0.02, 0.001
-MOST_FRICTION, CLOSE = 3.0, 1e-4  # a structure that needs more does not count; how closely what it needs is found
+MOST_FRICTION, CLOSE = 3.0, 1e-4  # a structure that needs more does not count; accuracy of the required friction
 WANTED = 3.0  # [%] of a time
-SHARES = (0.5, 0.99)  # of the friction that it needs
+SHARES = (0.5, 0.99)  # of the required friction
 
 
 def vec(values: Array) -> Vec3:
-    """As the extension takes it."""
+    """Return an array as a vector of the package."""
     x, y, z = (float(value) for value in values)
     return (x, y, z)
 
 
 def placed(found: Structure) -> list[Placed]:
-    """Its bricks."""
+    """Return the bricks of a structure."""
     return [
         Placed(Brick(bar.name, Box(vec(bar.size)), bar.mass), Pose(vec(bar.centre), quaternion(bar.turn)))
         for bar in found.bars
@@ -63,7 +63,7 @@ def placed(found: Structure) -> list[Placed]:
 
 
 def planes(found: Structure, friction: float) -> tuple[Plane, ...]:
-    """What it stands on and leans against."""
+    """Return the planes that a structure stands on and leans against."""
     return tuple(
         Plane(wall.name, vec(wall.point), vec(wall.normal), friction if wall.friction is None else wall.friction)
         for wall in found.walls
@@ -71,12 +71,12 @@ def planes(found: Structure, friction: float) -> tuple[Plane, ...]:
 
 
 def stands(found: Structure, friction: float) -> Stability:
-    """What statics say of it."""
+    """Return the verdict of statics."""
     return Assembly(planes(found, friction), friction, GRAVITY).add_all(placed(found)).stability
 
 
 def needed_friction(found: Structure) -> float | None:
-    """With how much friction it just stands; None if it never does, or always."""
+    """Return the least friction with which a structure stands; None if it never or always does."""
     low, high = 0.0, MOST_FRICTION
     if stands(found, high) is not Stability.STABLE or stands(found, low) is Stability.STABLE:
         return None
@@ -87,7 +87,7 @@ def needed_friction(found: Structure) -> float | None:
 
 
 def boxes(found: Structure, friction: float) -> Boxes:
-    """For the reference."""
+    """Return the structure for the reference."""
     walls = found.walls
     return Boxes(
         0.5 * np.array([bar.size for bar in found.bars]),
@@ -103,22 +103,23 @@ def boxes(found: Structure, friction: float) -> Boxes:
 
 
 def reached(time: Array, moved: Array) -> list[float]:
-    """When something has got as far as each way [s]; infinite if it does not."""
+    """Return the time of each displacement [s]; infinite if it is not reached."""
     farthest = np.maximum.accumulate(moved.max(axis=1))
     return [float(np.interp(way, farthest, time)) if farthest[-1] >= way else inf for way in WAYS]
 
 
 class Truth(NamedTuple):
-    """What the reference says."""
+    """Result of the reference."""
 
-    due: list[float]  # when it has got so far, extrapolated from the last two steps [s]; infinite if it does not
-    apart: list[float]  # the shares by which the last two steps differ; infinite if it gets so far at one of them only
+    due: list[float]  # times of the displacements, extrapolated from the last two steps [s]; infinite if not reached
+    # relative differences of the last two steps; infinite if only one of them reaches the displacement
+    apart: list[float]
     step: float  # the last one [s]
-    unsettled: int  # steps whose impulses did not settle
+    unsettled: int  # steps whose impulses did not converge
 
 
 def reference(found: Structure, friction: float) -> Truth:
-    """When it has got so far, by steps that are halved until that does not change any more."""
+    """Return the times of the displacements, with steps halved until they converge."""
     coarse, unsettled = [inf] * len(WAYS), 0
     for step in STEPS:
         run: Course = course(boxes(found, friction), step, LONGEST, 1.02 * WAYS[-1])
@@ -133,13 +134,13 @@ def reference(found: Structure, friction: float) -> Truth:
 
 
 def timeline(found: Structure, friction: float) -> Timeline:
-    """For a run."""
+    """Return the timeline of a structure."""
     placements = (Placement(0.0, one.brick, 1, one.pose) for one in placed(found))
     return Timeline(FixedWorld(GRAVITY, friction, planes(found, friction)), tuple(placements), hold=1.0)
 
 
 def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:
-    """Time [s], all states and whether no engine was needed yet, after every step on a system."""
+    """Yield time [s], all states and whether no engine was needed so far, after every step on a system."""
     scene = timeline(found, friction)
     world: World = opened_world(scene, system)
     try:
@@ -164,7 +165,7 @@ def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[fl
 
 
 def played(found: Structure, friction: float, system: System, until: float) -> tuple[list[float], float]:
-    """When something has got so far [s], and how far it had got when an engine took over [m]."""
+    """Return the times of the displacements [s], and the displacement at which an engine took over [m]."""
     starts = {one.brick.id: (one, corners_W(one.brick.shape, one.pose)) for one in placed(found)}
     time, moved, known_way = [0.0], [[0.0]], 0.0
     for now, states, known in seen(found, friction, system):
@@ -182,7 +183,7 @@ def played(found: Structure, friction: float, system: System, until: float) -> t
 
 
 def case(found: Structure, system: System) -> dict[str, Any] | None:
-    """What came of one structure; None if it does not slip for want of friction."""
+    """Return the figures of a structure; None if it does not slip for lack of friction."""
     needed = needed_friction(found)
     if needed is None:
         return None
@@ -215,14 +216,14 @@ def case(found: Structure, system: System) -> dict[str, Any] | None:
 
 
 def _error(time: float, due: float) -> float | None:
-    """Of a time that should be `due`: a share; infinite if only one of them comes, None if neither."""
+    """Return the relative error of a time; infinite if only one of both exists, None if neither does."""
     if isfinite(time) and isfinite(due):
         return time / due - 1.0
     return None if time == due else inf
 
 
 def cases(numbers: Sequence[int], system: System, keep: Path | None) -> Iterator[dict[str, Any]]:
-    """All families in turn; those that a file holds are not played again."""
+    """Yield the cases of all families in turn; those in a file are not computed again."""
     rows = [json.loads(line) for line in keep.read_text().splitlines()] if keep and keep.exists() else []
     done = {(row["family"], row["number"]) for row in rows}
     yield from rows
@@ -242,7 +243,7 @@ def cases(numbers: Sequence[int], system: System, keep: Path | None) -> Iterator
 
 
 def main() -> None:
-    """Let them slip, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--each", type=int, default=25, help="how many of each family")
     arguments.add_argument("--system", default="exact")
@@ -266,7 +267,7 @@ def main() -> None:
 
 
 def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """What a table shows of some cases."""
+    """Return the figures of some cases for the table."""
     errors = [[100.0 * abs(error) for error in row["errors"] if error is not None] for row in rows]
     times = [error for each in errors for error in each]
     return {
@@ -284,7 +285,7 @@ def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
 
 
 def _last_way(due: Sequence[float]) -> float:
-    """How far a structure gets, of the ways that are looked at [m]."""
+    """Return the largest of the displacements that a structure reaches [m]."""
     return WAYS[sum(map(isfinite, due)) - 1]
 
 

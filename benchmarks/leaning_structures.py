@@ -1,7 +1,8 @@
-"""Random structures that lean, and random ones that fall in several parts: what slips and falls are measured on.
+"""Random structures that lean, and random ones that fall in several parts, for measurements of slips and falls.
 
-Planks have sides, densities, angles and directions at random, and meet edge on face or corner on face, so that it is
-known where they touch. All of it is plain geometry across the leaning: x the way it leans, z up, y along the edges.
+Planks have random sides, densities, angles and directions, and meet edge on face or corner on face, so that their
+contacts are known. Everything is plane geometry across the leaning: x is the direction of leaning, z up, y along the
+edges.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,13 +15,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Rng = np.random.Generator
 TOUCHES = 1e-9  # [m]
-EDGE_AT = (0.02, 0.42)  # shares of a plank from its middle: between these it lies over an edge
-WITHIN = 0.04  # share of a side: what touches a face is not so near to its end
+EDGE_AT = (0.02, 0.42)  # shares of a plank from its middle: range in which it lies over an edge
+WITHIN = 0.04  # share of a side: least distance of a contact from the end of a face
 
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """A box in its place."""
+    """Box at a pose."""
 
     name: str
     size: Array  # (3,) [m]
@@ -29,28 +30,28 @@ class Bar:
     turn: Array  # (3, 3) body axes, by columns
 
     def corners(self) -> Array:
-        """(8, 3) [m]."""
+        """Return the corners (8, 3) [m]."""
         signs = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
         return self.centre + (signs * self.size) @ self.turn.T
 
     def shifted(self, *by: float) -> "Bar":
-        """The same elsewhere [m]."""
+        """Return the bar moved by a vector [m]."""
         return replace(self, centre=self.centre + np.array(by))
 
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A fixed half-space."""
+    """Fixed half-space."""
 
     name: str
     point: Array  # (3,) [m]
-    normal: Array  # (3,) unit, out of the solid
-    friction: float | None  # None for that of brick on brick
+    normal: Array  # (3,) unit, outward
+    friction: float | None  # None for that between bricks
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """Boxes, and what they stand on and lean against."""
+    """Boxes, and the fixed bodies that they stand on and lean against."""
 
     family: str
     number: int
@@ -59,17 +60,17 @@ class Structure:
 
 
 def about_y(angle: float) -> Array:
-    """The turn that raises the x axis by an angle [rad]."""
+    """Return the rotation that raises the x axis by an angle [rad]."""
     return np.array([[cos(angle), 0.0, -sin(angle)], [0.0, 1.0, 0.0], [sin(angle), 0.0, cos(angle)]])
 
 
 def about_z(angle: float) -> Array:
-    """The turn about the vertical by an angle [rad]."""
+    """Return the rotation about the vertical by an angle [rad]."""
     return np.array([[cos(angle), -sin(angle), 0.0], [sin(angle), cos(angle), 0.0], [0.0, 0.0, 1.0]])
 
 
 def plank(rng: Rng, name: str, angle: float, twist: float = 0.0, length: float | None = None) -> Bar:
-    """A plank that rises towards +x by an angle [rad], turned about the vertical, its lowest point at z = 0."""
+    """Return a plank that rises towards +x by an angle [rad], its lowest point at z = 0, and is rotated by `twist`."""
     size = np.array([length or rng.uniform(0.08, 0.15), rng.uniform(0.018, 0.034), rng.uniform(0.006, 0.011)])
     mass = float(np.prod(size) * rng.uniform(400.0, 900.0))
     bar = Bar(name, size, mass, np.zeros(3), about_z(twist) @ about_y(angle))
@@ -77,19 +78,19 @@ def plank(rng: Rng, name: str, angle: float, twist: float = 0.0, length: float |
 
 
 def mirrored(bar: Bar) -> Bar:
-    """The same, rising towards -x."""
+    """Return the mirror image, which rises towards -x."""
     half = about_z(pi)
     return replace(bar, centre=half @ bar.centre, turn=half @ bar.turn)
 
 
 def up_to(bar: Bar, point: Array, normal: Array) -> Bar:
-    """The same, moved along x until it touches the front of a plane: `normal` looks out of it, towards the bar."""
+    """Return the bar moved along x until it touches the front of a plane, whose `normal` points to the bar."""
     gaps = (bar.corners() - point) @ normal
     return bar.shifted(-float(gaps.min() / normal[0]), 0.0, 0.0)
 
 
 def face(bar: Bar, direction: Array) -> tuple[Array, Array]:
-    """A point of the face of a bar that looks most in a direction, and its normal."""
+    """Return a point and the normal of the face of a bar that faces a direction most."""
     cosines = bar.turn.T @ direction
     axis = int(np.argmax(np.abs(cosines)))
     normal = np.sign(cosines[axis]) * bar.turn[:, axis]
@@ -97,7 +98,7 @@ def face(bar: Bar, direction: Array) -> tuple[Array, Array]:
 
 
 def touches_within(one: Bar, other: Bar, direction: Array) -> bool:
-    """Whether the corners of one that touch the face of another lie well within it."""
+    """Return whether the corners of one bar that touch a face of another lie well within it."""
     point, normal = face(other, direction)
     gaps = (one.corners() - point) @ normal
     local = np.abs((one.corners()[gaps < TOUCHES] - other.centre) @ other.turn) / other.size
@@ -109,20 +110,20 @@ GROUND = Wall("ground", np.zeros(3), np.array([0.0, 0.0, 1.0]), None)
 
 
 def ladder(rng: Rng, twist: float = 0.0) -> Structure | None:
-    """A plank leans on a wall that is a little rough."""
+    """Return a plank that leans on a slightly rough wall."""
     wall = Wall("wall", np.zeros(3), np.array([-1.0, 0.0, 0.0]), float(rng.uniform(0.0, 0.25)))
     bar = up_to(plank(rng, "ladder", radians(rng.uniform(40.0, 75.0)), twist), wall.point, wall.normal)
     return Structure("ladder", 0, [bar], [GROUND, wall])
 
 
 def askew(rng: Rng) -> Structure | None:
-    """The same, not square to its wall: a corner leans."""
+    """Return a ladder that is not square to its wall: a corner leans."""
     found = ladder(rng, radians(rng.uniform(4.0, 30.0)) * rng.choice((-1.0, 1.0)))
     return found and replace(found, family="askew ladder")
 
 
 def against_block(rng: Rng) -> Structure | None:
-    """A plank leans on the side of a heavy block."""
+    """Return a plank that leans on the side of a heavy block."""
     angle = radians(rng.uniform(40.0, 70.0))
     bar = plank(rng, "plank", angle)
     height = rng.uniform(1.05, 1.5) * float(bar.corners()[:, 2].max())
@@ -135,7 +136,7 @@ def against_block(rng: Rng) -> Structure | None:
 
 
 def over_an_edge(rng: Rng) -> Structure | None:
-    """A plank stands on the ground and lies over the edge of a block, or of planks."""
+    """Return a plank that stands on the ground and lies over the edge of a block, or of planks."""
     block = plank(rng, "block", 0.0)
     size = np.array([rng.uniform(0.03, 0.06), rng.uniform(0.04, 0.08), rng.uniform(0.008, 0.06)])
     block = replace(block, size=size, mass=float(np.prod(size) * rng.uniform(900.0, 2500.0)))
@@ -144,7 +145,7 @@ def over_an_edge(rng: Rng) -> Structure | None:
     bar = plank(rng, "plank", radians(rng.uniform(12.0, 60.0)), twist)
     if bar.size[1] > 0.8 * size[1]:
         return None
-    # The edge runs across the lower face, and a twisted plank meets it with one of its own long edges.
+    # The edge runs across the lower face, and a rotated plank meets it with one of its own long edges.
     along, across, _ = bar.turn.T
     shifts = []
     for side in (-0.5, 0.5):
@@ -158,7 +159,7 @@ def over_an_edge(rng: Rng) -> Structure | None:
 
 
 def unlike_v(rng: Rng, twist: float = 0.0) -> Structure | None:
-    """A plank leans on the lower face of one that leans on it."""
+    """Return a plank that leans on the lower face of a plank that leans on it."""
     one, other = (plank(rng, name, radians(rng.uniform(45.0, 72.0)), t) for name, t in (("a", twist), ("b", 0.0)))
     other = mirrored(other)
     point, normal = face(other, np.array([-1.0, 0.0, -0.5]))
@@ -169,13 +170,13 @@ def unlike_v(rng: Rng, twist: float = 0.0) -> Structure | None:
 
 
 def askew_v(rng: Rng) -> Structure | None:
-    """The same, twisted against each other: a corner leans."""
+    """Return the same with one plank rotated against the other: a corner leans."""
     found = unlike_v(rng, radians(rng.uniform(3.0, 12.0)) * rng.choice((-1.0, 1.0)))
     return found and replace(found, family="askew V")
 
 
 def chain(rng: Rng) -> Structure | None:
-    """A third plank leans on the back of such a V."""
+    """Return such a V with a third plank that leans on its back."""
     found = unlike_v(rng)
     if found is None:
         return None
@@ -188,7 +189,7 @@ def chain(rng: Rng) -> Structure | None:
 
 
 def rider(rng: Rng) -> Structure | None:
-    """A shallow ladder carries a plank on its back."""
+    """Return a shallow ladder with a plank on its back."""
     wall = Wall("wall", np.zeros(3), np.array([-1.0, 0.0, 0.0]), float(rng.uniform(0.0, 0.2)))
     angle = radians(rng.uniform(22.0, 34.0))
     bar = up_to(plank(rng, "ladder", angle), wall.point, wall.normal)
@@ -210,7 +211,7 @@ LEANING: Sequence[Callable[[Rng], Structure | None]] = (
 
 
 def structure(family: Callable[[Rng], Structure | None], number: int) -> Structure:
-    """The structure of a family with a number; always the same. The whole is turned about the vertical."""
+    """Return the structure of a family with a number, always the same, rotated as a whole about the vertical."""
     rng = np.random.default_rng([number, len(family.__name__), sum(map(ord, family.__name__))])
     found = None
     while found is None:
@@ -222,7 +223,7 @@ def structure(family: Callable[[Rng], Structure | None], number: int) -> Structu
 
 
 def quaternion(turn: Array) -> tuple[float, float, float, float]:
-    """x, y, z, w of a turn."""
+    """Return the quaternion x, y, z, w of a rotation."""
     values, vectors = np.linalg.eigh(_symmetric(turn))
     x, y, z, w = vectors[:, int(np.argmax(values))]
     size = sqrt(x * x + y * y + z * z + w * w)
@@ -230,7 +231,7 @@ def quaternion(turn: Array) -> tuple[float, float, float, float]:
 
 
 def _symmetric(r: Array) -> Array:
-    """Bar-Itzhack's matrix, of which the quaternion is the first eigenvector."""
+    """Return Bar-Itzhack's matrix, whose first eigenvector is the quaternion."""
     return np.array(
         [
             [r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],

@@ -1,8 +1,8 @@
-"""With how much friction do planks that lean begin to stand on the bare engine, against the closed form?
+"""Compares the least friction of leaning planks on the bare engine with the closed form.
 
-Model: an inverted V, and a plank on a smooth wall, stand from mu = (cot a - t / L) / 2 of friction on (Coulomb, and
-contacts on edges). The limit is found by bisection of what users are told: a collapse, or none. It is the same for all
-sizes and in all directions; `tuned` is asked in some. Run it with `python -m benchmarks.limits`; about five minutes.
+An inverted V, and a plank on a smooth wall, stand if mu is at least (cot a - t / L) / 2 (Coulomb friction, edge
+contacts). The limit is found by bisection of the reported result: a collapse, or none. It is the same for all sizes and
+in all directions; `tuned` is tested in some. Run it with `python -m benchmarks.limits`; about five minutes.
 """
 
 import sys
@@ -27,23 +27,23 @@ LENGTHS = (0.01, 0.03, KAPLA[0], 0.2, 1.2)  # of planks [m]
 YAWS = (0.0, 15.0, 22.5, 30.0, 45.0, 75.0)  # [deg]
 WATCHED = 2.0  # [s] for KAPLA planks; large ones take longer to fall
 ENGINES = {**{name: SYSTEMS[name] for name in ("tuned", "stock")}, "moving": System("moving", "", MOVING, method=None)}
-LOWEST, HIGHEST, SHARP = 0.8, 1.2, 0.001  # of the share of the friction that is needed
+LOWEST, HIGHEST, SHARP = 0.8, 1.2, 0.001  # shares of the required friction
 
 
 def falls(case: Case, system: System) -> bool:
-    """Whether users are told of a collapse; what comes after it is not played."""
+    """Return whether a collapse is reported; the run ends there."""
     watched = WATCHED * sqrt(max(1.0, case.size[0] / KAPLA[0]))
     return play(replace(timeline(case), hold=watched, aftermath=False), system).collapse is not None
 
 
 def scaled(length: float) -> Vec3:
-    """A brick like a KAPLA plank, but of another length [m]."""
+    """Return the size of a brick like a KAPLA plank, but of another length [m]."""
     scale = length / KAPLA[0]
     return (scale * KAPLA[0], scale * KAPLA[1], scale * KAPLA[2])
 
 
 def limit(case: Case, system: System) -> float:
-    """From which share of the friction that is needed it stands, within SHARP."""
+    """Return the share of the required friction from which it stands, within SHARP."""
     low, high = LOWEST, HIGHEST
     while high - low > SHARP:
         middle = 0.5 * (low + high)
@@ -52,14 +52,14 @@ def limit(case: Case, system: System) -> float:
 
 
 def too_flat(case: Case, share: float) -> float:
-    """How much flatter the closed form lets a plank stand that has its friction times the share [deg]."""
+    """Return the decrease of the limit angle in the closed form if friction is multiplied by the share [deg]."""
     length, _, thickness = case.size
     friction = replace(case, share=1.0).friction * share
     return case.angle - degrees(atan(1.0 / (2.0 * friction + thickness / length)))
 
 
 def main() -> None:
-    """Bisect, print the table, and keep it if asked to."""
+    """Bisect and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--system", default="tuned", choices=list(ENGINES), help="moving: that of exact, by itself")
     arguments.add_argument("--angles", type=float, nargs="+", default=list(ANGLES), help="to the floor [deg]")
@@ -80,7 +80,10 @@ def main() -> None:
 
 
 def errors(kind: str, angle: float, size: Vec3, system: System) -> list[float]:
-    """In each direction: of a V the friction from which it stands / needed; of a ladder by how much it is off [deg]."""
+    """Return errors by direction.
+
+    The error of a V is the ratio of limit and required friction; the error of a ladder is an angle [deg].
+    """
     cases = [Case(kind, angle, 1.0, yaw, size) for yaw in YAWS]
     shares = [limit(case, system) for case in cases]
     return shares if kind == "V" else [too_flat(case, share) for case, share in zip(cases, shares, strict=True)]

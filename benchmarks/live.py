@@ -1,7 +1,7 @@
-"""Measures the delay of a live page: from saving a file to the frame that shows its verdict and least room.
+"""Measures the delay of a live page: from saving a file to the frame that shows its verdict and smallest clearance.
 
-A tower of a hundred planks is saved with another step, again and again, under `stackdsl run --watch`, each time once
-the run before has been played. Debian's Chromium shows it, without a graphics card.
+A tower of a hundred planks is saved with another step, again and again, under `stackdsl run --watch`, each time after
+the previous run has been played. Debian's Chromium shows it, without a graphics card.
 
 Run: python -m benchmarks.live [--write]
 """
@@ -58,7 +58,7 @@ requestAnimationFrame(look);
 
 
 def main() -> None:
-    """Measure, and print a table."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__).parse_args()
     rows = {name: measured(*SCENES[name]) for name in track(SCENES, console=Console(stderr=True))}
     table = Table("scene", "median [ms]", "worst [ms]", "of the processor, without the browser [ms]")
@@ -70,7 +70,7 @@ def main() -> None:
 
 
 def measured(*steps: str) -> Row:
-    """Times from the save of a step to the frame that shows it, one step after the other."""
+    """Return the times from the save of each step to the frame that shows it."""
     seen: list[float] = []
     taken: list[float] = []
     with tempfile.TemporaryDirectory() as folder, browser() as page:
@@ -90,7 +90,7 @@ def measured(*steps: str) -> Row:
 
 
 def wait(page: webdriver.Chrome, until: str) -> None:
-    """Wait for something to hold in a page, with few looks, which would take time from what is measured."""
+    """Wait for a condition in a page, with few checks, which would affect the measured time."""
     began = time()
     while not page.execute_script(f"return {until}"):
         if time() - began > PATIENCE:
@@ -99,14 +99,14 @@ def wait(page: webdriver.Chrome, until: str) -> None:
 
 
 def processor_ms(process: int) -> float:
-    """What a process alone has taken of the processor so far."""
+    """Return the processor time of a single process [ms]."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return 1000.0 * (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
 def served(file: Path) -> Iterator[tuple[int, str]]:
-    """The command, watching a file; its process, and the address of its page."""
+    """Run the command on a watched file; yield its process id and the address of its page."""
     command = [sys.executable, "-m", "stackdsl", "run", "--watch", str(file)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         try:

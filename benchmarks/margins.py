@@ -1,4 +1,4 @@
-"""What the margins of a four-stack of 100 planks cost: medians, and beside each how far its bounds are apart.
+"""Measures the cost of the margins of a four-stack of 100 planks: medians, and the gap between the bounds of each.
 
 Run it with `python -m benchmarks.margins`; quote the ratios, since machines differ and are shared.
 """
@@ -20,7 +20,7 @@ RUNS = 5
 
 
 def main() -> None:
-    """Measure, and print the table."""
+    """Measure and print the table; write it on request."""
     problem = upright_boxes(four_stack(LEVELS))
 
     def shaken(tolerance: float) -> str:

@@ -1,8 +1,8 @@
-"""Pulls from towers, and what mends random piles, against linear programmes that are written apart from both.
+"""Verifies single pulls from towers and remedies of random piles by independent linear programs.
 
-Jenga towers of 18 levels, whole and thinned out, blocks side by side and with gaps: every single pull, with how long
-one takes. 100 random piles of boxes that fall, of each of some seeds: all that `stackdsl suggest` tells of each, tried
-by a linear programme with all of it and with a little less. Run it with `python -m benchmarks.mending`; ten minutes.
+Jenga towers of 18 levels, complete and thinned out, blocks side by side and with gaps: every single pull, with its
+time. 100 random falling piles of boxes for each of some seeds: each remedy of `stackdsl suggest` is tested by a linear
+program at its full amount and at a slightly smaller one. Run it with `python -m benchmarks.mending`; ten minutes.
 """
 
 import random
@@ -32,7 +32,7 @@ GAP = 0.001  # [m] between blocks side by side
 
 
 def jenga(levels: int, gap: float = 0.0) -> list[Placed]:
-    """A tower of three blocks a level, each level across the one below."""
+    """Return a tower of three blocks per level, each level across the one below."""
     length, width, thickness = BLOCK
     found = []
     for level in range(levels):
@@ -45,7 +45,7 @@ def jenga(levels: int, gap: float = 0.0) -> list[Placed]:
 
 
 def thinned(levels: int, seed: int) -> Assembly:
-    """A tower with gaps, less a third of its blocks, each pulled while the rest stood."""
+    """Return a tower with gaps, minus a third of its blocks, each pulled while the rest stood."""
     draw = random.Random(seed)
     design = Assembly()
     design.add_all(jenga(levels, GAP))
@@ -59,7 +59,7 @@ def thinned(levels: int, seed: int) -> Assembly:
 
 
 def pulls(design: Assembly) -> dict[str, float | int]:
-    """Every single pull of a tower, and how many are as a linear programme has them."""
+    """Pull every single brick of a tower, and count the verdicts that a linear program confirms."""
     started = process_time()
     found = list(single_pulls(design))
     spent = process_time() - started
@@ -91,7 +91,7 @@ def pulls(design: Assembly) -> dict[str, float | int]:
 
 
 def main() -> None:
-    """Pull, mend, print, and keep it if asked to."""
+    """Measure and print the tables; write them on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--piles", type=int, default=100, help="of each seed")
     arguments.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
@@ -119,7 +119,7 @@ def main() -> None:
 
 
 def _mended(found: Sequence[Mended]) -> Row:
-    """How many piles are mended, and by what of all that is told, the cheapest first."""
+    """Return the number of repaired piles, by kind of remedy, the cheapest first."""
     hows = {kind.replace(" ", "_"): sum(one.how == kind for one in found) for kind in (*MENDING, "nothing")}
     verified = sum(any(each.whole and each.stands and each.falls_with_less for each in one.checked) for one in found)
     return {
@@ -133,7 +133,7 @@ def _mended(found: Sequence[Mended]) -> Row:
 
 
 def _told(found: Sequence[Checked]) -> Row:
-    """What linear programmes say of all suggestions of a kind."""
+    """Return the verdicts of linear programs on all suggestions of a kind."""
     return {
         "told": len(found),
         "of_all": sum(one.whole for one in found),

@@ -1,9 +1,9 @@
-"""What the engine as it comes makes of the publication's structures when constants of the scene are changed.
+"""Plays structures of the publication on the unextended engine with changed constants of the scene.
 
-Its second system is of this kind: constants such as gravity and friction were changed until the engine stacked. A
-four-stack of 30 levels stands by statics whatever they are; the slant tower falls at level 9; the card house stands.
-The scenes in which a plank is thrown are played on `modified` alone. Run it with `python -m benchmarks.modified`; two
-minutes.
+The publication's second system is of this kind: constants such as gravity and friction were changed until the engine
+kept stacks. By statics a four-stack of 30 levels stands for any constants, the slant tower falls at level 9, and the
+card house stands. The scenes with a thrown plank are played on `modified` alone. Run it with `python -m
+benchmarks.modified`; two minutes.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ from stackdsl.trace import STAND, Trace
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios" / "capabilities"
 SCENES = {"four_stack": "four-stack", "slant_tower": "slant-tower", "card_house": "card-house"}  # key, scenario
-HITS = {"level 3": ("impact-level-3", "L3.2"), "top": ("impact-top", "L13.2")}  # scenario, and what is thrown at
+HITS = {"level 3": ("impact-level-3", "L3.2"), "top": ("impact-top", "L13.2")}  # scenario, and target
 MODIFICATIONS = {
     **{f"gravity {gravity:g} m/s2": Modification(gravity=gravity) for gravity in (0.1, 1.0, 3.0)},
     "gravity 9.81 m/s2, as written": AS_WRITTEN,
@@ -37,7 +37,7 @@ MODIFICATIONS = {
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the tables; write them on request."""
     write = parser(__doc__).parse_args().write
     timelines = {key: timeline(name) for key, name in SCENES.items()}
     console = Console(stderr=True)
@@ -57,7 +57,7 @@ def main() -> None:
 
 
 def printed(heading: str, rows: Rows) -> Table:
-    """For people who look on."""
+    """Return the table for the terminal."""
     table = Table(heading, *next(iter(rows.values())))
     for name, values in rows.items():
         table.add_row(name, *(f"{value:.3g}" if isinstance(value, float) else str(value) for value in values.values()))
@@ -65,24 +65,24 @@ def printed(heading: str, rows: Rows) -> Table:
 
 
 def timeline(scenario: str) -> Timeline:
-    """The scene of the publication that is called so."""
+    """Return the timeline of a scenario of the publication."""
     cases = gather([SCENARIOS / f"{scenario}.yaml"]).cases
     return next(case.timeline for case in cases if case.scenario.scenario == f"capabilities-{scenario}")
 
 
 def thrown(scenario: str) -> list[Case]:
-    """A plank thrown at the four-stack of 13 levels, at each speed, in the engine alone."""
+    """Return the throws at the four-stack of 13 levels, at each speed, on the engine alone."""
     cases = gather([SCENARIOS / f"{scenario}.yaml"]).cases
     return [case for case in cases if case.scenario.scenario.endswith("-bare") and case.system == "stock"]
 
 
 def speed(case: Case) -> str:
-    """How fast, with a word for the slash of the unit."""
+    """Return the speed, with a word for the slash of the unit."""
     return dict(case.variant.parameters)["speed"].replace("/", " per ")
 
 
 def struck(case: Case, aim: BodyId) -> Row:
-    """What a hit does in the changed scene."""
+    """Return the figures of a hit in the changed scene."""
     trace = play_case(case.timeline, "modified")
     return {
         "verdict": trace.reported_verdict,
@@ -94,7 +94,7 @@ def struck(case: Case, aim: BodyId) -> Row:
 
 
 def row(modification: Modification, timelines: dict[str, Timeline]) -> Row:
-    """What comes of each structure."""
+    """Return the figures of each structure."""
     system = replace(SYSTEMS["stock"], modification=modification)
     traces = {key: play(scene, system) for key, scene in timelines.items()}
     told = {key: told_of(trace) for key, trace in traces.items()}
@@ -102,12 +102,12 @@ def row(modification: Modification, timelines: dict[str, Timeline]) -> Row:
 
 
 def told_of(trace: Trace) -> str:
-    """Whether it stands, or where it falls."""
+    """Return whether the structure stands, or the level at which it falls."""
     return "stands" if trace.collapse is None else f"falls at level {trace.collapse.level}"
 
 
 def drift(trace: Trace) -> float:
-    """How far a plank has crept; of what falls, before the plank came with which it did [m]."""
+    """Return the largest creep of a plank; for a fall the one before the brick at which it fell [m]."""
     return trace.drift if trace.collapse is None else trace.shift_before
 
 

@@ -1,4 +1,4 @@
-"""Runs the structures of the user test and very fast throws on `modified`, which imitates the second published system.
+"""Plays the structures of the user test and very fast throws on `modified`, which imitates the second published system.
 
 The two structures of the user test are built until they fall, and a plank is thrown at level 3 of the tower of 13
 levels so fast that the engine's steps are too long for it. Run it with `python -m benchmarks.modified_users`; half a
@@ -23,7 +23,7 @@ SPEEDS = (8.0, 20.0)  # [m/s]
 
 
 def main() -> None:
-    """Play, print the tables, and keep them if asked to."""
+    """Play and print the tables; write them on request."""
     write = parser(__doc__).parse_args().write
     built = {name.replace("-", " "): by_users(name) for name in STRUCTURES}
     hits = {
@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def by_users(scenario: str) -> Row:
-    """The level at which a structure of the user test falls, or that it stands."""
+    """Return the level at which a structure of the user test falls, or that it stands."""
     cases = gather([SCENARIOS.parent / "user_test" / f"{scenario}.yaml"]).cases
     timeline = next(case.timeline for case in cases if case.scenario.scenario == f"user-test-{scenario}")
     trace = play_case(timeline, "modified")
@@ -48,7 +48,7 @@ def by_users(scenario: str) -> Row:
 
 
 def faster(case: Case, speed: float) -> Case:
-    """The same throw at another speed [m/s], so that it arrives at the same height."""
+    """Return the same throw at another speed [m/s] that arrives at the same height."""
 
     def thrown_so(action: Action) -> Action:
         if not isinstance(action, Placement) or not action.hits:

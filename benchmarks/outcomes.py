@@ -1,7 +1,7 @@
-"""Is rest all that can happen? How much of what needs friction is decided, what that costs, and whether it is right.
+"""Measures how often rest is decided to be unique for structures that need friction, at what cost, and how reliably.
 
 Run it with `python -m benchmarks.outcomes`. The groups are random boxes that stand only by friction, and piles on a
-slope of half their friction. An enumeration of all modes of contact in the plane says whether it contradicts any.
+slope of half their friction. An enumeration of all contact modes in the plane shows any contradiction.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -28,13 +28,13 @@ GROUPS: Final[Mapping[str, Callable[[], Iterable[Assembly]]]] = {
     "three in a pile on a slope": lambda: [pile_on_a_slope(3, 10.0, 0.35)],
     "five in a pile on a slope": lambda: [pile_on_a_slope(5, 10.0, 0.35)],
 }
-MOST_BRICKS: Final = 2  # of which all modes in the plane are enumerated
+MOST_BRICKS: Final = 2  # largest group whose modes in the plane are enumerated
 
 
 def main() -> None:
-    """Decide, print the rows, and keep them if asked to."""
+    """Decide and print the rows; write them on request."""
     write = parser(__doc__).parse_args().write
-    outcome(pile_on_a_slope(1, 10.0, 0.35).problem())  # what is imported and warmed up costs nobody
+    outcome(pile_on_a_slope(1, 10.0, 0.35).problem())  # so that imports and caches count for no row
     rows = {name: _row(groups()) for name, groups in GROUPS.items()}
     for name, row in rows.items():
         Console().print(name, row)

@@ -1,4 +1,4 @@
-"""The orders that come with the package `pallet-sim`, and its own reader of them, without its viewers."""
+"""Reads the orders of the package `pallet-sim`, also with its own reader but without its viewers."""
 
 import json
 import sys
@@ -11,32 +11,32 @@ from types import ModuleType
 from typing import Any, Final
 
 PACKAGE: Final = "pallet_sim"
-DECK: Final = 0.144  # [m] height of the pallet, on which that reader sets the boxes
-UNUSED: Final = ("pkg_resources", "stl")  # what it imports for its textures, which are not asked for
+DECK: Final = 0.144  # [m] height of the pallet on which that reader places the boxes
+UNUSED: Final = ("pkg_resources", "stl")  # imports of that reader for textures, which are not needed
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """One order, as the package says it."""
+    """One order of the package."""
 
     name: str
     data: bytes
 
     def pallets(self) -> Iterator[tuple[str, bytes]]:
-        """The number of each pallet, and the order with that one alone: to read all for each takes minutes."""
+        """Yield the number of each pallet with an order of this pallet alone: reading all for each takes minutes."""
         whole = json.loads(self.data)
         for pallet in whole["pallets"]:
             yield pallet["palletNr"], json.dumps({**whole, "pallets": [pallet]}).encode()
 
 
 def folder() -> Path | None:
-    """Where the package is; None if it is not installed."""
+    """Return the folder of the package; None if it is not installed."""
     spec = find_spec(PACKAGE)
     return Path(next(iter(spec.submodule_search_locations))) if spec and spec.submodule_search_locations else None
 
 
 def orders() -> Iterator[Order]:
-    """All orders by their numbers. Raises ModuleNotFoundError if the package is not installed."""
+    """Yield all orders by number. Raises ModuleNotFoundError if the package is not installed."""
     home = folder()
     if home is None:
         raise ModuleNotFoundError("there is no pallet-sim: pip install --no-deps pallet-sim")
@@ -45,13 +45,13 @@ def orders() -> Iterator[Order]:
 
 
 def read_by_package(order: Order) -> list[list[dict[str, Any]]]:
-    """For each pallet what the package gives to PyBullet: the pallet, then its boxes. Masses are in grams there."""
+    """Return for each pallet the bodies passed to PyBullet: the pallet, then its boxes, with masses in g."""
     found = _reader()(json_data=order.data.decode("utf-8"), texture_paths=[])
     return [found.get_model_data("pybullet", number) for number in range(len(found))]
 
 
 def _reader() -> Any:  # noqa: ANN401 -- a class of the package
-    """Its class `Order`, imported by itself: the package at large asks for viewers that nobody needs here."""
+    """Return its class `Order`, imported alone: the whole package requires viewers that are not needed here."""
     home = folder()
     assert home is not None
     kept = {name: sys.modules.get(name) for name in (*UNUSED, PACKAGE)}
@@ -69,5 +69,5 @@ def _reader() -> Any:  # noqa: ANN401 -- a class of the package
 
 
 def find_spec_of(name: str) -> object:
-    """Where a module is; None if it is not installed."""
+    """Return the location of a module; None if it is not installed."""
     return sys.modules.get(name) or find_spec(name)

@@ -1,9 +1,9 @@
-"""The 522 pallets that come with the package `pallet-sim`: what statics says of each, and how long it takes to say so.
+"""Judges the 522 pallets of the package `pallet-sim` by statics and measures the time.
 
-Each pallet is read by `stackdsl.importers`, compared with what the package's own reader gives, and set down at once,
-cold, with a friction of 0.4: after each box was lowered until it touched, and where gaps up to 5 mm are contact. Then
-the same box by box: how long one placement takes. Times are of the processor. It needs
-`pip install --no-deps pallet-sim`.
+Each pallet is read by `stackdsl.importers`, compared with the result of the package's own reader, and placed at once,
+without caches, with a friction of 0.4: once with each box lowered until it touches, once with gaps up to 5 mm as
+contact. The same is repeated box by box, for the time of one placement. Times are processor times. It needs `pip
+install --no-deps pallet-sim`.
 
 Run: python -m benchmarks.pallets [--write]
 """
@@ -35,26 +35,26 @@ from stackdsl.language.imports import Import
 
 FRICTION: Final = 0.4
 WAYS: Final = ("down", "within 5 mm")
-SAME: Final = 1e-9  # [m, kg] as far as the other reader rounds
+SAME: Final = 1e-9  # [m, kg] rounding of the other reader
 COUNTS: Final = ("pallets", "boxes", "stable", "guaranteed", "possible", "unstable", "undecided")
 KEYS: Final = (*COUNTS, "seconds", "worst_s", "named_most", "placement_99_ms")
 
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What became of one pallet."""
+    """Result of one pallet."""
 
     boxes: int
     stability: str
     seconds: float
-    named: int  # boxes that move, of the cause
+    named: int  # number of moving boxes named by the verdict
     guaranteed: bool
-    guarantee_s: float  # how long it takes to say so, of what is stable
-    placements: Sequence[float]  # [s] each, box by box, up to the first that falls
+    guarantee_s: float  # time of the guarantee of a stable pallet
+    placements: Sequence[float]  # [s] of each box, up to the first fall
 
 
 def main() -> None:
-    """Measure, and print a table."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__).parse_args()
     console = Console()
     every = list(orders())
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 def read(order: Order) -> Iterator[tuple[ImportedLoad, int]]:
-    """Each pallet of an order, and how many of its boxes are other ones to the package's own reader."""
+    """Yield each pallet of an order, and the number of boxes that differ in the package's own reader."""
     for (number, data), (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
         asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
         load = read_load(data, order.name, asked)
@@ -95,7 +95,7 @@ def _is_same(centre: Sequence[object], size: Sequence[object], mass: object, oth
 
 
 def judged(load: ImportedLoad) -> Judged:
-    """What statics says of a load set down at once, and how long each box takes when they are set down one by one."""
+    """Judge a load placed at once, and measure each placement box by box."""
     bricks = [_placed(load, number) for number in range(len(load.boxes))]
     assembly = _site()
     began = process_time()
@@ -116,7 +116,7 @@ def judged(load: ImportedLoad) -> Judged:
 
 
 def is_guaranteed(assembly: Assembly) -> bool:
-    """Whether rest is the only thing that can happen to what is stable."""
+    """Return whether rest is the only possible motion of a stable assembly."""
     return guarantee(assembly.problem(), assembly.forces()) is not None
 
 

@@ -1,4 +1,4 @@
-"""Structures for benchmarks, as bricks in their places in the order of building."""
+"""Structures for benchmarks, as placed bricks in the order of building."""
 
 from math import pi
 
@@ -14,14 +14,14 @@ GAP = 0.0002  # [m] between the ends of planks in a wall
 
 
 def plank_at(name: str, at: Point2, level: int, yaw: float = 0.0, length: float = LENGTH) -> Placed:
-    """A plank that lies flat with its centre above `at`, at a level counted from 1."""
+    """Return a flat plank with its centre above `at`, at a level counted from 1."""
     turn: Quaternion = about((0.0, 0.0, 1.0), yaw)
     brick = Brick(name, Box((length, WIDTH, THICKNESS)), DENSITY * length * WIDTH * THICKNESS)
     return Placed(brick, Pose((*at, (level - 0.5) * THICKNESS), turn))
 
 
 def four_stack(planks: int, spacing: float = LENGTH - WIDTH) -> list[Placed]:
-    """Two parallel planks a level, a `spacing` [m] apart, turned a quarter each level."""
+    """Return two parallel planks per level, a `spacing` [m] apart, rotated by 90 degrees at each level."""
     found = []
     for number in range(planks):
         level, side = number // 2 + 1, (number % 2 - 0.5) * spacing
@@ -31,7 +31,7 @@ def four_stack(planks: int, spacing: float = LENGTH - WIDTH) -> list[Placed]:
 
 
 def wall(planks: int, across: int) -> list[Placed]:
-    """A wall in running bond, `across` planks a level, every other level with half a plank at either end."""
+    """Return a wall in running bond, `across` planks per level, every other level with half a plank at both ends."""
     found: list[Placed] = []
     level = 0
     while len(found) < planks:
@@ -49,7 +49,7 @@ def _half() -> float:
 
 
 def stepped_columns(planks: int, high: int = 10, share: float = 0.9) -> list[Placed]:
-    """Columns apart from each other, each stepped to a share of its limit: no plank's support is below its load."""
+    """Return separate columns, each stepped to a share of its limit: no plank's support is below its load."""
     step = share * LENGTH / high
     found = []
     for number in range(planks):

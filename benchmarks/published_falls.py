@@ -1,10 +1,10 @@
-"""Is the too vertical fall of the published method the method's, or its engine's? The same method on other engines.
+"""Compares the fall of slant towers under the published method on several engines, to find the cause of its direction.
 
-The publication saw a slant tower fall at the right level and too straight down, where real ones turn about their lowest
-level and stay whole. Here the two towers that lean fall under the published method on three engines at fine steps, on
-one at coarser and coarser ones, down to those at which games are stepped, and without any method. Each tower is set
-down as high as it is when the method lets it fall; how far its moving part has got sideways when it has sunk by 5 mm
-says how it falls: straight down would be nothing.
+The publication saw a slant tower fall at the right level but straight down, while real ones rotate about their lowest
+level and stay whole. Here the two leaning towers fall under the published method on three engines at fine steps, on one
+of them at coarser steps up to those of games, and without the method. Each tower is placed as high as it is when it
+falls under the method; the horizontal displacement of its moving part after sinking by 5 mm describes the fall: zero is
+straight down.
 
 Run it with `python -m benchmarks.published_falls`; two minutes.
 """
@@ -36,20 +36,20 @@ SCENARIOS = Path(__file__).parent.parent / "scenarios"
 SCENES = {
     "slant": (SCENARIOS / "capabilities" / "slant-tower.yaml", "capabilities-slant-tower", "L9.1"),
     "leaning": (SCENARIOS / "user_test" / "leaning-structure.yaml", "user-test-leaning-structure", "L11.1"),
-}  # the file, the scenario, and the plank with which the method lets it fall
-SUNK = 0.005  # [m] before anything has reached the ground
-LONGER = 4.0  # times as long is looked where gravity is a tenth
-# As the manual of Unity has it: 1/50 s, 7 iterations, contacts from 10 mm on.
+}  # the file, the scenario, and the plank at which it falls under the method
+SUNK = 0.005  # [m] before any body has reached the ground
+LONGER = 4.0  # factor on the duration if gravity is a tenth
+# As in the manual of Unity: 1/50 s, 7 iterations, contacts from 10 mm on.
 GAME = replace(SETTINGS, time_step=1.0 / 50.0, iterations=7, contact_offset=0.01, most_travel=None)
 
 
 def game(rate: int, method: Method | None, modification: Modification = AS_WRITTEN) -> System:
-    """PhysX as games step it, but so many times a second."""
+    """Return PhysX with the settings of games, at another number of steps per second."""
     return System("game", "PhysX as games step it", replace(GAME, time_step=1.0 / rate), method, modification)
 
 
 def published(engine: EngineSettings) -> System:
-    """The published method on an engine."""
+    """Return the published method on an engine."""
     return System("published", "the published stack-stability method", engine, Method.PUBLISHED)
 
 
@@ -68,7 +68,7 @@ RUNS: dict[str, System] = {
 
 
 def main() -> None:
-    """Let them fall, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     scenes = {key: (timeline(path, name), last) for key, (path, name, last) in SCENES.items()}
     console = Console(stderr=True)
@@ -84,12 +84,12 @@ def main() -> None:
 
 
 def timeline(path: Path, scenario: str) -> Timeline:
-    """A scene of the publication."""
+    """Return the timeline of a scene of the publication."""
     return next(case.timeline for case in gather([path]).cases if case.scenario.scenario == scenario)
 
 
 def row(system: System, scenes: Mapping[str, tuple[Timeline, BodyId]]) -> Row:
-    """At which level each tower falls as it is built, and how it does once it is set down."""
+    """Return the level at which each tower falls while it is built, and the direction of its fall once it is placed."""
     found: dict[str, float | int | None] = {}
     for name, (scene, last) in scenes.items():
         collapse = play(scene, system).collapse
@@ -100,7 +100,7 @@ def row(system: System, scenes: Mapping[str, tuple[Timeline, BodyId]]) -> Row:
 
 
 def turned(scenes: Mapping[str, tuple[Timeline, BodyId]]) -> Row:
-    """What turns about the edge that statics name, as one body: no dynamics is in how far it gets while it sinks."""
+    """Return the displacement of a rotation as one body about the edge named by statics: independent of dynamics."""
     return {
         **{f"{name}_level": None for name in scenes},
         **{f"{name}_sideways_mm": 1000.0 * _aside(up_to(*scene)) for name, scene in scenes.items()},
@@ -118,11 +118,11 @@ def _aside(tower: Timeline) -> float:
         sum(each.brick.mass * (each.pose.position_W[axis] - turn.point_W[axis]) for each in placed) / mass
         for axis in (0, 2)
     )
-    return sqrt(x * x + z * z - (z - SUNK) ** 2) - x  # the radius stays
+    return sqrt(x * x + z * z - (z - SUNK) ** 2) - x  # the radius is constant
 
 
 def sideways(tower: Timeline, system: System) -> float | None:
-    """How far the part that statics lets fall has got along x when it has sunk by SUNK [m]; None if it never has."""
+    """Return the displacement along x of the part that falls by statics after it sank by SUNK [m]; or None."""
     bricks = {name: placed.brick for name, placed in motion_of(tower)[0].bricks.items()}
     longer = 1.0 if system.modification == AS_WRITTEN else LONGER
     seen = seen_falling(as_played(tower, system.modification), system, longer * FOLLOWED)
@@ -135,7 +135,7 @@ def sideways(tower: Timeline, system: System) -> float | None:
 
 
 def _centre(bricks: Mapping[BodyId, Brick], states: Mapping[BodyId, BodyState]) -> Sequence[float]:
-    """Where the common centre of mass is, along x and z [m]."""
+    """Return the common centre of mass, along x and z [m]."""
     mass = sum(brick.mass for brick in bricks.values())
     return [
         sum(brick.mass * states[name].pose.position_W[axis] for name, brick in bricks.items()) / mass for axis in (0, 2)

@@ -1,8 +1,8 @@
-"""Random piles of boxes that fall, all that `stackdsl suggest` tells of each, and what linear programmes say of that.
+"""Random falling piles of boxes, and the verdicts of linear programs on all remedies of `stackdsl suggest` for them.
 
-The programmes are those of `benchmarks.equilibrium_programs`, written apart from the statics that they judge. Each
-suggestion is tried with all of it, and with a little less: shifts with 0.1 %, more weight and friction, which are told
-in three digits, with 2 % of what is added, and props with each of them left out in turn.
+The programs are those of `benchmarks.equilibrium_programs`, independent of the statics that they verify. Each remedy is
+tested at its full amount and at a slightly smaller one: shifts smaller by 0.1 %, additional weight and friction, which
+are reported with three digits, by 2 %, and props without each of them in turn.
 """
 
 import random
@@ -24,8 +24,9 @@ from stackdsl.language.yaml.source import parse
 FRICTION = 0.5
 LESS_SHIFT = 0.001
 LESS = 0.02
-SIDES = 128  # of the pyramids for what friction mends, so that inside and outside of the cone differ by 0.03 %
-MENDING = ("one shift", "several shifts", "counterweight", "friction", "props")  # the first of them is told as how
+SIDES = 128  # of the pyramids for remedies by friction, so that inside and outside of the cone differ by 0.03 %
+# the first one is reported as the remedy
+MENDING = ("one shift", "several shifts", "counterweight", "friction", "props")
 
 
 @dataclass(frozen=True)
@@ -33,28 +34,28 @@ class Checked:
     """One suggestion."""
 
     kind: str
-    whole: bool  # whether it is told to mend all of the pile, and not just what falls first
-    stands: bool | None  # by the linear programme, as far as it is told to; None where that does not say
+    whole: bool  # whether it claims to repair the whole pile, not just the first fall
+    stands: bool | None  # by the linear program, up to the claimed stage; None if undecided
     falls_with_less: bool
 
 
 @dataclass(frozen=True)
 class Mended:
-    """What was told of one pile."""
+    """Suggestions for one pile."""
 
     checked: Sequence[Checked]
-    seconds: float  # of CPU
-    asked: int  # how often progress was told
+    seconds: float  # processor time
+    asked: int  # number of progress reports
 
     @property
     def how(self) -> str:
-        """The first kind by which it is told to stand as a whole."""
+        """Return the first kind of suggestion that claims to repair the whole pile."""
         told = {one.kind for one in self.checked if one.whole}
         return next((kind for kind in MENDING if kind in told), "nothing")
 
 
 def piles(seed: int) -> Iterator[Piling]:
-    """Random piles that fall: each box on one that is there, far out, and inside of none."""
+    """Yield random falling piles: each box on a present one, with a large overhang, and without overlaps."""
     draw = random.Random(seed)
     while True:
         boxes: list[Placed] = []
@@ -78,7 +79,7 @@ def piles(seed: int) -> Iterator[Piling]:
 
 
 def upright(placed: Placed) -> UprightBox:
-    """The same for the linear programme."""
+    """Return the box for the linear program."""
     assert isinstance(placed.brick.shape, Box)
     return UprightBox(placed.pose.position_W, placed.brick.shape.size, placed.brick.mass)
 
@@ -90,7 +91,7 @@ def _overlap(one: Placed, other: Placed) -> bool:
 
 
 def as_scenario(piling: Piling) -> str:
-    """A pile as its author would write it."""
+    """Return a pile as YAML, as an author would write it."""
     lines = ["scenario: pile", f"friction: {piling.friction}", "build:", "  - every: 1 s", "    bricks:"]
     for placed in piling.bricks:
         box = upright(placed)
@@ -102,7 +103,7 @@ def as_scenario(piling: Piling) -> str:
 
 
 def mended(piling: Piling) -> Mended:
-    """What `suggest` tells of a pile, each checked."""
+    """Return the checked suggestions of `suggest` for a pile."""
     cases, mistakes = cases_of(parse(as_scenario(piling), "pile.yaml"))
     assert not mistakes, mistakes
     timeline = cases[0].timeline
@@ -117,7 +118,7 @@ def mended(piling: Piling) -> Mended:
 
 
 def checked(piling: Piling, told: Suggestion) -> Checked:
-    """One suggestion as linear programmes have it."""
+    """Check a suggestion by linear programs."""
     match told:
         case BrickShift(brick, shift):
             share = (1.0 - LESS_SHIFT) * told.too_little / told.length
@@ -149,10 +150,10 @@ def checked(piling: Piling, told: Suggestion) -> Checked:
 
 @dataclass(frozen=True)
 class _Fall:
-    """Which of the boxes brings a pile down as it is set down, by the linear programme."""
+    """First fall of a pile while it is built, by the linear program."""
 
-    at: int | None  # None if none does, or that is not said
-    said: bool  # whether it is, of all boxes before that one too
+    at: int | None  # index of the box; None if no fall, or undecided
+    said: bool  # whether every box before it is decided
 
     @property
     def stands(self) -> bool | None:
@@ -163,7 +164,7 @@ class _Fall:
         return self.at is not None
 
     def holds(self, first: int | None) -> bool:
-        """Whether what fell first falls no more, whatever does later."""
+        """Return whether the first fall no longer happens, regardless of later ones."""
         return first is not None and (self.at is None or self.at > first)
 
 
@@ -180,7 +181,7 @@ def _fall(bricks: Sequence[Placed], friction: float = FRICTION, props: Sequence[
 
 
 def _shifted(piling: Piling, shifts: dict[str, Shift], share: float) -> list[Placed]:
-    """With bricks shifted by a share, and what rests on them carried along."""
+    """Return the boxes with bricks shifted by a share, and the bricks on them carried along."""
     carried, sums = piling.carried(), dict[str, Shift]()
     for brick, (x, y) in shifts.items():
         for name in carried[brick]:

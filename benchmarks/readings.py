@@ -1,7 +1,7 @@
-"""What each reading of the published equations makes of the publication's structures, beside statics.
+"""Compares the effect of each reading of the published equations on the publication's structures with statics.
 
-The text leaves open how some equations are meant (`stability/stabilizers/published/support.py`). Each is changed by
-itself, and so is the rule by which two supports share a load, for one that keeps load and moment. Run it with
+The text leaves the meaning of some equations open (`stability/stabilizers/published/support.py`). Each is changed by
+itself, and so is the rule by which two supports share a load, for a rule that conserves load and moment. Run it with
 `python -m benchmarks.readings`; four minutes.
 """
 
@@ -31,7 +31,7 @@ TOWERS = {
     "leaning": ("user_test/leaning-structure.yaml", "user-test-leaning-structure"),
 }
 CARD_HOUSE = ("capabilities/card-house.yaml", "capabilities-card-house")
-FRICTIONS = (0.02, 1.0)  # between which the least with which the card house stands is looked for
+FRICTIONS = (0.02, 1.0)  # range of the search for the least friction of the card house
 ACCURACY = 0.001  # of that friction
 READINGS: Mapping[str, Readings] = {
     "as `thesis` reads it": AS_READ,
@@ -45,7 +45,7 @@ READINGS: Mapping[str, Readings] = {
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     systems = {name: replace(SYSTEMS["thesis"], readings=readings) for name, readings in READINGS.items()}
     systems["statics: `exact`"] = SYSTEMS["exact"]
@@ -65,18 +65,18 @@ def main() -> None:
 
 
 def timeline(path: str, scenario: str) -> Timeline:
-    """A scene of the publication."""
+    """Return the timeline of a scene of the publication."""
     return next(case.timeline for case in gather([SCENARIOS / path]).cases if case.scenario.scenario == scenario)
 
 
 def row(system: System, towers: Mapping[str, Timeline], house: Timeline) -> Row:
-    """What comes of each structure, and the friction that the card house asks for."""
+    """Return the figures of each structure, and the friction that the card house needs."""
     told: dict[str, str | float | None] = {name: told_of(play(tower, system)) for name, tower in towers.items()}
     return {**told, "card_house": told_of(play(house, system)), "card_house_friction": least_friction(house, system)}
 
 
 def told_of(trace: Trace) -> str:
-    """Whether it stands, or with which brick it falls; and from which on bricks are woken that do not fall at once."""
+    """Return the brick at which a run falls, and the first brick at which bricks wake without a fall."""
     woken = next((event.time for event in trace.events if event.kind is EventKind.WOKEN), None)
     falls = None if trace.collapse is None else f"falls with {last_placed(trace, trace.collapse.time)}"
     wakes = None if woken is None else f"woken from {last_placed(trace, woken)} on"
@@ -86,13 +86,13 @@ def told_of(trace: Trace) -> str:
 
 
 def last_placed(trace: Trace, time: float) -> BodyId:
-    """The brick that was set down last by then."""
+    """Return the brick that was placed last at a time."""
     placed = (event for event in trace.events if event.kind is EventKind.PLACED and event.time <= time)
     return [name for event in placed for name in event.bricks][-1]
 
 
 def least_friction(house: Timeline, system: System) -> float | None:
-    """The least friction with which a structure stands; None if it does not with any."""
+    """Return the least friction with which a structure stands; None if it falls with any."""
     falls, stands = FRICTIONS
     if not stands_with(house, system, stands):
         return None
@@ -103,7 +103,7 @@ def least_friction(house: Timeline, system: System) -> float | None:
 
 
 def stands_with(timeline: Timeline, system: System, friction: float) -> bool:
-    """Whether it stands with so much friction everywhere."""
+    """Return whether a structure stands with this friction everywhere."""
     planes = tuple(replace(plane, friction=friction) for plane in timeline.world.planes)
     world = replace(timeline.world, friction=friction, planes=planes)
     return play(replace(timeline, world=world), system).collapse is None

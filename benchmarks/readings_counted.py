@@ -1,9 +1,9 @@
 """Counts how often two readings of the published equations give different verdicts, on piers and under hits.
 
-The text leaves open where each part of a load acts that more than two supports share, how high what is handed on acts,
-and which moving bricks are "second impact objects" (`stability/stabilizers/published/support.py`). Random planks on
-three to five piers are judged by the model and by statics, and a plank is thrown at the tower of 13 levels. Run it with
-`python -m benchmarks.readings_counted`; two minutes.
+The text does not define the point of application of each share of a load on more than two supports, the height at which
+a passed load acts, and which moving bricks are "second impact objects" (`stability/stabilizers/published/support.py`).
+Random planks on three to five piers are judged by the model and by statics, and a plank is thrown at the tower of 13
+levels. Run it with `python -m benchmarks.readings_counted`; two minutes.
 """
 
 from collections import Counter
@@ -34,7 +34,7 @@ from tests.stability.statics.random_piles import DENSITY, FRICTION, KAPLA
 
 SCENARIOS = Path(__file__).parent.parent / "scenarios" / "capabilities"
 SAMPLES, SEED = 1000, 30
-ACROSS = (0.0, 0.0, sqrt(0.5), sqrt(0.5))  # a quarter turn about z
+ACROSS = (0.0, 0.0, sqrt(0.5), sqrt(0.5))  # a rotation by 90 degrees about z
 ON_PIERS: Mapping[str, Readings] = {
     "each part acts at com above, as `thesis` reads it": AS_READ,
     "each part acts at its contact": Readings(equal_acts_at=ActsAt.CONTACT),
@@ -47,7 +47,7 @@ OF_HITS: Mapping[str, Readings] = {
 
 
 def main() -> None:
-    """Judge and play, print the tables, and keep them if asked to."""
+    """Judge and play, and print the tables; write them on request."""
     write = parser(__doc__).parse_args().write
     console = Console(stderr=True)
     piles = [on_piers(np.random.default_rng([SEED, number])) for number in range(SAMPLES)]
@@ -68,10 +68,13 @@ def main() -> None:
 
 
 def on_piers(generator: np.random.Generator) -> tuple[Placed, ...]:
-    """Three to five planks across, side by side, and one to four on top, each up to a fifth of a length aside."""
+    """Return three to five piers side by side, and one to four planks on top.
+
+    Each plank on top is offset by up to a fifth of a length.
+    """
     length, width, thickness = KAPLA
     count = int(generator.integers(3, 6))
-    while True:  # piers that are not in each other
+    while True:  # until piers do not overlap
         piers = np.sort(generator.uniform(-length / 2.0, length / 2.0, count))
         if min(np.diff(piers)) > width:
             break
@@ -87,7 +90,7 @@ def on_piers(generator: np.random.Generator) -> tuple[Placed, ...]:
 
 
 def plank(name: str, x: float, z: float, turned: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)) -> Placed:
-    """A plank whose middle is above the x axis."""
+    """Return a plank whose middle is above the x axis."""
     return Placed(Brick(name, Box(KAPLA), DENSITY * KAPLA[0] * KAPLA[1] * KAPLA[2]), Pose((x, 0.0, z), turned))
 
 
@@ -105,7 +108,7 @@ def judged(piles: list[tuple[Placed, ...]], stands: list[Stability], readings: R
 
 
 def thrown() -> dict[str, Case]:
-    """The throws of the scenarios for the published method, by where and how fast [m/s]."""
+    """Return the throws of the scenarios for the published method, by place and speed [m/s]."""
     cases = gather([SCENARIOS / f"impact-{where}.yaml" for where in ("level-3", "top")]).cases
     found = {}
     for case in cases:
@@ -118,7 +121,7 @@ def thrown() -> dict[str, Case]:
 
 
 def struck(case: Case, readings: Readings) -> str:
-    """The number of planks of the tower that are woken, and of levels that are whole at the end."""
+    """Return the numbers of planks of the tower that wake, and of complete levels at the end."""
     trace = play(case.timeline, replace(SYSTEMS["thesis"], readings=readings))
     return f"{woken(trace)}, {levels_standing(trace)}"
 

@@ -1,8 +1,8 @@
-"""What recording costs a run: time of the processor that a recorder takes, beside that of the run without one.
+"""Measures the processor time of a recorder, relative to the run without one.
 
-A recorder gets the values that the runner has at hand and asks nothing, so what it takes can be measured by itself: the
-calls of a run are kept and done again, alone. The difference of two runs says the same, and where something else runs,
-mostly what that was. Each time is the least of several, which is the one that was disturbed least.
+A recorder gets values that the runner has already, so it can be measured alone: the calls of a run are stored and
+repeated without the run. The difference of two runs would measure the same, but on a shared machine mostly the noise.
+Each time is the least of several, which is disturbed least.
 
 Run: python -m benchmarks.recording [--write]
 """
@@ -37,7 +37,7 @@ AGAIN: Final = 15
 
 
 def main() -> None:
-    """Measure, and print a table."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__).parse_args()
     console = Console()
     cases = [_case(file, name) for file, name in RUNS]
@@ -57,7 +57,7 @@ def _case(file: str, name: str) -> Case:
 
 
 def measured(case: Case) -> Row:
-    """What a run took without a recorder, what a recorder takes, and what it keeps."""
+    """Return the time of a run without a recorder, the time of a recorder, and the size of its recording."""
     without = min(_taken(lambda: play_case(case.timeline, case.system)) for _ in range(TURNS))
     heard = Heard()
     play_case(case.timeline, case.system, recorder=heard)
@@ -80,7 +80,7 @@ def _taken(what: Callable[[], object]) -> float:
 
 @dataclass
 class Heard(Recorder):
-    """Keeps what a recorder is told."""
+    """Stores the calls of a recorder."""
 
     calls: list[Callable[[Recorder], None]] = field(default_factory=list, init=False)
 
@@ -96,7 +96,7 @@ class Heard(Recorder):
         self.calls.append(lambda recorder: recorder.remove(time, gone))
 
     def again(self) -> Recording:
-        """Tell all of it to another recorder, and ask for what it has recorded."""
+        """Repeat all calls on another recorder, and return its recording."""
         recorder = Recorder()
         for call in self.calls:
             call(recorder)

@@ -1,7 +1,8 @@
-"""How large a replay page is, how soon it shows something, and how many frames it draws without a graphics card.
+"""Measures the size of a replay page, the time to its first frame, and its frame rate without a graphics card.
 
-Planks stand as a four-stack, and those at the top tumble: each a way of its own, shaken by a tenth of a millimetre at
-every look, which is harder to pack than a fall that an engine plays. Drawn by Debian's Chromium on the processor.
+Planks stand as a four-stack, and those at the top tumble: each on its own path, with a random displacement of a tenth
+of a millimetre at every sample, which is harder to compress than a fall from an engine. Debian's Chromium draws the
+pages on the processor.
 
 Run: python -m benchmarks.replay [--write]
 """
@@ -47,14 +48,14 @@ const frame = () => { count++; if (performance.now() - began > 2000) done([count
   else requestAnimationFrame(frame); };
 requestAnimationFrame(frame);
 """
-# As a browser without a graphics card is: WebGL by SwiftShader, and the page put together without it.
+# Like a browser without a graphics card: WebGL by SwiftShader, and no GPU compositing.
 OPTIONS: Final = ("--headless=new", "--no-sandbox", "--disable-background-networking", "--enable-unsafe-swiftshader",
                   "--window-size=1200,800")  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What is shown."""
+    """Displayed scene."""
 
     planks: int
     falling: int
@@ -65,7 +66,7 @@ SCENES: Final = (Scene(200, 200, 250), Scene(1000, 100, 200), Scene(11_200, 500,
 
 
 def main() -> None:
-    """Measure, and print a table."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__).parse_args()
     bar = Console(stderr=True)
     rows = {_name(scene): measured(scene) for scene in track(SCENES, description="replays", console=bar)}
@@ -84,7 +85,7 @@ def _name(scene: Scene) -> str:
 
 
 def measured(scene: Scene) -> Row:
-    """Size, first frame and frames a second of one scene."""
+    """Return size, time to the first frame and frame rate of one scene."""
     page = replay_page([view(scene)], "replay").encode()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "replay.html"
@@ -94,7 +95,7 @@ def measured(scene: Scene) -> Row:
 
 
 def view(scene: Scene) -> RunView:
-    """The planks as they stand, with a recording in which those at the top tumble."""
+    """Return the standing planks with a recording in which those at the top tumble."""
     ((case,), _) = cases_of(parse(STACK.format(levels=scene.planks // 2), "scene.yaml"))
     recorder = Recorder()
     trace = play_case(case.timeline, case.system, recorder=recorder)
@@ -107,7 +108,7 @@ def view(scene: Scene) -> RunView:
 
 
 def tumbling(rows: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
-    """One row a brick in, `frames` rows a brick out, in which each flies and turns a way of its own."""
+    """Return `frames` rows per row of a brick, in which each brick flies and rotates on its own path."""
     random, count = np.random.default_rng(7), len(rows)
     keys = np.repeat(rows[:, None, :], frames, axis=1)
     times = np.arange(frames) / 60.0
@@ -122,7 +123,7 @@ def tumbling(rows: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
 
 
 def processor_time(parent: int) -> float:
-    """What a process and all that it started have taken of the processor so far [s]."""
+    """Return the processor time of a process and of all its descendants so far [s]."""
     parents, times = {}, {}
     for stat in Path("/proc").glob("[0-9]*/stat"):
         with suppress(OSError):

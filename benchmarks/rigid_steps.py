@@ -1,11 +1,11 @@
-"""Rigid boxes with Coulomb friction, step by step: what slips and falls are measured against.
+"""Time stepping of rigid boxes with Coulomb friction: the reference for slips and falls.
 
 Moreau's time stepping: velocities after a step and impulses in it obey Signorini's and Coulomb's laws at every contact
-point (no restitution; the gap may close within the step), solved by projected Gauss-Seidel; then places follow from
-the new velocities. The error is of first order in the step, so that half the step shows how large it is. Points are
-corners on faces and edges that cross, each with its own gap. Source: Stewart and Trinkle (1996), Moreau (1999).
+point (no restitution; the gap may close within the step), solved by projected Gauss-Seidel; then positions follow from
+the new velocities. The error is of first order in the step, so half the step shows its size. Points are corners on
+faces and crossing edges, each with its own gap. Source: Stewart and Trinkle (1996), Moreau (1999).
 
-This judges `stability.dynamics`, so it was written apart from it and stays so: nothing is imported from `stability`.
+This verifies `stability.dynamics`, so it is independent of it: nothing is imported from `stability`.
 """
 
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ import numpy as np
 from benchmarks.box_contacts import CORNERS, Array, Bodies, Planes, Points, compiled, contacts
 
 SWEEPS = 3_000  # at most, of Gauss-Seidel
-# [m/s] by which boxes leave each other at most where one is in the other. A corner that slips past an edge is on a face
-# at once, micrometres deep: out of that within a step it would be thrown, the faster the shorter the step.
+# [m/s] Largest speed at which overlapping boxes separate. A corner that slips past an edge suddenly lies on a face,
+# micrometres deep; removing this overlap within a step would throw it off, the faster the shorter the step.
 RECOVERY = 1e-3
 SETTLED = 1e-8  # change of an impulse in a sweep, as a share of the largest
-STUCK, CREEPS = 0.1, 1e-6  # [s], [m]: what gets no farther than that in so long stays where it is
-SIDEWAYS = 0.7  # cosine: a normal closer than that to an axis takes another one as the reference of its tangents
+STUCK, CREEPS = 0.1, 1e-6  # [s], [m]: a box that moves less in this time is at rest
+SIDEWAYS = 0.7  # cosine: a normal closer than that to an axis takes another axis as the reference of its tangents
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,27 +32,27 @@ class Boxes:
     position: Array  # (n, 3) of centres [m]
     turn: Array  # (n, 3, 3) body axes, by columns
     plane_point: Array  # (m, 3) [m]
-    plane_normal: Array  # (m, 3) unit, out of the solid
+    plane_normal: Array  # (m, 3) unit, outward
     plane_friction: Array  # (m,)
-    friction: float  # of box on box
+    friction: float  # between boxes
     gravity: float = 9.81  # [m/s2]
 
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """What happened, step by step."""
+    """Result, step by step."""
 
     time: Array  # (steps,) [s]
-    moved: Array  # (steps, n) how far the corner of each box that has moved most is from where it was [m]
-    turned: Array  # (steps, n) by how much each box has turned [rad]
+    moved: Array  # (steps, n) largest displacement of a corner of each box [m]
+    turned: Array  # (steps, n) rotation of each box [rad]
     position: Array  # (steps, n, 3) of centres [m]
-    unsettled: int  # steps in which the sweeps did not settle
+    unsettled: int  # steps whose sweeps did not converge
 
 
 def course(boxes: Boxes, step: float, until: float, far: float = np.inf, turned: float = np.inf) -> Course:
-    """What happens from rest, at a time step [s].
+    """Compute the motion from rest, with a time step [s].
 
-    Until a time [s], until something got far [m] or turned [rad], or until all is stuck.
+    It ends at a time [s], when a corner has moved by `far` [m] or a box has rotated by `turned` [rad], or at rest.
     """
     steps, n = round(until / step), len(boxes.mass)
     while_ago = round(STUCK / step)
@@ -92,7 +92,7 @@ def _no_points() -> Points:
 def _stepped(
     bodies: Bodies, planes: Planes, setting: tuple[float, float, float], before: Points
 ) -> tuple[Points, bool]:
-    """One step of all bodies; its points of contact, and whether their impulses settled."""
+    """Compute one step of all bodies; return its contact points, and whether their impulses converged."""
     friction, gravity, h = setting
     for i in range(len(bodies.mass)):
         square = bodies.half[i] ** 2
@@ -115,7 +115,7 @@ def _stepped(
 
 @compiled
 def _way(bodies: Bodies, start: Bodies) -> tuple[Array, Array]:
-    """How far each has got, and by how much it has turned."""
+    """Return the displacement and the rotation of each box."""
     moved, turned = np.zeros(len(bodies.mass)), np.zeros(len(bodies.mass))
     for i in range(len(bodies.mass)):
         for c in range(8):
@@ -141,9 +141,9 @@ def _turned(turn: Array, by: Array) -> Array:
 
 @compiled
 def _settled(bodies: Bodies, points: Points, h: float) -> bool:
-    """Gauss-Seidel over the contact points, each time with the exact cone; whether it settled."""
+    """Run Gauss-Seidel over the contact points with the exact cone; return whether it converged."""
     count, impulses = len(points.key), points.impulse
-    rows, answers = np.zeros((count, 3, 2, 6)), np.zeros((count, 3, 2, 6))  # of slips, and what an impulse gives
+    rows, answers = np.zeros((count, 3, 2, 6)), np.zeros((count, 3, 2, 6))  # of slips, and the responses to an impulse
     share, wanted = np.zeros((count, 3)), np.zeros(count)
     speeds = np.concatenate((bodies.velocity, bodies.spin), axis=1)
     for c in range(count):
@@ -200,7 +200,7 @@ def _frame(normal: Array) -> Array:
 
 @compiled
 def _slip(speeds: Array, on: int, body: int, rows: Array) -> float:
-    """Of a point, along one axis [m/s]; `rows` (2, 6) are for the two bodies."""
+    """Return the slip of a point along one axis [m/s]; `rows` (2, 6) are for the two bodies."""
     total = 0.0
     for side, moving in enumerate((on, body)):
         if moving >= 0:
@@ -211,7 +211,7 @@ def _slip(speeds: Array, on: int, body: int, rows: Array) -> float:
 
 @compiled
 def _push(speeds: Array, on: int, body: int, answers: Array, by: float) -> None:
-    """Let an impulse act along one axis; `answers` (2, 6) are what a unit of it gives to the two bodies."""
+    """Apply an impulse along one axis; `answers` (2, 6) are the responses of the two bodies to a unit impulse."""
     for side, moving in enumerate((on, body)):
         if moving >= 0:
             for i in range(6):

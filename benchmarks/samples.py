@@ -1,8 +1,8 @@
-"""What samples cost, and whether they are right: towers of 100 planks with errors of 1 mm and 1 deg.
+"""Measures cost and correctness of samples: towers of 100 planks with errors of 1 mm and 1 deg.
 
-python -m benchmarks.samples            10,000 samples of each tower, 500 of them asked cold
+python -m benchmarks.samples            10,000 samples of each tower, 500 of them judged without caches
 python -m benchmarks.samples --write    the same, to docs/data
-python -m benchmarks.samples --engines 3    and so many samples of a short tower on engines
+python -m benchmarks.samples --engines 3    a number of samples of a short tower on engines
 """
 
 import os
@@ -28,12 +28,12 @@ TOWERS: Final = {
     "column": "column: {levels: 100}",
     "four-stack": "four_stack: {levels: 50}",
 }
-SHORT: Final = "column: {levels: 12, step: 6 mm}"  # that engines play in seconds, and that falls in some samples
+SHORT: Final = "column: {levels: 12, step: 6 mm}"  # engines play it in seconds, and it falls in some samples
 ENGINES: Final = ("tuned", "stock", "mujoco", "sapien")
 
 
 def case_of(layout: str, samples: int, jitter: str, every: str = "1 s") -> Case:
-    """A scenario of one layout whose samples are all drawn, since nothing is expected of them."""
+    """Return a scenario of one layout without expectations, so that all samples are drawn."""
     text = f"scenario: tower\nsamples: {samples}\nbuild:\n  - {layout}\n    every: {every}\n    jitter: {jitter}\n"
     cases, mistakes = cases_of(parse(text, "tower.yaml"))
     assert not mistakes, mistakes
@@ -41,7 +41,7 @@ def case_of(layout: str, samples: int, jitter: str, every: str = "1 s") -> Case:
 
 
 def tower(layout: str, workers: int) -> Row:
-    """The cost and the fates of a tower, and how many verdicts differ of samples that are asked cold."""
+    """Return the cost and the outcomes of a tower, and the number of samples with another verdict without caches."""
     case = case_of(layout, SAMPLES, "{position: 1 mm, yaw: 1 deg}")
     started = perf_counter()
     drawing = draw_samples(case, workers, LIMIT)
@@ -68,7 +68,7 @@ def tower(layout: str, workers: int) -> Row:
 
 
 def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
-    """The fates of some samples as they were judged together, and as each is by itself, by all of statics."""
+    """Yield the outcomes of some samples, judged together and one by one by all of statics."""
     together = [outcome for first in sorted(drawing.chunks) for outcome in drawing.chunks[first].outcomes]
     design = build_plan_of(case.timeline)
     for sample in range(0, SAMPLES, SAMPLES // COLD):
@@ -77,7 +77,7 @@ def _cold(case: Case, drawing: Drawing) -> Iterator[tuple[int, int]]:
 
 
 def engines(count: int) -> Rows:
-    """The same samples of a short tower on engines: what each costs, and how many verdicts are not those of statics."""
+    """Compare samples of a short tower on engines with statics: the cost, and the number of different verdicts."""
     case = case_of(SHORT, count, "{position: 3 mm, yaw: 2 deg}", every="0.5 s")
     draws = Draws(case.scenario.seed, case.scenario.scenario, 0, count)
     truth = judged_chunk(case.timeline, "exact", draws)
@@ -98,7 +98,7 @@ def _row(played: Chunk, truth: Chunk) -> Row:
 
 
 def main(arguments: Namespace) -> None:
-    """Measure, print, and write if asked to."""
+    """Measure and print the table; write it on request."""
     tables: dict[str, Rows] = {"towers": {name: tower(layout, arguments.workers) for name, layout in TOWERS.items()}}
     if arguments.engines:
         tables["engines"] = engines(arguments.engines)

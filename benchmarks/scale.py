@@ -1,6 +1,6 @@
-"""What a sweep costs beside its samples, and on paper a thousand million of them.
+"""Measures the overhead of a sweep per sample, and extrapolates it to a thousand million samples.
 
-Also whether it comes to the same on a cluster of which parts are killed, and whether its memory grows.
+It also tests a sweep on a cluster of which workers are killed, and whether the memory of a sweep grows.
 
 python -m benchmarks.scale            five minutes; needs pip install 'stackdsl[dask,parquet]'
 python -m benchmarks.scale --write    the same, to docs/data
@@ -45,7 +45,7 @@ build:
     every: 1 s
     jitter: {{position: {error}, yaw: 1 deg}}
 """
-LIMIT: Final = 900.0  # [s] that a sweep may take
+LIMIT: Final = 900.0  # [s] time limit of a sweep
 DESIGNS: Final = {
     "column of 3": ("column: {levels: 3}", "{position: 1 mm}", 100_000),
     "column of 100": ("column: {levels: 100}", "{position: 1 mm, yaw: 1 deg}", 2000),
@@ -57,7 +57,7 @@ DESIGNS: Final = {
 
 
 def cluster(folder: Path) -> Row:
-    """Samples on a cluster of two workers, of which one is killed, and then the sweep itself, which is called again."""
+    """Run samples on a cluster of two workers, of which one is killed, then the sweep itself, which is resumed."""
     scenario = folder / "column.yaml"
     scenario.write_text(COLUMN.format(samples=ON_CLUSTER, levels=8, error="4 mm"), encoding="utf-8")
     one, many = folder / "one.jsonl", folder / "many.jsonl"
@@ -109,18 +109,18 @@ def _rows(out: Path) -> int:
 @dataclass(frozen=True)
 class _Cluster:
     address: str  # of its scheduler
-    scheduler: int  # its process
-    workers: Callable[[], list[int]]  # theirs, as they are now
+    scheduler: int  # process id
+    workers: Callable[[], list[int]]  # their current process ids
 
     def scheduler_time(self) -> float:
-        """What the scheduler has taken of a processor so far [s]."""
+        """Return the processor time of the scheduler so far [s]."""
         fields = Path(f"/proc/{self.scheduler}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
         return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))
 
 
 @contextmanager
 def _dask(folder: Path) -> Iterator["_Cluster"]:
-    """A cluster of two workers on this machine."""
+    """Start a cluster of two workers on this machine."""
     from distributed import Client  # noqa: PLC0415 -- an optional extra
 
     noted = folder / "scheduler.json"
@@ -151,7 +151,7 @@ def _cli(part: str, *arguments: str, **streams: int) -> "subprocess.Popen[bytes]
 
 
 def memory(folder: Path) -> Rows:
-    """The memory of a sweep of cheap samples, and of the processes that judge them, as it goes on."""
+    """Return the memory of a sweep of cheap samples, and of its worker processes, over time."""
     scenario, out = folder / "cheap.yaml", folder / "cheap.jsonl"
     scenario.write_text(COLUMN.format(samples=CHEAP, levels=3, error="1 mm"), encoding="utf-8")
     process = _called(scenario, out)
@@ -165,7 +165,7 @@ def memory(folder: Path) -> Rows:
 
 
 def _resident(pid: int) -> float:
-    """Memory of a process that is its own or shared [MiB]."""
+    """Return the resident memory of a process [MiB]."""
     for line in Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines():
         if line.startswith("VmRSS:"):
             return int(line.split()[1]) / 1024.0
@@ -180,7 +180,7 @@ def _children(pid: int) -> list[int]:
 
 
 class Ready(Executor):
-    """Gives piece by piece what has been judged before: what is left is what a sweep does itself."""
+    """Returns stored results piece by piece: the remaining time is that of the sweep itself."""
 
     def __init__(self, kept: Iterable[JudgedSamples]) -> None:
         self.kept = iter(kept)
@@ -193,7 +193,7 @@ class Ready(Executor):
 
 
 def costs(folder: Path) -> Row:
-    """What a row takes the one process that writes, what it takes on the disk, and what it takes to go on there."""
+    """Return the time of a row in the writing process, its size on disk, and the time to resume there."""
     case = case_of("column: {levels: 8, step: 8 mm}", ROWS, "{position: 4 mm, yaw: 1 deg}")
     plan = plan_of([case])
     size = 1000
@@ -229,16 +229,16 @@ def _taken(what: Callable[[], object]) -> float:
 
 
 def nothing() -> None:
-    """A call that asks for nothing."""
+    """Do nothing."""
 
 
 def messages(folder: Path) -> Rows:
-    """What a call costs that does nothing: on processes of this machine, and by way of a scheduler."""
+    """Return the cost of an empty call: on processes of this machine, and through a scheduler."""
     rows: dict[str, Row] = {}
     with SupervisedExecutor(2) as own:
         rows["processes"] = _message(own)
     with _dask(folder) as dask, dask_cluster(dask.address) as those:
-        _message(those.executor, 100)  # so that the processes are there
+        _message(those.executor, 100)  # so that the processes are running
         before = dask.scheduler_time()
         found = _message(those.executor)
         rows["Dask"] = {**found, "ms_of_the_scheduler": 1000.0 * (dask.scheduler_time() - before) / MESSAGES}
@@ -247,7 +247,7 @@ def messages(folder: Path) -> Rows:
 
 def _message(executor: Executor, count: int = MESSAGES) -> Row:
     began, cpu = monotonic(), process_time()
-    case = bytes(4096)  # about what a case takes
+    case = bytes(4096)  # about the size of a case
     for future in [submit_to(executor, Task(len, (case,), 60.0)) for _ in range(count)]:
         assert future.result().status is TaskStatus.DONE
     wall = monotonic() - began
@@ -259,7 +259,7 @@ def _message(executor: Executor, count: int = MESSAGES) -> Row:
 
 
 def samples() -> Rows:
-    """What a sample takes, judged with others."""
+    """Return the time of a sample that is judged with others."""
     rows: dict[str, Row] = {}
     for name, (layout, jitter, count) in DESIGNS.items():
         case = case_of(layout, count, jitter)
@@ -273,7 +273,7 @@ def samples() -> Rows:
 
 
 def paper(each: Rows, cost: Row, message: Rows) -> Rows:
-    """What so many samples take on so many cores, and what is busy how much of that time."""
+    """Return the time of a number of samples on a number of cores, and the utilisation of each part."""
     return {name: _paper(float(str(row["ms_a_sample"])) / 1000.0, cost, message) for name, row in each.items()}
 
 
@@ -310,7 +310,7 @@ def _of(row: Row, key: str) -> float:
 
 
 def intervals() -> Rows:
-    """How wide an interval is around a half, of so many samples, at one look and at all that a check would take."""
+    """Return the width of the interval around one half, for one look and for all looks of a check."""
     rows: dict[str, Row] = {}
     for count in (10**4, 10**6, 10**9):
         once, all_looks = (
@@ -325,7 +325,7 @@ def intervals() -> Rows:
 
 
 def main(arguments: Namespace) -> None:
-    """Measure, print, and write if asked to."""
+    """Measure and print the table; write it on request."""
     console = Console()
     with TemporaryDirectory() as name:
         folder = Path(name)

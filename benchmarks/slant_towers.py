@@ -1,8 +1,8 @@
-"""At which level do slant towers fall by statics, and by the published equations? Many spacings and steps.
+"""Compares the level at which slant towers fall by statics and by the published equations, for many spacings and steps.
 
-A four-stack, each level of which is shifted by the same step along the planks of level 1, one plank at a time. Only the
-towers are counted that the published equations let fall at level 8 to 10, around what the publication reports of
-its own. Run it with `python -m benchmarks.slant_towers`.
+The tower is a four-stack whose levels are each shifted by the same step along the planks of level 1, built one plank at
+a time. Only towers that fall at level 8 to 10 by the published equations count, around the level that the publication
+reports for its own tower. Run it with `python -m benchmarks.slant_towers`.
 """
 
 from collections import Counter
@@ -19,13 +19,13 @@ from tests.stability.statics.published_model import published_model_says_stable
 
 FRICTION = 0.5
 SPACINGS = range(70, 95, 4)  # [mm] between the two planks of a level
-STEPS = tuple(0.5 * half for half in range(20, 33))  # [mm] by which each level is shifted
+STEPS = tuple(0.5 * half for half in range(20, 33))  # [mm] shift of each level
 LEVELS = 14
 REPORTED = range(8, 11)  # levels
 
 
 def slant_tower(spacing: float, step: float) -> list[Placed]:
-    """The planks in order of building; lengths in metres."""
+    """Return the planks in the order of building; lengths in metres."""
     found = []
     for level, side in product(range(1, LEVELS + 1), (-0.5, 0.5)):
         along, across, turned = step * (level - 1), side * spacing, level % 2 == 0
@@ -35,7 +35,7 @@ def slant_tower(spacing: float, step: float) -> list[Placed]:
 
 
 def level_by_statics(tower: list[Placed]) -> int | None:
-    """The level of the plank with which it falls."""
+    """Return the level of the plank at which it falls."""
     assembly = Assembly(friction=FRICTION)
     for number, each in enumerate(tower):
         if assembly.add(each.brick, each.pose).stability is not Stability.STABLE:
@@ -44,13 +44,13 @@ def level_by_statics(tower: list[Placed]) -> int | None:
 
 
 def level_as_published(tower: list[Placed]) -> int | None:
-    """The same by the published equations, which no engine has a part in."""
+    """Return the same by the published equations, without an engine."""
     falls = (number for number in range(len(tower)) if not published_model_says_stable(tower[: number + 1]))
     return next((number // 2 + 1 for number in falls), None)
 
 
 def main() -> None:
-    """Count, print, and keep it if asked to."""
+    """Count and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     later: Counter[int] = Counter()
     for spacing, step in product(SPACINGS, STEPS):

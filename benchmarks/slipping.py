@@ -1,12 +1,13 @@
-"""How a plank slips that leans on a wall, and how one slides down a slope: equations of motion, and no engine.
+"""Equations of motion of a plank that slips on a wall, and of one that slides down a slope, without an engine.
 
-Model: a rigid plank of even density in the upright plane across the wall, which is to its right. The lower edge of its
-lower face is on the floor, the upper edge of that face on the wall. Coulomb friction at both, static as strong as
-kinetic. Two planks that lean on each other are each a plank on a smooth wall: by symmetry they press level.
-Source: Newton and Euler, with both ends kept where they touch. Masses are 1 kg; nothing depends on them.
+Model: a rigid plank of uniform density in the vertical plane across the wall, which is to its right. The lower edge of
+its lower face is on the floor, the upper edge of that face on the wall. Coulomb friction acts at both, with equal
+static and kinetic coefficients. Each of two planks that lean on each other is a plank on a smooth wall: by symmetry
+their contact force is horizontal. Source: Newton and Euler, with both ends in contact. Masses are 1 kg; nothing depends
+on them.
 
-This judges `stability.dynamics.slipping`, so it was written apart from it and stays so: forces come from a linear
-system, time from scipy's integrator, and nothing is imported from `stability`.
+This verifies `stability.dynamics.slipping`, so it is independent of it: forces come from a linear system, time from
+scipy's integrator, and nothing is imported from `stability`.
 """
 
 from collections.abc import Sequence
@@ -17,14 +18,14 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-ACCURACY = 1e-12  # of each step, of angles [rad] and rates [rad/s]; all in all 1e-10
-LONGEST = 10.0  # [s] nothing here takes longer
-SHARP = 1e-12  # [s] so closely a moment is found
+ACCURACY = 1e-12  # of each step, of angles [rad] and rates [rad/s]; the total error is about 1e-10
+LONGEST = 10.0  # [s] longer than any motion here
+SHARP = 1e-12  # [s] accuracy of times
 
 
 @dataclass(frozen=True, slots=True)
 class Leaning:
-    """A plank that leans on a wall."""
+    """Plank that leans on a wall."""
 
     length: float  # [m]
     thickness: float  # [m]
@@ -41,43 +42,43 @@ class Leaning:
 
 @dataclass(frozen=True, slots=True)
 class Pressed:
-    """What happens at an angle and a rate of turning while both ends slide."""
+    """Forces at an angle and a rate while both ends slide."""
 
-    turning: float  # how fast the rate changes [rad/s2]
-    floor: float  # force up [N]
-    wall: float  # force away from the wall [N]
+    turning: float  # angular acceleration [rad/s2]
+    floor: float  # upward force of the floor [N]
+    wall: float  # force of the wall, away from it [N]
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """A plank on its way down, until it leaves the wall or lies."""
+    """Motion of a plank until it leaves the wall or lies flat."""
 
     leaning: Leaning
     ends: float  # [s]
     motion: Any  # of scipy: time -> angle, rate, work of friction
 
     def angle(self, time: float) -> float:
-        """To the floor [rad]."""
+        """Return the angle to the floor [rad]."""
         return float(self.motion(time)[0])
 
     def slid(self, time: float) -> float:
-        """How far the foot has got [m]."""
+        """Return the displacement of the foot [m]."""
         return self.leaning.length * (cos(self.angle(time)) - cos(self.leaning.angle))
 
     def speed(self, time: float) -> float:
-        """Of the foot [m/s]."""
+        """Return the speed of the foot [m/s]."""
         angle, rate, _ = self.motion(time)
         return -self.leaning.length * sin(angle) * float(rate)
 
     def energy(self, time: float) -> float:
-        """Kinetic and potential, and what friction has taken [J]."""
+        """Return kinetic and potential energy plus the work of friction [J]."""
         angle, rate, taken = (float(value) for value in self.motion(time))
         along_x, along_z = _centre_goes(self.leaning, angle)
         moving = 0.5 * (along_x**2 + along_z**2 + self.leaning.inertia) * rate**2
         return moving + self.leaning.gravity * centre(self.leaning, angle)[1] + taken
 
     def time_to(self, way: float) -> float:
-        """How long the foot takes to get so far [s]; infinite if the plank leaves the wall before."""
+        """Return the time of a displacement of the foot [s]; infinite if the plank leaves the wall before."""
         angle = acos(min(1.0, cos(self.leaning.angle) + way / self.leaning.length))
         if self.angle(self.ends) > angle:
             return inf
@@ -89,24 +90,24 @@ class Slip:
 
 
 def needed_friction(length: float, thickness: float, angle: float) -> float:
-    """Of a floor that holds a plank which leans on a smooth wall, or each of two that lean on each other."""
+    """Return the least friction of a floor for a plank on a smooth wall, or for each of two that lean on each other."""
     return (1.0 / tan(angle) - thickness / length) / 2.0
 
 
 def centre(leaning: Leaning, angle: float) -> tuple[float, float]:
-    """Of mass, to the right of the wall's foot and up [m]."""
+    """Return the centre of mass, to the right of the wall's foot and up [m]."""
     half, off = leaning.length / 2.0, leaning.thickness / 2.0
     return -half * cos(angle) - off * sin(angle), half * sin(angle) + off * cos(angle)
 
 
 def _centre_goes(leaning: Leaning, angle: float) -> tuple[float, float]:
-    """The way of the centre to the right and up as the angle grows [m/rad]."""
+    """Return the displacement of the centre to the right and up per change of the angle [m/rad]."""
     half, off = leaning.length / 2.0, leaning.thickness / 2.0
     return half * sin(angle) - off * cos(angle), half * cos(angle) - off * sin(angle)
 
 
 def pressed(leaning: Leaning, angle: float, rate: float) -> Pressed:
-    """Forces while the foot slides away from the wall and the top slides down."""
+    """Return the forces while the foot slides away from the wall and the top slides down."""
     x, z = centre(leaning, angle)
     along_x, along_z = _centre_goes(leaning, angle)
     foot_x, foot_z = -leaning.length * cos(angle) - x, -z  # from the centre [m]
@@ -124,12 +125,12 @@ def pressed(leaning: Leaning, angle: float, rate: float) -> Pressed:
 
 
 def gives_way(leaning: Leaning) -> bool:
-    """Whether friction at both ends at once, as strong as it can be, does not hold the plank."""
+    """Return whether friction at its limit at both ends does not hold the plank."""
     return pressed(leaning, leaning.angle, 0.0).turning < 0.0
 
 
 def slip(leaning: Leaning) -> Slip:
-    """The motion from rest of a plank that friction does not hold."""
+    """Return the motion from rest of a plank that friction does not hold."""
     if not gives_way(leaning):
         raise ValueError("friction holds this plank")
 
@@ -147,7 +148,7 @@ def slip(leaning: Leaning) -> Slip:
         return state[0]
 
     for event in (leaves, lies):
-        setattr(event, "terminal", True)  # noqa: B010 -- how scipy is told; functions have no such attribute for types
+        setattr(event, "terminal", True)  # noqa: B010 -- scipy's interface; functions have no such attribute for types
     start = (leaning.angle, 0.0, 0.0)
     found = solve_ivp(
         change,
@@ -163,11 +164,11 @@ def slip(leaning: Leaning) -> Slip:
 
 
 def slides(slope: float, friction: float, time: float, gravity: float = 9.81) -> tuple[float, float]:
-    """How far [m] a plank has slid from rest down a slope [rad] that is too steep for it, and how fast it is [m/s]."""
+    """Return the displacement [m] and speed [m/s] of a plank that slides from rest down a steep slope [rad]."""
     gains = gravity * (sin(slope) - friction * cos(slope))
     return 0.5 * gains * time**2, gains * time
 
 
 def time_to_slide(way: float, slope: float, friction: float, gravity: float = 9.81) -> float:
-    """How long a plank takes to slide so far [m] from rest down a slope that is too steep for it [s]."""
+    """Return the time in which a plank slides a distance [m] from rest down a steep slope [s]."""
     return sqrt(2.0 * way / (gravity * (sin(slope) - friction * cos(slope))))

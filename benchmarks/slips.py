@@ -1,8 +1,8 @@
-"""Planks that slip and slide against the equations of motion: how late, how fast, and at what cost.
+"""Compares slipping and sliding planks with the equations of motion: time, speed and cost.
 
-A plank that leans on a smooth wall, two that lean on each other, and one on a slope have a little less friction than
-they need, and begin at rest. Errors are those of the time until the foot has got 5, 10, 20 mm, and of its speed there.
-Run it with `python -m benchmarks.slips`.
+A plank that leans on a smooth wall, two that lean on each other, and one on a slope have slightly less friction than
+they need, and start at rest. Errors are those of the time at which the foot has moved by 5, 10, 20 mm, and of its speed
+then. Run it with `python -m benchmarks.slips`.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -33,19 +33,19 @@ from stackdsl.timeline import FixedWorld, Placement, Timeline
 KAPLA: Vec3 = (0.1176, 0.0234, 0.0078)  # [m]
 MASS, GRAVITY = 0.012, 9.81  # [kg], [m/s2]
 WAYS = (0.005, 0.010, 0.020)  # [m]
-SHARES = (0.99, 0.97, 0.90, 0.50)  # of the friction that would do
+SHARES = (0.99, 0.97, 0.90, 0.50)  # of the required friction
 SHARE_KEYS = tuple(f"missing_{100.0 * (1.0 - share):.0f}_percent" for share in SHARES)
 ANGLES = {"ladder": (50.0, 60.0, 70.0), "V": (50.0, 60.0, 70.0), "slope": (26.6, 45.0)}  # to the floor [deg]
-YAWS = (0.0, 10.0, 30.0, 45.0, 75.0)  # of the whole about the vertical [deg]
+YAWS = (0.0, 10.0, 30.0, 45.0, 75.0)  # of the whole scene about the vertical [deg]
 PARTS = (1.0, 0.5, 0.25)  # of a system's own step
 FINE = System("all awake, 1/7680 s", "", replace(MOVING, time_step=1.0 / 7680.0, first_steps=0), method=None)
-PATIENCE = 3.0  # times as long as it should take: what has not arrived by then is stuck
-LOOK = 0.01  # [s] as the runner looks at what moves, for the speed that steps must suit
+PATIENCE = 3.0  # times the correct time: a foot that has not arrived by then is stuck
+LOOK = 0.01  # [s] as the runner samples moving bricks, for the speed that determines the steps
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What slips or slides."""
+    """Slipping or sliding scene."""
 
     kind: str  # ladder, V, slope
     angle: float  # to the floor [deg]
@@ -60,11 +60,11 @@ class Case:
         return self.share * needed
 
     def truth(self, way: float) -> tuple[float, float]:
-        """When it has got so far [m], and how fast it is then: [s], [m/s]."""
+        """Return the time [s] and the speed [m/s] at a displacement [m]."""
         return _truth(self.kind, radians(self.angle), self.friction, self.size, way)
 
 
-@lru_cache(maxsize=4096)  # yaws and systems have it in common
+@lru_cache(maxsize=4096)  # shared by rotations and systems
 def _truth(kind: str, angle: float, friction: float, size: Vec3, way: float) -> tuple[float, float]:
     if kind == "slope":
         time = time_to_slide(way, angle, friction, GRAVITY)
@@ -76,7 +76,7 @@ def _truth(kind: str, angle: float, friction: float, size: Vec3, way: float) -> 
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """How far off a run was."""
+    """Errors of a run."""
 
     case: Case
     time: float  # the largest, as a share; infinite if it got stuck
@@ -85,12 +85,15 @@ class Errors:
 
 
 def towards(yaw: float) -> Vec3:
-    """The level direction in which a case slips or leans, for a yaw [rad]."""
+    """Return the horizontal direction in which a case slips or leans, for a rotation [rad]."""
     return (cos(yaw), sin(yaw), 0.0)
 
 
 def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
-    """A plank that leans over the origin [rad], from behind (-1) or before (1), with an edge on the ground."""
+    """Return the pose of a plank that leans over the origin [rad] with an edge on the ground.
+
+    It leans from behind for a `side` of -1, and from the front for 1.
+    """
     length, _, thickness = size
     out = 0.5 * side * (length * cos(angle) + thickness * sin(angle))
     up = 0.5 * (length * sin(angle) + thickness * cos(angle))
@@ -99,7 +102,7 @@ def leaning_pose(size: Vec3, angle: float, side: float, yaw: float) -> Pose:
 
 
 def timeline(case: Case) -> Timeline:
-    """The scene of a case."""
+    """Return the scene of a case."""
     angle, yaw = radians(case.angle), radians(case.yaw)
     if case.kind == "slope":
         ux, uy, _ = towards(yaw)
@@ -118,7 +121,7 @@ def timeline(case: Case) -> Timeline:
 
 
 def seen_motion(case: Case, system: System) -> Iterator[tuple[float, float, float]]:
-    """Time [s], way [m] and speed [m/s] of the foot after every step on a system, for as long as it is asked."""
+    """Yield time [s], displacement [m] and speed [m/s] of the foot after every step on a system."""
     scene = timeline(case)
     world = opened_world(scene, system)
     try:
@@ -156,7 +159,7 @@ def _step(world: World, extension: Stabilizer | None, falling: FallingParts) -> 
 
 
 class _Foot:
-    """The edge on the ground of the plank that comes from behind, or the middle of one on a slope."""
+    """Edge on the ground of the plank that comes from behind, or the middle of one on a slope."""
 
     def __init__(self, case: Case, start: BodyState) -> None:
         length, _, thickness = case.size
@@ -175,13 +178,13 @@ class _Foot:
         return add(state.pose.position_W, self._arm(state))
 
     def seen(self, state: BodyState) -> tuple[float, float]:
-        """How far it has got [m], and how fast it is [m/s]."""
+        """Return the displacement [m] and the speed [m/s]."""
         velocity_W = add(state.velocity_W, cross(state.angular_velocity_W, self._arm(state)))
         return dot(subtract(self._at(state), self.start_W), self.way_W), dot(velocity_W, self.way_W)
 
 
 def passed(case: Case, system: System, ways: Iterable[float] = WAYS) -> Iterator[tuple[float, float]]:
-    """When a case has got as far as these ways [m], and how fast it is there: [s], [m/s]. Those it gets to only."""
+    """Yield the time [s] and the speed [m/s] at each of these displacements [m] that is reached."""
     left = [way for way in ways if case.truth(way)[0] < inf]
     latest = PATIENCE * case.truth(left[-1])[0]
     last = (0.0, 0.0, 0.0)
@@ -195,7 +198,7 @@ def passed(case: Case, system: System, ways: Iterable[float] = WAYS) -> Iterator
 
 
 def errors(case: Case, system: System) -> Errors:
-    """How far off a case is on a system."""
+    """Return the errors of a case on a system."""
     due = [truth for truth in map(case.truth, WAYS) if truth[0] < inf]
     started = perf_counter()
     found = list(passed(case, system))
@@ -209,12 +212,12 @@ def errors(case: Case, system: System) -> Errors:
 
 
 def main() -> None:
-    """Let them slip, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--parts", type=float, nargs="+", default=PARTS, help="of a system's own step")
     arguments.add_argument("--kinds", nargs="+", default=list(ANGLES), choices=list(ANGLES))
     chosen = arguments.parse_args()
-    errors(Case("V", 60.0, 0.5), SYSTEMS["exact"])  # so that no row pays for what the first one loads
+    errors(Case("V", 60.0, 0.5), SYSTEMS["exact"])  # so that imports count for no row
     rows = list(product(chosen.kinds, ("exact", "tuned"), chosen.parts))
     fine = {kind: _cost([errors(case, FINE) for case in _cases(kind) if case.yaw == 0.0]) for kind in chosen.kinds}
     headings = (f"{100.0 * (1.0 - share):.0f} % too little" for share in SHARES)
@@ -243,7 +246,7 @@ def _cost(found: Sequence[Errors]) -> float:
 
 
 def _values(found: Sequence[Errors]) -> dict[str, float | None]:
-    """Largest errors [%] by how much friction is missing, and over all; None where nothing arrived."""
+    """Return the largest errors [%] by the lack of friction, and over all; None if nothing arrived."""
     arrived = [one for one in found if one.time < inf]
     by_share = [[one.time for one in arrived if one.case.share == share] for share in SHARES]
     return {

@@ -1,4 +1,4 @@
-"""Slopes of margins from duals, held against differences, all of them: how many agree, and what both cost.
+"""Compares slopes of margins computed from duals with finite differences: agreement and cost.
 
 Run: python -m benchmarks.slopes [--write]; a minute or two.
 """
@@ -34,14 +34,14 @@ SCENES: Final[Mapping[str, tuple[str, MarginKind]]] = {
 
 
 def case_of(text: str) -> Case:
-    """A scene, ready to be asked."""
+    """Return a compiled scene."""
     cases, mistakes = cases_of(parse(f"scenario: slopes\n{text}", "slopes.yaml"))
     assert not mistakes, mistakes
     return cases[0]
 
 
 def held(text: str, of: MarginKind) -> Row:
-    """What comes of all slopes of one scene."""
+    """Return the comparison of all slopes of one scene."""
     case = case_of(text)
     duals, of_duals = _timed(lambda: sensitivities_of(case, "slopes", of, checked=0))
     checked, of_both = _timed(lambda: sensitivities_of(case, "slopes", of, checked=ALL))
@@ -67,7 +67,7 @@ def _timed(asked: Callable[[], Sensitivities]) -> tuple[Sensitivities, float]:
 
 
 def main() -> None:
-    """Hold them, print the table, and keep it if asked to."""
+    """Compare and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     console = Console(stderr=True)
     rows = {name: held(*scene) for name, scene in track(SCENES.items(), "slopes", console=console, transient=True)}

@@ -1,8 +1,8 @@
-"""Random assemblies of random convex solids on engines, as convex hulls: do they stand where exact statics say so?
+"""Compares engines with exact statics on random assemblies of random convex solids, as convex hulls.
 
-Those of the tests (`tests.stability.statics.random_solids`): prisms, off-centre boxes, polyhedra and bridges, one to
-seven of them, set down at once. What is within 3 % of its limit says nothing of an engine and is left out: there a
-horizontal acceleration of 0.03 g, in one of eight directions, changes the verdict.
+The solids are those of the tests (`tests.stability.statics.random_solids`): prisms, off-centre boxes, polyhedra and
+bridges, one to seven of them, placed at once. Assemblies within 3 % of their limit do not test an engine and are left
+out: there a horizontal acceleration of 0.03 g, in one of eight directions, changes the verdict.
 
 Run it with `python -m benchmarks.solids_in_engines`; MuJoCo is optional: pip install "stackdsl[mujoco]".
 """
@@ -27,16 +27,16 @@ from stackdsl.simulation.runner import play
 from stackdsl.timeline import FixedWorld, Placement, Timeline
 from tests.stability.statics.random_solids import random_assembly
 
-NEAR = 0.03  # [g] that change the verdict where it is near its limit
+NEAR = 0.03  # [g] of an acceleration that changes the verdict of an assembly near its limit
 DIRECTIONS = 8
 WATCHED = 2.0  # [s]
-MOVED = 0.01  # of what a solid reaches: some tip onto the face beside and rest again, which is no collapse
+MOVED = 0.01  # share of the size of a solid: some tip onto the next face and rest again, which is no collapse
 SYSTEMS = ("exact", "tuned", "mujoco", "sapien")
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One assembly and what statics prove of it."""
+    """Assembly with its proven verdict."""
 
     seed: int
     friction: float
@@ -46,7 +46,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What an engine made of one assembly."""
+    """Result of an engine on one assembly."""
 
     case: Case
     stands: bool
@@ -54,7 +54,7 @@ class Played:
 
 
 def cases(seeds: Sequence[int]) -> Iterator[Case | None]:
-    """Assemblies that are proven either way and not near to their limit; None for each of the others."""
+    """Yield assemblies with a proven verdict that are not near their limit; None for each of the others."""
     for seed in seeds:
         scene = random_assembly(seed)
         made = Assembly(friction=scene.friction)
@@ -67,7 +67,7 @@ def cases(seeds: Sequence[int]) -> Iterator[Case | None]:
 
 
 def shaken(problem: Problem) -> Iterator[Problem]:
-    """A problem accelerated a little in each direction."""
+    """Yield a problem with a small acceleration in each direction."""
     for number in range(DIRECTIONS):
         angle = 2.0 * pi * number / DIRECTIONS
         x, y = NEAR * cos(angle), NEAR * sin(angle)
@@ -79,7 +79,7 @@ def shaken(problem: Problem) -> Iterator[Problem]:
 
 
 def played(case: Case, system: str) -> Played:
-    """Set all down at once, and watch."""
+    """Place all solids at once, and play."""
     world = FixedWorld(9.81, case.friction, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction),))
     placements = tuple(Placement(0.0, each.brick, 1, each.pose) for each in case.bricks)
     started = process_time()
@@ -94,7 +94,7 @@ def played(case: Case, system: str) -> Played:
 
 
 def summed_up(found: Sequence[Played]) -> Row:
-    """How often an engine agrees with statics."""
+    """Return how often an engine agrees with statics."""
     wrong = [each for each in found if each.stands != each.case.stands]
     return {
         "assemblies": len(found),
@@ -107,7 +107,7 @@ def summed_up(found: Sequence[Played]) -> Row:
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--assemblies", type=int, default=500)
     chosen = arguments.parse_args()

@@ -1,7 +1,7 @@
-"""What it costs to start: `stackdsl --help`, and `check` of one scenario that stands, in units of `import click`.
+"""Measures the start time of `stackdsl --help` and of `check` of one standing scenario, in units of `import click`.
 
-The commands take turns, so that whatever else the machine does weighs on all of them alike; each row is the median.
-Time of a processor counts what the worker does as well, and hangs less on other work than time on the wall.
+The commands run in turn, so that other load on the machine affects all of them equally; each row is the median.
+Processor time includes the worker's and depends less on other load than wall time.
 
 Run: python -m benchmarks.start [rounds]
 """
@@ -29,14 +29,14 @@ MOST: Final[Mapping[str, float]] = {"stackdsl --help": 3.0, "stackdsl check one.
 
 @dataclass(frozen=True, slots=True)
 class Took:
-    """What one call took."""
+    """Time of one call."""
 
     wall: float  # [s]
-    processor: float  # [s] of user and system, with all that it started
+    processor: float  # [s] of user and system, with all descendants
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure and print the table."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else ROUNDS
     with tempfile.TemporaryDirectory() as folder:
         took = measured(Path(folder), rounds)
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def measured(folder: Path, rounds: int) -> dict[str, list[Took]]:
-    """All calls of all commands, in turns; the first turn fills the caches and does not count."""
+    """Return the times of all calls of all commands, in turn; the first round fills the caches and does not count."""
     template = files("stackdsl").joinpath("template.yaml").read_text(encoding="utf-8").replace("NAME", "one")
     (folder / "one.yaml").write_text(template, encoding="utf-8")
     python = [sys.executable, "-m", "stackdsl"]
@@ -73,7 +73,7 @@ def measured(folder: Path, rounds: int) -> dict[str, list[Took]]:
 
 
 def timed(command: Sequence[str], folder: Path) -> Took:
-    """One call of a command."""
+    """Time one call of a command."""
     before, began = getrusage(RUSAGE_CHILDREN), perf_counter()
     subprocess.run(command, cwd=folder, env=_clean(), capture_output=True, check=True)
     wall, after = perf_counter() - began, getrusage(RUSAGE_CHILDREN)
@@ -81,7 +81,7 @@ def timed(command: Sequence[str], folder: Path) -> Took:
 
 
 def _clean() -> dict[str, str]:
-    """The environment of somebody at home, whose Python keeps what it has compiled."""
+    """Return the environment of a usual user, whose Python stores compiled files."""
     return {name: value for name, value in os.environ.items() if name not in ("CI", "PYTHONDONTWRITEBYTECODE")}
 
 

@@ -1,7 +1,7 @@
-"""What exact statics costs, and how far each answer is off. Run it with `python -m benchmarks.statics`.
+"""Measures cost and error of exact statics. Run it with `python -m benchmarks.statics`.
 
-Medians over repeats, of processor time, which others on the machine take least from. Machines differ: compare a figure
-with those of the same run.
+Times are medians over repeats of processor time, which depends least on other processes. Machines differ: compare a
+figure with others of the same run.
 """
 
 import sys
@@ -29,7 +29,7 @@ from tests.stability.statics.independent import independent_verdict
 from tests.stability.statics.random_piles import FRICTION, pile_of
 
 MANY = 10_000  # planks
-NARROW = 0.06  # [m] spacing at which the ends of the planks of a four-stack reach beyond the level below
+NARROW = 0.06  # [m] spacing at which the ends of the planks of a four-stack extend beyond the level below
 PILES, PILE = 30, 30
 MILLISECOND, MICROSECOND = 1e3, 1e6
 
@@ -40,18 +40,18 @@ class Line:
 
     what: str
     seconds: float
-    target: float  # [s] it is to take at most; infinite if nothing is asked
-    error: float  # residual of the checked forces, relative to what a brick carries; or as `of` says
+    target: float  # [s] upper limit of the time; infinite without one
+    error: float  # residual of the checked forces, relative to the load of a brick; or as `of` states
     of: str = "residual"
 
     @property
     def values(self) -> Row:
-        """As data."""
+        """Return the values as data."""
         return {"cost_ms": MILLISECOND * self.seconds, "error": self.error, "error_of": self.of}
 
 
 def main() -> None:
-    """Measure, print the table, and keep it if asked to."""
+    """Measure and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     table = Table("what", "cost", "to be at most", "error")
     console, lines = Console(), []
@@ -68,16 +68,16 @@ def main() -> None:
 
 
 def _duration(seconds: float) -> str:
-    if seconds < 1e-3:  # noqa: PLR2004 -- [s] below a millisecond
+    if seconds < 1e-3:  # noqa: PLR2004 -- [s] a millisecond
         return f"{seconds * MICROSECOND:.0f} µs"
     return f"{seconds * MILLISECOND:.3g} ms" if seconds < 1.0 else f"{seconds:.2f} s"
 
 
 def one_more() -> Iterable[Line]:
-    """One more plank on a proven four-stack, proven by its load core, and not."""
+    """Add one more plank to a proven four-stack: one that its load core proves, and one that it does not."""
     tower = four_stack(MANY)
     yield _one_more("by load core", tower, plank_at("more", (0.0, 0.04), MANY // 2 + 1), 50e-6)
-    # Across the ends of the two topmost planks, its centre 6 mm beyond what these rest on: their own weight holds it.
+    # Across the ends of the two topmost planks, its centre 6 mm beyond their support: their own weight holds it.
     top_is_turned = (MANY // 2) % 2 == 0
     at = (0.0, 0.048) if top_is_turned else (0.048, 0.0)
     more = plank_at("more", at, MANY // 2 + 1, yaw=0.0 if top_is_turned else 0.5 * pi)
@@ -99,7 +99,7 @@ def _one_more(how: str, tower: Sequence[Placed], more: Placed, target: float) ->
 
 
 def building() -> Iterable[Line]:
-    """Ten thousand planks, one by one, each judged."""
+    """Add ten thousand planks one by one, each with a verdict."""
     for name, planks in (("four-stack", four_stack(MANY)), ("wall", wall(MANY, across=100))):
         seconds, assembly = [], Assembly()
         for _ in range(3):
@@ -112,7 +112,7 @@ def building() -> Iterable[Line]:
 
 
 def random_placements() -> Iterable[Line]:
-    """Random piles, one plank at a time; what falls is taken away. Every verdict is checked."""
+    """Add planks of random piles one by one; falling bricks are removed. Every verdict is checked."""
     seconds: list[float] = []
     wrong = undecided = unknown = 0
     for number in range(PILES):
@@ -137,7 +137,7 @@ def random_placements() -> Iterable[Line]:
 
 
 def cold() -> Iterable[Line]:
-    """Everything set down together and judged, from nothing."""
+    """Judge bricks that are placed together, without caches."""
     builders: dict[str, Callable[[int], list[Placed]]] = {
         "four-stack": four_stack,
         "wall": lambda count: wall(count, across=max(10, count // 100)),
@@ -156,7 +156,7 @@ def cold() -> Iterable[Line]:
 
 
 def worst_direction() -> Iterable[Line]:
-    """The worst-direction acceleration of a four-stack of 100 planks within 1 %, against its closed form."""
+    """Compare the acceleration of a four-stack of 100 planks in the worst direction with its closed form."""
     assembly = Assembly(friction=FRICTION)
     assembly.add_all(four_stack(100))
     problem, seconds, value = assembly.problem(), [], 0.0
@@ -165,8 +165,8 @@ def worst_direction() -> Iterable[Line]:
         margin = acceleration(problem, tolerance=0.01)
         seconds.append(process_time() - started)
         value = 0.0 if margin is None else margin.value
-    # All but the far plank of the lowest level tips about the outer edge of the near one, whose centre is W / 2 inside:
-    # 98 planks, centre L / 2 inside and (2 + 50 - 1) / 2 levels up, and that one.
+    # All bricks except the far plank of the lowest level tip about the outer edge of the near one, whose centre is W /
+    # 2 inside: 98 planks, centre L / 2 inside and (2 + 50 - 1) / 2 levels up, and that plank.
     inside = 98 * 0.5 * LENGTH + 0.5 * WIDTH
     up = (98 * 25.5 + 0.5) * THICKNESS
     off = abs(value / (inside / up) - 1.0)
@@ -174,7 +174,7 @@ def worst_direction() -> Iterable[Line]:
 
 
 def checked_record() -> Iterable[Line]:
-    """`stackdsl check` of the record tower, with and without the start of Python."""
+    """Measure `stackdsl check` of the record tower, with and without the start of Python."""
     whole, started = [], []
     for _ in range(3):
         whole.append(_command("check", "scenarios/record-tower.yaml"))
@@ -184,7 +184,7 @@ def checked_record() -> Iterable[Line]:
 
 
 def _command(*arguments: str) -> float:
-    """The processor time of the command, which must not fail [s]."""
+    """Return the processor time of the command, which must not fail [s]."""
     before = _of_children()
     run([sys.executable, "-m", "stackdsl", *arguments], cwd=ROOT, check=True, capture_output=True)
     return _of_children() - before
@@ -196,7 +196,7 @@ def _of_children() -> float:
 
 
 def residual(assembly: Assembly) -> float:
-    """The worst residual of the proof, relative to what a brick carries, by plain arithmetic."""
+    """Return the largest residual of the proof, relative to the load of the brick, by plain arithmetic."""
     forces = assembly.forces()
     assert forces is not None
     check = check_forces(assembly.problem(), forces, Tolerances())

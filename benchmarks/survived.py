@@ -1,9 +1,9 @@
-"""What 144 boxes survive along 72 bearings, to 1 %: how long it takes to say so, and how many directions are solved.
+"""Measures the time of the survived acceleration of 144 boxes along 72 bearings, to 1 %, and the number of directions.
 
-Cartons of 400 x 300 x 200 mm and 8 kg with a friction of 0.4: in columns with gaps between them, flush on all sides,
-in layers that cross, and flush with masses that differ, so that nothing is its own mirror image. Times are of the
-processor, and how long one waits on two cores, the least of three, with the libraries loaded. Beside them stands the
-largest share that is left unproven.
+Cartons of 400 x 300 x 200 mm and 8 kg with a friction of 0.4: in columns with gaps between them, flush on all sides, in
+crossed layers, and flush with different masses, so that nothing is symmetric. Times are processor times, and the wall
+time on two cores, each the least of three, with the libraries loaded. The largest share without a proof is shown as
+well.
 
 Run: python -m benchmarks.survived [--write]
 """
@@ -38,7 +38,7 @@ KEYS: Final = ("boxes", "contacts", "groups", "directions", "seconds", "waited_s
 
 
 def main() -> None:
-    """Measure, and print a table."""
+    """Measure and print the table; write it on request."""
     arguments = parser(__doc__).parse_args()
     rows = {name: measured(boxes) for name, boxes in loads().items()}
     table = Table("load", *KEYS)
@@ -50,7 +50,7 @@ def main() -> None:
 
 
 def loads() -> Mapping[str, Sequence[Placed]]:
-    """The loads by name."""
+    """Return the loads by name."""
     even, draws = [MASS] * 144, Random(1)
     uneven = [MASS * draws.uniform(0.5, 1.5) for _ in even]
     return {
@@ -80,7 +80,7 @@ def _layers(gap: float) -> Iterator[Placed]:
 
 
 def measured(boxes: Sequence[Placed]) -> Row:
-    """What one load survives, and what it takes to say so."""
+    """Return the accelerations that one load survives, and the cost."""
     assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction=FRICTION),), friction=FRICTION)
     assembly.add_all(boxes)
     problem, seconds, waited, solved = assembly.problem(), list[float](), list[float](), 0

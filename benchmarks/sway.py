@@ -1,7 +1,7 @@
-"""How far does a four-stack sway, and how deep do its planks sink into each other, on every system?
+"""Measures the sway of a four-stack and the overlap of its planks on every system.
 
-Rigid bodies that stand do neither. The publication saw its engine's four-stack sway from the second level on, and the
-more the higher it grew. Run it with `python -m benchmarks.sway`; half a minute.
+Standing rigid bodies have neither. The publication saw its engine's four-stack sway from the second level on, and more
+with every level. Run it with `python -m benchmarks.sway`; half a minute.
 """
 
 from dataclasses import replace
@@ -32,7 +32,7 @@ SYSTEMS: dict[str, System] = {
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     scene = gather([SCENARIO]).cases[0].timeline
     console = Console(stderr=True)
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def row(scene: Timeline, system: System) -> Row:
-    """Of each height the largest swing; of the highest how often, and how deep."""
+    """Return the largest swing for each height, and for the highest tower the number of swings and the overlap."""
     traces = {levels: play(up_to(scene, levels), system) for levels in HEIGHTS}
     swings = {f"levels_{n}_mm": 1000.0 * trace.sway.amplitude if trace.sway else 0.0 for n, trace in traces.items()}
     last = traces[HEIGHTS[-1]]
@@ -60,7 +60,7 @@ def row(scene: Timeline, system: System) -> Row:
 
 
 def up_to(scene: Timeline, levels: int) -> Timeline:
-    """The tower as far as this level."""
+    """Return the tower up to this level."""
     kept = tuple(each for each in scene.actions if isinstance(each, Placement) and each.level <= levels)
     return replace(scene, actions=kept)
 

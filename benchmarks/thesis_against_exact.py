@@ -1,7 +1,7 @@
-"""How often is the published model wrong? A thousand random piles, judged by it and by exact statics.
+"""Counts wrong verdicts of the published model on a thousand random piles, by exact statics.
 
-Run it with `python -m benchmarks.thesis_against_exact`. The piles are those of the tests, and an independent check says
-of each verdict of exact statics that it does not contradict it.
+Run it with `python -m benchmarks.thesis_against_exact`. The piles are those of the tests, whose independent check
+contradicts no verdict of exact statics.
 """
 
 from collections import Counter
@@ -21,7 +21,7 @@ PILES = 1000
 
 
 def main() -> None:
-    """Judge, print the table, and keep it if asked to."""
+    """Judge and print the table; write it on request."""
     write = parser(__doc__).parse_args().write
     table: Counter[tuple[bool, Stability]] = Counter()
     contradicted = 0

@@ -1,18 +1,18 @@
-"""Random assemblies with gaps against linear programmes whose contacts are worked out here, apart from the statics.
+"""Verifies verdicts on random assemblies with gaps by linear programs with their own contacts, independent of statics.
 
-Boxes, boxes with their mass off centre, and prisms stand on level or tilted planes, on each other and beside each
-other and walls, flush or tilted, with gaps from a nanometre to a centimetre. A body touches another at a point if the
-gap there, along a normal whose vertical part is n, is at most max(|n|, 1/20) times the reach: 2 % of the least
-thickness of the thinner body. All candidates are asked one by one: corners over faces, edges that cross, and the ends
-of the part of an edge that is near enough.
+Boxes, boxes with an eccentric mass, and prisms stand on level or tilted planes, on and beside each other and beside
+walls, flush or tilted, with gaps from a nanometre to a centimetre. A body touches another at a point if the gap there,
+along a normal with the vertical component n, is at most max(|n|, 1/20) times the reach: 2 % of the least thickness of
+the thinner body. All candidates are tested one by one: corners over faces, crossing edges, and the ends of the part of
+an edge that is near enough.
 
-What a verdict is held against takes contacts widely or narrowly. Widely, features may miss each other by up to the
-reach, faces that lie on each other but for a tilt that the reach bridges press along the normal of either, and friction
-pyramids lie around the cones; narrowly, none of this is so, and pyramids lie inside.
+A verdict is compared with a wide and a narrow set of contacts. In the wide one, features may miss each other by up to
+the reach, faces that are parallel except for a tilt within the reach have forces along the normal of either, and
+friction pyramids lie around the cones; in the narrow one, none of this holds, and pyramids lie inside.
 
-- STABLE is contradicted if the wide programme has no solution.
-- A gap is not told if the wide programme without the points across gaps has none, and the verdict says it needs none.
-- UNSTABLE is contradicted if the narrow programme without the points across gaps has a solution.
+- STABLE is contradicted if the wide program has no solution.
+- A verdict that needs no gap is contradicted if the wide program without the points across gaps has no solution.
+- UNSTABLE is contradicted if the narrow program without the points across gaps has a solution.
 
 Run it with `python -m benchmarks.touching`; `--assemblies 5000 --write` keeps the figures.
 """
@@ -43,19 +43,19 @@ from stability.statics.assembly import Assembly
 Array = NDArray[np.float64]
 
 REACH = 0.02  # of the least thickness
-BESIDE = 0.05  # of the reach, where the normal is level
+BESIDE = 0.05  # of the reach, for a horizontal normal
 SIDES = 16  # of the friction pyramids
-NO_GAP = 1e-6  # of the least thickness: a smaller gap is none
-SMALL = 1e-12  # [m] rounding of places
-INSIDE = 1e-6  # [m] of each other, by which two bodies may be
-PARALLEL = 1e-6  # sine of the angle between edges below which they are taken for parallel
+NO_GAP = 1e-6  # of the least thickness: a smaller gap counts as none
+SMALL = 1e-12  # [m] rounding of positions
+INSIDE = 1e-6  # [m] accepted overlap of two bodies
+PARALLEL = 1e-6  # sine of the angle between edges below which they count as parallel
 GRAVITY = 9.81
 AT_A_WALL, ON_PILLARS = 0.2, 0.25  # shares of the assemblies
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A convex body in W, by its corners, the unit normals and loops of its faces, and its edges."""
+    """Convex body in W: its corners, the unit normals and loops of its faces, and its edges."""
 
     name: str
     mass: float  # [kg]
@@ -67,7 +67,7 @@ class Solid:
 
     @cached_property
     def thickness(self) -> float:
-        """The least distance of parallel planes around it [m]: across a face, or across two edges."""
+        """Return the least distance of parallel planes around it [m]: across a face, or across two edges."""
         lines = self.corners[[b for _, b in self.edges]] - self.corners[[a for a, _ in self.edges]]
         lines /= np.linalg.norm(lines, axis=1)[:, None]
         ways = np.cross(lines[:, None], lines[None]).reshape(-1, 3)
@@ -77,16 +77,16 @@ class Solid:
 
     @cached_property
     def ends(self) -> tuple[Array, Array]:
-        """The start point of each edge, and the vector along it, in W [m]."""
+        """Return the start point of each edge, and the vector along it, in W [m]."""
         begins = self.corners[[a for a, _ in self.edges]]
         return begins, self.corners[[b for _, b in self.edges]] - begins
 
 
 @dataclass(frozen=True)
 class Point:
-    """One point at which two bodies may press on each other."""
+    """Point at which two bodies may exert forces on each other."""
 
-    lower: int | None  # the place of a body; None for what is fixed
+    lower: int | None  # index of a body; None for a fixed one
     upper: int
     at: Array  # [m]
     normal: Array  # unit, towards `upper`
@@ -96,12 +96,12 @@ class Point:
 
     @property
     def is_across_gap(self) -> bool:
-        """Whether the bodies are apart here by more than what is no gap."""
+        """Return whether the gap at this point is larger than that of a contact."""
         return self.gap > NO_GAP * self.size
 
 
 def solid(placed: Placed) -> Solid:
-    """The body that a brick is in its place."""
+    """Return the body of a placed brick."""
     shape, pose = placed.brick.shape, placed.pose
     turn = Rotation.from_quat(pose.orientation)
     corners = turn.apply(np.array(shape.corners)) + np.array(pose.position_W)
@@ -115,12 +115,12 @@ def solid(placed: Placed) -> Solid:
 
 
 def bridged(reach: float, normal: Array) -> float:
-    """The widest gap that counts along a normal [m]."""
+    """Return the widest gap that counts along a normal [m]."""
     return reach * max(BESIDE, abs(float(normal[2])))
 
 
 def plane_points(index: int, body: Solid, plane: Plane) -> Iterator[Point]:
-    """Where a body touches a plane, the ends of the near parts of its edges included."""
+    """Yield the contact points of a body with a plane, including the ends of the near parts of its edges."""
     normal, reach = np.array(plane.normal_W), REACH * body.thickness
     limit = bridged(reach, normal)
     heights = (body.corners - np.array(plane.point_W)) @ normal
@@ -137,9 +137,9 @@ def plane_points(index: int, body: Solid, plane: Plane) -> Iterator[Point]:
 
 
 def pair_points(i: int, j: int, bodies: Sequence[Solid], friction: float, aside: float) -> Iterator[Point]:
-    """Where two bodies touch.
+    """Yield the contact points of two bodies.
 
-    `aside` is how far features may miss each other along the surfaces, as a share of the reach.
+    `aside` is the distance by which features may miss each other along the surfaces, as a share of the reach.
     """
     a, b = bodies[i], bodies[j]
     size = min(a.thickness, b.thickness)
@@ -178,7 +178,7 @@ def pair_points(i: int, j: int, bodies: Sequence[Solid], friction: float, aside:
 
 
 def _inwards(loop: Array, normal: Array) -> list[tuple[Array, Array]]:
-    """The sides of a face: a corner, and the unit normal into the face."""
+    """Return the sides of a face: a corner, and the unit normal into the face."""
     sides = []
     for corner, after in zip(loop, np.roll(loop, -1, axis=0), strict=True):
         way = np.cross(normal, after - corner)
@@ -188,13 +188,13 @@ def _inwards(loop: Array, normal: Array) -> list[tuple[Array, Array]]:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of an edge: its ends, and how far they are from a face [m]."""
+    """Part of an edge: its ends, and their distances from a face [m]."""
 
     ends: tuple[Array, Array]
     gaps: tuple[float, float]
 
     def between(self, start: float, end: float) -> "_Part":
-        """The part of it from one share of its length to another."""
+        """Return the part between two shares of its length."""
         (p, q), (gap_p, gap_q) = self.ends, self.gaps
         return _Part(
             (p + start * (q - p), p + end * (q - p)),
@@ -202,7 +202,7 @@ class _Part:
         )
 
     def where(self, values: Sequence[float]) -> "_Part | None":
-        """The part of it where something is positive that is linear along it, from its values at the ends."""
+        """Return the part with positive values of a linear function, given by its values at the ends."""
         at_p, at_q = values
         if at_p < 0.0 and at_q < 0.0:
             return None
@@ -212,7 +212,7 @@ class _Part:
 
 
 def _over_face(part: _Part | None, limit: float, inwards: Sequence[tuple[Array, Array]], miss: float) -> _Part | None:
-    """The part of an edge that is near enough to a face, and over it."""
+    """Return the part of an edge that is near enough to a face, and over it."""
     part = part and part.where([limit - gap for gap in part.gaps])
     for corner, way in inwards:
         part = part and part.where([float((end - corner) @ way) + miss for end in part.ends])
@@ -220,7 +220,7 @@ def _over_face(part: _Part | None, limit: float, inwards: Sequence[tuple[Array, 
 
 
 def _crossings(a: Solid, b: Solid, reach: float, miss: float) -> Iterator[tuple[Array, Array, float]]:
-    """Where edges cross, the normals from a to b and the gaps, if a plane along both edges keeps the bodies apart."""
+    """Yield crossings of edges, normals from a to b and gaps, if a plane along both edges separates the bodies."""
     (p, u), (q, v) = a.ends, b.ends
     normals = np.cross(u[:, None], v[None])
     lengths = np.linalg.norm(normals, axis=2)
@@ -241,7 +241,7 @@ def _crossings(a: Solid, b: Solid, reach: float, miss: float) -> Iterator[tuple[
 
 
 def points(bodies: Sequence[Solid], planes: Sequence[Plane], friction: float, *, wide: bool) -> list[Point]:
-    """All contacts, with the gaps that the rule bridges."""
+    """Return all contacts, with the gaps that the rule bridges."""
     found: list[Point] = []
     for index, body in enumerate(bodies):
         for plane in planes:
@@ -252,7 +252,7 @@ def points(bodies: Sequence[Solid], planes: Sequence[Plane], friction: float, *,
 
 
 def _each_once(found: Sequence[Point]) -> list[Point]:
-    """Points without those that others repeat, the least gap of each."""
+    """Return points without duplicates, with the least gap of each."""
     least: dict[object, Point] = {}
     for point in sorted(found, key=lambda each: each.gap):
         key = point.lower, point.upper, tuple(np.round(point.at, 8)), tuple(np.round(point.normal, 10))
@@ -264,7 +264,10 @@ def _each_once(found: Sequence[Point]) -> list[Point]:
 
 
 def balances(bodies: Sequence[Solid], found: Sequence[Point], *, wide: bool) -> bool:
-    """Whether forces at these points carry all weights; friction pyramids around the cones if `wide`, else inside."""
+    """Return whether forces at these points carry all weights.
+
+    Friction pyramids are around the cones if `wide`, else inside.
+    """
     if not found:
         return False
     at = np.array([each.at for each in found])
@@ -311,10 +314,10 @@ class Scene:
 
 
 class Maker:
-    """Sets bodies down in the frame of a plane that may be tilted, whose z axis is its normal."""
+    """Places bodies in the frame of a plane that may be tilted, whose z axis is its normal."""
 
     def __init__(self, draw: random.Random, *, smooth: bool) -> None:
-        """Draw the plane and the friction; if `smooth`, all slides down the plane until it meets something."""
+        """Draw the plane and the friction; if `smooth`, all bodies slide down the plane to the next one."""
         self.draw = draw
         self.friction = 0.0 if smooth else draw.choice([0.0, draw.uniform(0.0, 0.3), draw.uniform(0.2, 1.0)])
         tilt = (
@@ -327,31 +330,31 @@ class Maker:
         self.placed: list[Placed] = []
 
     def level_way(self) -> Array:
-        """A unit vector in the plane."""
+        """Return a random unit vector in the plane."""
         angle = self.draw.uniform(0.0, 2.0 * pi)
         return np.array([cos(angle), sin(angle), 0.0])
 
     def turned(self, way: Sequence[float] | Array) -> tuple[float, float, float]:
-        """A vector of the frame in W."""
+        """Return a vector of the frame in W."""
         x, y, z = self.frame.apply(way)
         return float(x), float(y), float(z)
 
     def happens(self, share: float) -> bool:
-        """Whether something happens that does in this share of all cases."""
+        """Return True with this probability."""
         return self.draw.random() < share
 
     def gap(self) -> float:
-        """None, or one from a nanometre to a centimetre [m]."""
+        """Return zero, or a gap from a nanometre to a centimetre [m]."""
         return 0.0 if self.happens(0.4) else 10.0 ** self.draw.uniform(-9.0, -2.0)
 
     def lean(self) -> Rotation:
-        """None, or a small turn about a level axis."""
+        """Return no rotation, or a small one about a horizontal axis."""
         if self.happens(0.65):
             return Rotation.identity()
         return Rotation.from_rotvec(10.0 ** self.draw.uniform(-7.0, -1.5) * self.level_way())
 
     def brick(self, size: tuple[float, float, float] | None = None) -> Brick:
-        """A box, one with its mass off centre, or a prism that tapers upwards."""
+        """Return a box, one with an eccentric mass, or a prism that tapers upwards."""
         draw = self.draw
         x, y, z = size or (draw.uniform(0.05, 0.4), draw.uniform(0.05, 0.3), draw.uniform(0.01, 0.2))
         name, mass = f"b{len(self.placed)}", 600.0 * x * y * z * 10.0 ** draw.uniform(-0.5, 0.5)
@@ -365,7 +368,7 @@ class Maker:
         return Brick(name, prism(outline, y).shape, mass)
 
     def put(self, brick: Brick, at: Array, turn: Rotation, bottom: float) -> None:
-        """Set a body down: its middle over a place of the frame, its lowest corner at a height."""
+        """Place a body with its middle over a point of the frame and its lowest corner at a height."""
         corners = turn.apply(np.array(brick.shape.corners))
         low, high = corners.min(axis=0), corners.max(axis=0)
         position = np.array([at[0] - 0.5 * (low[0] + high[0]), at[1] - 0.5 * (low[1] + high[1]), bottom - low[2]])
@@ -373,12 +376,12 @@ class Maker:
         self.placed.append(Placed(brick, Pose(self.turned(position), (x, y, z, w))))
 
     def top(self, index: int) -> tuple[Array, float]:
-        """The corners of a body in the frame, and how high they reach."""
+        """Return the corners of a body in the frame, and the height of its top."""
         corners = self.frame.inv().apply(solid(self.placed[index]).corners)
         return corners, float(corners[:, 2].max())
 
     def on_another(self) -> None:
-        """A body on a body that is there, or on the plane."""
+        """Place a body on a present body, or on the plane."""
         yaw = Rotation.from_euler("z", self.draw.choice([0.0, 0.5 * pi, self.draw.uniform(0.0, 2.0 * pi)]))
         if not self.placed or self.happens(0.15):
             at, height = np.array([self.draw.uniform(-0.5, 0.5), self.draw.uniform(-0.5, 0.5)]), 0.0
@@ -390,7 +393,7 @@ class Maker:
         self.put(self.brick(), at, self.lean() * yaw, height + self.gap())
 
     def beside(self) -> None:
-        """A box above a wall square to the plane, turned a little so that a corner is apart from it."""
+        """Place a box above a wall square to the plane, rotated slightly so that a corner has a gap."""
         draw = self.draw
         shape = Box((draw.uniform(0.1, 0.4), draw.uniform(0.1, 0.3), draw.uniform(0.05, 0.2)))
         angle = draw.choice([0.0, 10.0 ** draw.uniform(-6.0, -1.7)]) * draw.choice([-1.0, 1.0])
@@ -404,7 +407,7 @@ class Maker:
         )
 
     def neighbour(self) -> None:
-        """A box beside one that is there, its side near to a side of that."""
+        """Place a box beside a present one, with sides near to each other."""
         draw = self.draw
         corners, _ = self.top(draw.randrange(len(self.placed)))
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -420,7 +423,7 @@ class Maker:
         self.put(Brick(f"b{len(self.placed)}", Box(size), draw.uniform(0.1, 3.0)), at, turn, bottom)
 
     def pillars(self) -> None:
-        """A plank across two pillars of which one is lower by a gap."""
+        """Place a plank across two pillars of which one is lower by a gap."""
         draw = self.draw
         height, span, gap = draw.uniform(0.05, 0.2), draw.uniform(0.15, 0.4), self.gap()
         for x, lower in ((-0.5 * span, 0.0), (0.5 * span, gap)):
@@ -431,7 +434,7 @@ class Maker:
 
 
 def scene(seed: int) -> Scene | None:
-    """A random assembly; None where bodies would be inside of each other."""
+    """Return a random assembly; None if bodies would overlap."""
     draw = random.Random(seed)
     kind = draw.random()
     made = Maker(draw, smooth=kind < AT_A_WALL)
@@ -449,7 +452,7 @@ def scene(seed: int) -> Scene | None:
 
 
 def deep(found: Scene) -> bool:
-    """Whether bodies of a scene are in each other by more than a micrometre."""
+    """Return whether bodies of a scene overlap by more than a micrometre."""
     bodies = [solid(each) for each in found.bricks]
     for body in bodies:
         if any(((body.corners - np.array(p.point_W)) @ np.array(p.normal_W)).min() < -INSIDE for p in found.planes):
@@ -458,7 +461,7 @@ def deep(found: Scene) -> bool:
 
 
 def _overlap(a: Solid, b: Solid) -> float:
-    """How deep two bodies are in each other, over the normals of faces and pairs of edges [m]; negative if apart."""
+    """Return the overlap of two bodies, over the normals of faces and pairs of edges [m]; negative if apart."""
     if (a.corners.min(axis=0) > b.corners.max(axis=0)).any() or (b.corners.min(axis=0) > a.corners.max(axis=0)).any():
         return -1.0
     ways = np.cross(a.ends[1][:, None], b.ends[1][None]).reshape(-1, 3)
@@ -474,7 +477,7 @@ def _overlap(a: Solid, b: Solid) -> float:
 
 @dataclass(frozen=True)
 class Judged:
-    """One assembly, what statics say of it, and what a programme objects to."""
+    """Assembly, its verdict by statics, and the objection of a program."""
 
     seed: int
     verdict: Verdict
@@ -482,7 +485,7 @@ class Judged:
 
     @property
     def is_across_gaps(self) -> bool:
-        """Whether the verdict says that it counts on gaps."""
+        """Return whether the verdict depends on gaps as contact."""
         return self.verdict.touching_within > 0.0
 
 
@@ -490,7 +493,7 @@ OBJECTIONS = ("stable contradicted", "gap not told", "gap told for nothing", "un
 
 
 def judged(seed: int) -> Judged | None:
-    """A random assembly held against the programmes; None where bodies would be inside of each other."""
+    """Judge a random assembly and check it by the programs; None if bodies would overlap."""
     made = scene(seed)
     if made is None:
         return None
@@ -499,7 +502,7 @@ def judged(seed: int) -> Judged | None:
 
 
 def objection(made: Scene, verdict: Verdict) -> str:
-    """What a programme objects to in a verdict; empty if nothing."""
+    """Return the objection of a program to a verdict; empty if there is none."""
     bodies = [solid(each) for each in made.bricks]
 
     def carry(*, wide: bool, gaps: bool) -> bool:
@@ -518,7 +521,7 @@ def objection(made: Scene, verdict: Verdict) -> str:
 
 
 def summed_up(found: Sequence[Judged]) -> Row:
-    """How many verdicts there are of each kind, and how many of them are contradicted."""
+    """Return the number of verdicts of each kind, and the contradicted ones."""
     said = Counter(each.verdict.stability for each in found)
     objections = Counter(each.objection for each in found if each.objection)
     return {
@@ -533,7 +536,7 @@ def summed_up(found: Sequence[Judged]) -> Row:
 
 
 def main() -> None:
-    """Judge, print the counts, and keep them if asked to."""
+    """Judge and print the counts; write them on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--assemblies", type=int, default=500)
     arguments.add_argument("--first", type=int, default=0, help="seed to begin with")

@@ -1,8 +1,8 @@
-"""Thrown planks that are turned about the vertical, from end-on to broadside, under `exact` and under Moreau's law.
+"""Compares thrown planks rotated about the vertical, from end-on to broadside, on `exact` and under Moreau's law.
 
-A plank comes at the middle of the long side of the second plank of the top level of a four-stack, which lies flush
-with the ends of the planks below. So what is aimed level meets those too, or does not, by a hair; 0.5 mm higher it
-surely does not. Run it with `python -m benchmarks.turned_hits`.
+The aim is the middle of the long side of the second plank of the top level of a four-stack, which is flush with the
+ends of the planks below. So a level throw hits these as well, or misses them narrowly; 0.5 mm higher it misses them for
+certain. Run it with `python -m benchmarks.turned_hits`.
 """
 
 from dataclasses import dataclass, replace
@@ -34,25 +34,25 @@ SETTLED, QUIET, AT_REST, LONGEST = 0.01, 0.03, 0.002, 1.0  # [s], [s], [m/s], [s
 
 @dataclass(frozen=True, slots=True)
 class TurnedHit:
-    """A plank thrown at the long side of the plank of the top level that lies at y > 0."""
+    """Plank thrown at the long side of the plank of the top level that lies at y > 0."""
 
     turn: float  # [deg] about the vertical: 0 comes end-on, 90 broadside
     speed: float  # [m/s]
-    above: float = CLEAR  # [m] of the middle of its aim
+    above: float = CLEAR  # [m] height above the middle of its target
     levels: int = 7  # odd, so that the planks of the top level lie along x
-    scene: float = 0.0  # [deg] by which the whole scene is turned about the vertical
+    scene: float = 0.0  # [deg] rotation of the whole scene about the vertical
 
     @property
     def struck(self) -> int:
-        """The number of the plank that is hit, from 0."""
+        """Return the index of the struck plank."""
         return 2 * self.levels - 1
 
     def tower(self) -> list[Placed]:
-        """The planks that stand."""
+        """Return the standing planks."""
         return [replace(one, pose=self._in_scene(one.pose)) for one in four_stack(2 * self.levels)]
 
     def thrown(self) -> tuple[Placed, Vec3]:
-        """The plank and its velocity, with a rise that brings it to its height when it arrives."""
+        """Return the plank and its velocity, which rises so that gravity brings the plank to its height at arrival."""
         yaw = 0.5 * pi + radians(self.turn)
         nose = 0.5 * LENGTH * abs(sin(yaw)) + 0.5 * WIDTH * abs(cos(yaw))
         at = (0.0, 0.5 * LENGTH + DISTANCE + nose, (self.levels - 0.5) * THICKNESS + self.above)
@@ -69,7 +69,7 @@ class TurnedHit:
 
 
 def timeline(hit: TurnedHit) -> Timeline:
-    """A tower that stands, and the plank that is thrown at it."""
+    """Return the timeline of a standing tower and the throw."""
     placed = [Placement(0.0, one.brick, number // 2 + 1, one.pose) for number, one in enumerate(hit.tower())]
     shot, velocity_W = hit.thrown()
     thrown = Placement(THROWN_AT, shot.brick, 0, shot.pose, velocity_W=velocity_W, arrival=Arrival.THROWN)
@@ -78,7 +78,7 @@ def timeline(hit: TurnedHit) -> Timeline:
 
 
 def of_exact(hit: TurnedHit) -> float:
-    """The shift of the struck plank on `exact` [m]."""
+    """Return the shift of the struck plank on `exact` [m]."""
     tracks = list(play(timeline(hit), SYSTEMS["exact"]).tracks.values())
     return tracks[hit.struck].shift
 
@@ -102,7 +102,7 @@ def by_impact_law(hit: TurnedHit, steps: int) -> float:
 
 
 def compared(hit: TurnedHit, steps: int) -> Row:
-    """One hit by both."""
+    """Compare one hit."""
     exact, fine = of_exact(hit), by_impact_law(hit, steps)
     return {
         "turn": hit.turn,
@@ -114,7 +114,7 @@ def compared(hit: TurnedHit, steps: int) -> Row:
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--steps", type=int, default=16000, help="of the reference, a second")
     chosen = arguments.parse_args()

@@ -1,9 +1,9 @@
-"""Hits in the middle of walls under `exact`: what they cost, how far they are off, and what an engine takes for them.
+"""Measures hits in the middle of walls on `exact`: cost, error, and the time of an engine for the same hits.
 
 A plank below n courses carries n weights and passes on n + 1, half to either side. Pushed out of the wall at a speed v
-it comes to rest after v^2 / (2 mu g (2 n + 1)). Hit by a plank of its own mass it takes half the speed of that one, and
-both come to rest after v^2 / (4 mu g (2 n + 1)). That plank is half as thick as the others, so that it meets no other.
-Run it with `python -m benchmarks.wall_hits`; a peer steps every plank for a while, and is scaled up.
+it comes to rest after v^2 / (2 mu g (2 n + 1)). Hit by a plank of equal mass it gets half its speed, and both come to
+rest after v^2 / (4 mu g (2 n + 1)). That plank is half as thick as the others, so that it touches no other plank. Run
+it with `python -m benchmarks.wall_hits`; a peer steps every plank for a short time, which is scaled up.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ WALLS = ((40, 20, 20), (100, 50, 50), (100, 199, 50))  # courses, planks of a co
 
 
 def placed(courses: int, abreast: int) -> list[Placement]:
-    """A wall that stands from the start."""
+    """Return a wall that stands from the start."""
     found, numbers = [], dict.fromkeys(range(1, courses + 1), 0)
     for spec in wall(WallParams(levels=courses, bricks=abreast), SIZE):
         size, share = spec.size or SIZE, 1.0 if spec.size is None else spec.size[0] / LENGTH
@@ -43,21 +43,21 @@ def placed(courses: int, abreast: int) -> list[Placement]:
 
 
 def middle_of(course: int, bricks: Sequence[Placement]) -> Placement:
-    """The plank of a course that is nearest to the middle of the wall."""
+    """Return the plank of a course nearest to the middle of the wall."""
     whole = [one for one in bricks if one.level == course and one.brick.mass == MASS]
     return min(whole, key=lambda one: abs(one.pose.position_W[0]))
 
 
 def pushed(bricks: Sequence[Placement], target: Placement, speed: float) -> Timeline:
-    """The target is given a speed."""
+    """Return the timeline in which the target gets a speed."""
     return _timeline(bricks, PushAction(HIT_AT, target.brick.id, (0.0, -speed * MASS, 0.0)))
 
 
 def thrown_at(bricks: Sequence[Placement], target: Placement, speed: float) -> Timeline:
-    """The target is hit by a plank that comes end-on."""
+    """Return the timeline in which a plank hits the target end-on."""
     x, y, z = target.pose.position_W
     start = Pose((x, y + 0.5 * (WIDTH + LENGTH) + DISTANCE, z), TURNED)
-    rise = 0.5 * GRAVITY * DISTANCE / speed  # brings it back to its height when it arrives
+    rise = 0.5 * GRAVITY * DISTANCE / speed  # gravity brings the plank to its height at arrival
     thin = Brick(SHOT, Box((LENGTH, WIDTH, 0.5 * THICKNESS)), MASS)
     return _timeline(bricks, Placement(HIT_AT, thin, 0, start, Arrival.THROWN, (0.0, -speed, rise)))
 
@@ -68,12 +68,12 @@ def _timeline(bricks: Sequence[Placement], hit: PushAction | Placement) -> Timel
 
 
 def way_mm(above: int, speed: float, bodies: int) -> float:
-    """How far so many bodies of one mass slide that the friction of one stops; `above` courses lie on it."""
+    """Return the displacement of bodies of equal mass stopped by the friction of one, below `above` courses [mm]."""
     return 1000.0 * bodies * speed**2 / (2.0 * FRICTION * GRAVITY * (2 * above + 1))
 
 
 def measured(trace: Trace, target: Placement, truth_mm: float) -> dict[str, float]:
-    """What a run came to, beside the closed form."""
+    """Return the figures of a run, and the closed form."""
     hit_mm = 1000.0 * trace.tracks[target.brick.id].shift
     others = [track.shift for name, track in trace.tracks.items() if name not in (SHOT, target.brick.id)]
     return {
@@ -87,7 +87,7 @@ def measured(trace: Trace, target: Placement, truth_mm: float) -> dict[str, floa
 
 
 def main() -> None:
-    """Play, print the table, and keep it if asked to."""
+    """Play and print the table; write it on request."""
     arguments = parser(__doc__)
     arguments.add_argument("--walls", type=int, default=len(WALLS), help="how many of the walls, the smallest first")
     arguments.add_argument("--peer", default="sapien", help="the engine that steps every plank")
@@ -120,7 +120,7 @@ def main() -> None:
 
 
 def peer_seconds(timeline: Timeline, peer: str, steps: int) -> float:
-    """What stepping every plank of a wall costs for as long as `exact` plays it, from so many steps that stand [s]."""
+    """Return the time of stepping every plank of a wall for the duration of `exact` [s], scaled up from a few steps."""
     system, scene = KNOWN[peer], timeline.world
     world = stepped_world(settings_for(timeline, system), scene.gravity, scene.friction, MASS)
     try:
@@ -128,7 +128,7 @@ def peer_seconds(timeline: Timeline, peer: str, steps: int) -> float:
             world.add_plane(plane)
         for one in timeline.placements:
             world.add_brick(one.brick, one.pose, one.velocity_W)
-        world.step()  # what is new to the engine is made in the first
+        world.step()  # the first step creates engine data
         started = perf_counter()
         for _ in range(steps):
             world.step()

@@ -1,1 +1,1 @@
-"""What a team asks of a test tool, asked of this one and of others by running them: docs/compared.md."""
+"""Compares test tools by running them on the needs of a team: docs/compared.md."""

@@ -1,7 +1,7 @@
-"""What a team asks of a test tool, asked of this one and of others by running them: the tables of docs/compared.md.
+"""Compares test tools by running them on the needs of a team: the tables of docs/compared.md.
 
-Each other tool is looked for on the path, or in the folder of programs that `--with pytest=DIRECTORY` names. What is
-not at hand is skipped by name, and keeps the cells that are written already; what came out otherwise loses its cell.
+Each other tool is searched on the path, or in the folder of programs that `--with pytest=DIRECTORY` names. Missing
+tools are listed and keep their present cells; a cell that a run contradicts is removed.
 
 Run: python -m benchmarks.compared [--with TOOL=DIRECTORY ...] [--only TOOL] [-k WORDS] [--write]
 """
@@ -29,7 +29,7 @@ Cells = Mapping[str, str]  # by need
 
 
 def main() -> int:
-    """Ask all that is at hand, print what came out otherwise than its cell says, and keep the cells if asked to."""
+    """Run all available tools, print each result that contradicts its cell, and store the cells on request."""
     arguments = _arguments()
     console = Console(stderr=True)
     found: dict[str, Cells] = {}
@@ -70,7 +70,7 @@ def _arguments() -> argparse.Namespace:
 
 
 def at_hand(tool: Tool, programs: Path | None) -> bool:
-    """Whether its program is there."""
+    """Return whether the program of a tool is available."""
     return tool.name == OWN or shutil.which(tool.finds, path=_values(programs)["PATH"]) is not None
 
 
@@ -92,7 +92,7 @@ def _asked(tool: Tool, probe: Probe, programs: Path | None) -> Iterator[str]:
 
 
 def version_of(tool: Tool, programs: Path | None) -> str:
-    """What it says of itself; for one that is not run, what was read."""
+    """Return the version that a tool prints; for a tool that is not run, the version of its documentation."""
     if not tool.finds:
         return tool.version
     values = dict(_values(programs)) | ({"PYTHONPATH": str(PROJECT)} if tool.name == OWN else {})
@@ -114,7 +114,7 @@ def _about(tool: Tool, version: str) -> Row:
 
 
 def shown(probe: Probe) -> str:
-    """The cell, as the table has it."""
+    """Return the cell as displayed in the table."""
     return probe.cell.replace("|", "\\|") + (DOCUMENTED if probe.documented else "")
 
 
@@ -123,7 +123,7 @@ def _before() -> Mapping[str, Rows]:
 
 
 def tables(found: Mapping[str, Cells], about: Rows, before: Mapping[str, Rows]) -> dict[str, Rows]:
-    """A table a group of needs, and one of the tools; of what was not asked now, what was found before."""
+    """Return one table per group of needs, and one of the tools; cells of tools that did not run are kept."""
     names = [tool.name for tool in tools()]
 
     def cell(group: str, need: str, name: str) -> str:

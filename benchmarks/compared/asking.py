@@ -1,4 +1,4 @@
-"""A probe is run in a folder of its own, and held against what it says must be seen."""
+"""Runs a probe in a folder of its own, and compares the output with the expected one."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ AMPLE: Final = 120.0  # [s] for one command
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """How a command ended, and all that it printed."""
+    """Exit code and output of a command."""
 
     code: int
     text: str
@@ -26,7 +26,7 @@ Call = Callable[[Path, str], Said]
 
 
 def complaints(tool: Tool, probe: Probe, folder: Path, call: Call) -> list[str]:
-    """What is not as the probe says, in words; none if its cell is right."""
+    """Return the differences from the expected output in words; none if the cell is correct."""
     for name, text in {**tool.files, **probe.files}.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -39,14 +39,14 @@ def complaints(tool: Tool, probe: Probe, folder: Path, call: Call) -> list[str]:
 
 
 def environment(*programs: Path) -> Mapping[str, str]:
-    """For commands, with these folders of programs first; not that of CI, and without colours."""
+    """Return the environment of commands: these folders first in the path, no variables of CI, and no colours."""
     kept = {key: value for key, value in os.environ.items() if key not in ("CI", "GITHUB_ACTIONS", "PYTEST_ADDOPTS")}
     path = os.pathsep.join([*map(str, programs), kept.get("PATH", "")])
     return kept | {"PATH": path, "NO_COLOR": "1", "PROJECT": str(PROJECT), "PAGER": "cat"}
 
 
 def in_shell(folder: Path, command: str, values: Mapping[str, str]) -> Said:
-    """A command of a shell, with nobody at the keyboard; one that takes too long is ended with all that it started."""
+    """Run a shell command without standard input; on a timeout it is killed with all its descendants."""
     with subprocess.Popen(
         ["/bin/sh", "-c", command],
         cwd=folder,

@@ -1,7 +1,7 @@
-"""Which tool is asked what, and what must be seen for its cell of the table to be right: the files beside this one.
+"""The probes of each tool: commands, and the expected output that supports a cell of the table, in the files nearby.
 
-A cell that begins with `no` or `part` says so of the need; any other tells by what the tool answers it. A cell is shown
-if its commands came out as they say, or, marked, if it is `documented` and the tool could not be run for it.
+A cell that begins with `no` or `part` describes a missing or partial answer to the need; any other names the feature. A
+cell is shown if its commands gave the expected output or, with a mark, if it is `documented` and the tool was not run.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,48 +14,48 @@ import yaml
 FOLDER: Final = Path(__file__).parent
 OWN: Final = "StackDSL"
 NOT_TRIED: Final = "not tried"
-DOCUMENTED: Final = " †"  # behind what only the documentation says
+DOCUMENTED: Final = " †"  # marks a cell that only the documentation supports
 
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """One need, of one tool."""
+    """One need, for one tool."""
 
     need: str
-    cell: str  # as shown
-    run: Sequence[str] = ()  # commands of a shell, one after the other; the last one is looked at
-    code: int | None = 0  # of the last one; any if None
-    shows: Sequence[str] = ()  # parts of what it prints
-    hides: Sequence[str] = ()  # what it must not print
-    files: Mapping[str, str] = field(default_factory=dict)  # by path, beside those of the tool
-    documented: str = ""  # where its documentation says so; nothing is run then
+    cell: str  # as displayed
+    run: Sequence[str] = ()  # shell commands in order; the last one is checked
+    code: int | None = 0  # exit code of the last one; any if None
+    shows: Sequence[str] = ()  # expected parts of its output
+    hides: Sequence[str] = ()  # parts that its output must not contain
+    files: Mapping[str, str] = field(default_factory=dict)  # by path, in addition to those of the tool
+    documented: str = ""  # place in its documentation; then nothing is run
 
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """One tool, and its answers by need."""
+    """Tool with its probes by need."""
 
     name: str
-    finds: str  # program without which it is not at hand; none if empty
-    version: str  # command that prints it, or what was read where it could not be run
-    files: Mapping[str, str]  # that all its probes find
+    finds: str  # program that the tool needs; empty if none
+    version: str  # command that prints it, or the documented version of a tool that was not run
+    files: Mapping[str, str]  # shared by all its probes
     probes: Mapping[str, Probe]
 
 
 def needs(folder: Path = FOLDER) -> Mapping[str, Sequence[str]]:
-    """What is asked, by the table of the page."""
+    """Return the needs, by the table of the page."""
     read: Mapping[str, Sequence[str]] = yaml.safe_load((folder / "needs.yaml").read_text(encoding="utf-8"))
     return read
 
 
 def tools(folder: Path = FOLDER) -> Iterator[Tool]:
-    """Ours first, then the others by name."""
+    """Yield this project first, then the other tools by name."""
     read = [read_tool(path) for path in sorted(folder.glob("*.yaml")) if path.name != "needs.yaml"]
     return iter(sorted(read, key=lambda tool: (tool.name != OWN, tool.name.casefold())))
 
 
 def read_tool(path: Path) -> Tool:
-    """One file; a ValueError names a need that is none, or a cell that nothing would check."""
+    """Read one file. Raises ValueError for an unknown need, or for a cell without a check."""
     said: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
     known = {need for group in needs(path.parent).values() for need in group}
     if strange := set(said["rows"]) - known:

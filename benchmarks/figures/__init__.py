@@ -1,1 +1,1 @@
-"""Figures in README and docs: benchmarks write what they measured to docs/data, and the text is rendered from there."""
+"""Figures in README and docs: benchmarks write results to docs/data, and the text is rendered from there."""

@@ -1,4 +1,4 @@
-"""Write the figures of README and docs anew from docs/data. Run it with `python -m benchmarks.figures`."""
+"""Renders the figures of README and docs from docs/data. Run it with `python -m benchmarks.figures`."""
 
 from rich.console import Console
 
@@ -6,7 +6,7 @@ from benchmarks.figures.pages import ROOT, render
 
 
 def main() -> None:
-    """Render, and say what has changed."""
+    """Render the pages, and print those that changed."""
     for path in render():
         Console().print(f"figures of {path.relative_to(ROOT)} written anew")
 

@@ -1,4 +1,4 @@
-"""Columns of a table: a heading, and how the cell of a row is written from its values."""
+"""Columns of a table: a heading, and the format of the cell of a row."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from benchmarks.figures.forms import NOTHING, written
 
 
 class _Forms(Formatter):
-    """Formats with the forms of figures."""
+    """Formats values in the forms of figures."""
 
     def format_field(self, value: object, format_spec: str) -> str:
         assert value is None or isinstance(value, float | int | str)
@@ -24,7 +24,7 @@ class Column:
     cell_form: str
 
     def cell(self, name: str, row: Row) -> str:
-        """The text of a cell; `-` where nothing that it names was measured."""
+        """Return the text of a cell; `-` if none of its values was measured."""
         named = [field for _, field, _, _ in Formatter().parse(self.cell_form) if field and field != "row"]
         if named and all(row.get(field) is None for field in named):
             return NOTHING
@@ -33,9 +33,9 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of a text: which one of which file, and its columns."""
+    """Table of a text: its file and table of data, and its columns."""
 
     data: str  # file
-    of: str  # table of it
+    of: str  # table in it
     columns: Sequence[Column]
     rows: Sequence[str] = ()  # in this order; all if empty

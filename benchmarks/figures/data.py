@@ -1,7 +1,7 @@
-"""What a benchmark measured, as JSON in docs/data: rows of raw values, with the command, the day and the versions.
+"""Results of a benchmark, as JSON in docs/data: rows of raw values, with the command, the date and the versions.
 
-A key ends with the unit of its values (`drift_mm`), unless they are counts, ratios or words. Nothing tells of the
-machine but the number of its cores, as seconds mean nothing on another one: the texts quote ratios.
+A key ends with the unit of its values (`drift_mm`), unless they are counts, ratios or words. Of the machine only the
+number of cores is stored, since seconds mean nothing on another one: the texts quote ratios.
 """
 
 import json
@@ -18,9 +18,9 @@ from typing import TypeAlias
 
 FOLDER = Path(__file__).parent.parent.parent / "docs" / "data"
 PACKAGES = ("stackdsl", "clarabel", "numpy", "pybullet", "scipy", "mujoco", "sapien", "compas_cra")
-DIGITS = 5  # significant ones that are kept: more than any text shows
+DIGITS = 5  # stored significant digits: more than any text shows
 
-Value: TypeAlias = float | int | str | bool | None  # None where there is nothing to measure
+Value: TypeAlias = float | int | str | bool | None  # None if there is nothing to measure
 Row: TypeAlias = Mapping[str, Value]
 Rows: TypeAlias = Mapping[str, Row]  # by name, in the order of measuring
 
@@ -30,14 +30,14 @@ class Data:
     """One file: tables by name."""
 
     name: str
-    command: str  # that measures it again
+    command: str  # that repeats the measurement
     tables: Mapping[str, Rows]
-    day: str = ""  # when it was measured, as 2026-01-31
+    day: str = ""  # of the measurement, as 2026-01-31
     versions: Mapping[str, str] = field(default_factory=dict)
     cores: int | None = None
 
     def value(self, table: str, row: str, key: str) -> Value:
-        """One of them; a KeyError says which are there instead."""
+        """Return one value. Raises KeyError with the existing keys."""
         try:
             return self.tables[table][row][key]
         except KeyError as error:
@@ -46,7 +46,7 @@ class Data:
 
 
 def versions(distributions: Iterable[str] = ()) -> dict[str, str]:
-    """The versions of Python, and of all that is installed of PACKAGES and of other distributions."""
+    """Return the versions of Python, and of all installed distributions of PACKAGES and the given ones."""
     found = {"python": platform.python_version()}
     for name in (*PACKAGES, *distributions):
         with suppress(PackageNotFoundError):
@@ -55,17 +55,17 @@ def versions(distributions: Iterable[str] = ()) -> dict[str, str]:
 
 
 def measured_now(name: str, command: str, tables: Mapping[str, Rows]) -> Data:
-    """What has just been measured here."""
+    """Return data measured on this machine now."""
     return Data(name, command, tables, datetime.now(UTC).date().isoformat(), versions(), os.cpu_count())
 
 
 def file_of(name: str, folder: Path = FOLDER) -> Path:
-    """Where a benchmark writes to."""
+    """Return the path of a benchmark's data."""
     return folder / f"{name}.json"
 
 
 def save(data: Data, folder: Path = FOLDER) -> Path:
-    """Write it, one row a line, so that a change shows as the rows that it changes."""
+    """Write data with one row per line, so that a diff shows the changed rows."""
     folder.mkdir(parents=True, exist_ok=True)
     path = file_of(data.name, folder)
     path.write_text(_text(data), encoding="utf-8")
@@ -99,6 +99,6 @@ def _rounded_value(value: Value) -> Value:
 
 
 def load(name: str, folder: Path = FOLDER) -> Data:
-    """What was measured last."""
+    """Return the latest data of a benchmark."""
     read = json.loads(file_of(name, folder).read_text(encoding="utf-8"))
     return Data(name, read["command"], read["tables"], read["measured"], read["versions"], read["cores"])

@@ -1,4 +1,4 @@
-"""How a measured value is written in a text: `sig2` for two significant digits, or any format of Python's."""
+"""Formats of measured values in a text: `sig2` for two significant digits, or any format of Python."""
 
 import re
 from math import floor, log10
@@ -10,7 +10,7 @@ SIGNIFICANT = re.compile(r"sig(\d)")
 
 
 def written(value: Value, form: str = "") -> str:
-    """A value as text; `-` where there is none."""
+    """Return a value as text; `-` for None."""
     if value is None:
         return NOTHING
     if isinstance(value, bool):
@@ -22,7 +22,7 @@ def written(value: Value, form: str = "") -> str:
 
 
 def significant(value: float, digits: int) -> str:
-    """So many digits and no exponent, unless it is smaller than a ten-thousandth: 0.154 -> 0.15, 1760 -> 1,800."""
+    """Return a number with significant digits, without exponent from 1e-4 on: 0.154 -> 0.15, 1760 -> 1,800."""
     if value == 0.0:
         return "0"
     place = digits - 1 - floor(log10(abs(value)))

@@ -1,7 +1,7 @@
-"""Markdown with figures between markers -> the same with the figures that the data have now.
+"""Renders Markdown: figures between markers are replaced by the current values of the data.
 
-A single figure stands in running text or in a cell: <!-- figure: FILE/TABLE/ROW/KEY FORM -->0.15<!-- end -->.
-A table stands on lines of its own between <!-- table: NAME --> and <!-- end -->; `tables.py` says what is in it.
+A single figure is part of running text or of a cell: <!-- figure: FILE/TABLE/ROW/KEY FORM -->0.15<!-- end -->. A table
+is on lines of its own between <!-- table: NAME --> and <!-- end -->; `tables.py` defines its content.
 """
 
 import re
@@ -19,7 +19,7 @@ Load = Callable[[str], Data]
 
 
 def rendered(text: str, load_data: Load = load) -> str:
-    """The text, with every figure as measured last."""
+    """Return the text with the latest value of every figure."""
     with_tables = TABLE.sub(
         lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", with_rooms(text)
     )
@@ -28,12 +28,12 @@ def rendered(text: str, load_data: Load = load) -> str:
 
 def _figure(found: re.Match[str], load_data: Load) -> str:
     name, table, rest = found["path"].split("/", 2)
-    row, _, key = rest.rpartition("/")  # the name of a row may have a unit with a slash
+    row, _, key = rest.rpartition("/")  # the name of a row may contain a unit with a slash
     return written(load_data(name).value(table, row, key), found["form"] or "")
 
 
 def table_text(table: Table, load_data: Load = load) -> str:
-    """A table, heading and all."""
+    """Return a table with its heading."""
     rows = load_data(table.data).tables[table.of]
     lines = [[column.heading for column in table.columns], ["---"] * len(table.columns)]
     for name in table.rows or rows:

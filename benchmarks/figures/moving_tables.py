@@ -1,11 +1,11 @@
-"""The tables of what moves, by name: hits, falls, slips and heaps beside references."""
+"""Tables of moving structures, by name: hits, falls, slips and heaps, next to references."""
 
 from collections.abc import Mapping
 from itertools import product
 
 from benchmarks.figures.columns import Column, Table
 
-_MISSING = ("1", "3", "10", "50")  # [%] of the friction that would hold
+_MISSING = ("1", "3", "10", "50")  # [%] less than the required friction
 _SLIPS = (
     *(f"{kind}, exact, step x 1" for kind in ("ladder", "V", "slope")),
     *(f"{kind}, tuned, step x {part}" for kind, part in product(("ladder", "V"), ("1", "0.5", "0.25"))),

@@ -1,7 +1,7 @@
-"""The scenario of README seen from the side: what stands, and how it begins to fall, as docs/leaning-column.svg.
+"""Draws the scenario of README seen from the side, with the start of its fall, as docs/leaning-column.svg.
 
-Drawn from a run of the scenario, as plain SVG; `python -m benchmarks.figures.picture`. What comes to rest in the end is
-not drawn, since no two processors agree on it.
+Drawn from a run of the scenario, as plain SVG; `python -m benchmarks.figures.picture`. The final positions are not
+drawn, since they differ between processors.
 """
 
 import re
@@ -19,17 +19,17 @@ from stackdsl.trace import Trace
 PATH = ROOT / "docs" / "leaning-column.svg"
 SCALE = 1500.0  # [px/m]
 WIDTH, HEIGHT = 440.0, 190.0  # of a panel [px]
-LEFT, GROUND = 100.0, 150.0  # where the origin is in a panel [px]
+LEFT, GROUND = 100.0, 150.0  # position of the origin in a panel [px]
 STANDS, MOVES, NOTHING = "#8fb996", "#e0a458", "none"
 
 
 def main() -> None:
-    """Play, and draw."""
+    """Play and draw."""
     PATH.write_text(drawn(play_case(scenario().timeline, "exact")), encoding="utf-8")
 
 
 def scenario() -> Case:
-    """The first scenario of README."""
+    """Return the first scenario of README."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.search(r"```yaml\n(.*?)```", readme, re.DOTALL)
     assert found is not None
@@ -37,7 +37,7 @@ def scenario() -> Case:
 
 
 def drawn(trace: Trace) -> str:
-    """What stood before the last brick came, and how it goes on with it."""
+    """Draw the structure before the last brick, and after it."""
     bricks = {name: track.brick for name, track in trace.tracks.items()}
     assert trace.collapse is not None
     assert trace.onset is not None
@@ -75,7 +75,7 @@ def _shapes(bricks: Mapping[BodyId, Brick], poses: Mapping[BodyId, Pose], fill: 
 
 
 def _outline(brick: Brick, pose: Pose) -> str:
-    """The corners of the face that looks at us, in order around it: planks here turn about the line of sight only."""
+    """Return the corners of the front face in order: planks here rotate about the line of sight only."""
     nearest = min(corner[1] for corner in brick.shape.corners)
     face = [corner for corner in brick.shape.corners if corner[1] == nearest]
     found = []

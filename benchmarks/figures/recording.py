@@ -1,4 +1,4 @@
-"""The option of every benchmark that writes figures: `--write` keeps what was measured, and renders the texts."""
+"""The option `--write` of benchmarks: it stores the results, and renders the texts."""
 
 import argparse
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from benchmarks.figures.pages import ROOT, render
 
 
 def parser(description: str | None) -> argparse.ArgumentParser:
-    """Arguments of a benchmark, with `--write` among them."""
+    """Return the argument parser of a benchmark, with `--write`."""
     found = argparse.ArgumentParser(description=description)
     found.add_argument("--write", action="store_true", help="to docs/data, and the figures of README and docs anew")
     return found
 
 
 def record(name: str, command: str, tables: Mapping[str, Rows]) -> None:
-    """Keep what was measured, and render the texts that show it."""
+    """Store the results, and render the texts that show them."""
     console = Console(stderr=True)
     console.print(f"wrote {save(measured_now(name, command, tables)).relative_to(ROOT)}")
     for path in render():

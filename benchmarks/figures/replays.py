@@ -1,6 +1,6 @@
-"""Pictures of replay pages for docs/seeing.md and the README, as a browser shows them.
+"""Pictures of replay pages for docs/seeing.md and the README, drawn by a browser.
 
-Drawn by Debian's Chromium on the processor. Run it with `python -m benchmarks.figures.replays`.
+Debian's Chromium draws them on the processor. Run it with `python -m benchmarks.figures.replays`.
 """
 
 import tempfile
@@ -23,12 +23,12 @@ from stackdsl.viewing.run_view import RunView, view_of
 DOCS: Final = Path(__file__).parents[2] / "docs"
 SHOWN: Final = Path("scenarios/slant-tower.yaml")
 SYSTEMS: Final = ("exact", "thesis")
-LONGEST: Final = 60.0  # [s] that a page may take to open
+LONGEST: Final = 60.0  # [s] timeout for opening a page
 PRESS: Final = "[...document.querySelectorAll('button')].find(b => b.textContent === arguments[0]).click()"
 
 
 def main() -> None:
-    """Write all pictures anew."""
+    """Write all pictures."""
     options = webdriver.ChromeOptions()
     for option in OPTIONS:
         options.add_argument(option)
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def runs() -> list[RunView]:
-    """The slant tower on each system, recorded."""
+    """Return the recorded runs of the slant tower on each system."""
     cases = [case for case in gather([SHOWN]).cases if case.scenario.scenario == SHOWN.stem]
     found = []
     for system in SYSTEMS:
@@ -63,20 +63,20 @@ def runs() -> list[RunView]:
 
 
 def forces(browser: webdriver.Chrome) -> None:
-    """A moment before it falls, with the contact forces that prove that it stands."""
+    """Show the tower before its fall, with the contact forces that prove that it stands."""
     browser.execute_script("replay.seek(12.9)")
     for button in ("Fit", "forces"):
         browser.execute_script(PRESS, button)
 
 
 def beside(browser: webdriver.Chrome) -> None:
-    """Two systems in step, a while after it fell."""
+    """Show two systems side by side, some time after the fall."""
     _choose(browser, "thesis")
     browser.execute_script("replay.seek(14.2)")
 
 
 def motion(browser: webdriver.Chrome) -> None:
-    """The motion that proves that it falls, from the front."""
+    """Show the motion that proves the fall, from the front."""
     _choose(browser, "front")
     browser.execute_script("replay.seek(13.0)")
     for button in ("Orthographic", "motion"):
@@ -84,7 +84,7 @@ def motion(browser: webdriver.Chrome) -> None:
 
 
 def _choose(browser: webdriver.Chrome, text: str) -> None:
-    """The last list of choices that has such a one."""
+    """Choose a text in the last list that has it."""
     for found in reversed(browser.find_elements("css selector", "select")):
         for each in found.find_elements("css selector", "option"):
             if text in each.text:

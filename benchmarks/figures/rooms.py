@@ -1,4 +1,4 @@
-"""The map of the house: every package, told by the first line of its docstring. <!-- rooms: stability --> shows it."""
+"""The map of packages, each with the first line of its docstring. <!-- rooms: stability --> inserts it."""
 
 import ast
 import re
@@ -10,18 +10,18 @@ ROOMS = re.compile(r"(<!-- rooms: (?P<package>[a-z]+) -->\n)(?:\|[^\n]*\n)*(<!--
 
 
 def with_rooms(text: str) -> str:
-    """A text, with the rooms of each package that it asks for as they are now."""
+    """Return a text with the current map of each package that it names."""
     return ROOMS.sub(lambda found: f"{found[1]}{rooms_table(found['package'])}{found[3]}", text)
 
 
 def rooms_table(package: str) -> str:
-    """All packages below one, as a table."""
+    """Return the table of all packages below one."""
     lines = [f"| `{name}/` | {told} |\n" for name, told in rooms(package)]
     return "| package | content |\n|---|---|\n" + "".join(lines)
 
 
 def rooms(package: str) -> Iterator[tuple[str, str]]:
-    """Each package below one, by path, and what it says of itself."""
+    """Yield each package below one by path, with the first line of its docstring."""
     for path in sorted((ROOT / package).rglob("__init__.py")):
         if path.parent != ROOT / package:
             told = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""

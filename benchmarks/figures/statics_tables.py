@@ -1,4 +1,4 @@
-"""The tables of what statics prove, by name: loads, samples, limits, remedies and what they cost."""
+"""Tables of proofs by statics, by name: loads, samples, limits, remedies and their cost."""
 
 from collections.abc import Mapping
 

@@ -1,6 +1,6 @@
 """The scenes of the publication as strips of pictures, in docs/pictures; `make pictures`, a minute.
 
-Each shows the case that a page tells of, from before something moves to the end; of what never moves, its building.
+Each strip shows the case of a page from before the first motion to the end, or the building of a case without motion.
 """
 
 import re
@@ -24,17 +24,17 @@ WIDTH: Final = 210.0  # of a picture in a strip [px]
 
 
 class Strip(NamedTuple):
-    """One case, and how it is shown."""
+    """One case, and its display."""
 
     file: str
     case: str
     view: str = "three-quarter"
     panels: int = 5
-    built: bool = False  # whether its building is shown rather than what moves in the end
+    built: bool = False  # whether it shows the building rather than the motion at the end
 
     @property
     def path(self) -> Path:
-        """Where it is kept."""
+        """Return the path of its file."""
         return FOLDER / f"{re.sub(r'[^A-Za-z0-9.]+', '-', self.case).rstrip('-')}.svg"
 
 
@@ -58,19 +58,19 @@ STRIPS: Final = (
 
 
 def main() -> None:
-    """Play, and draw."""
+    """Play and draw."""
     FOLDER.mkdir(exist_ok=True)
     for one in track(STRIPS, description="strips", console=Console(stderr=True)):
         one.path.write_text(drawn(one), encoding="utf-8")
 
 
 def case_of(one: Strip) -> Case:
-    """The case that a strip shows."""
+    """Return the case of a strip."""
     return next(case for case in gather([ROOT / "scenarios" / one.file]).cases if case.name == one.case)
 
 
 def drawn(one: Strip) -> str:
-    """A strip as SVG."""
+    """Return a strip as SVG."""
     case, recorder = case_of(one), Recorder()
     trace = play_case(case.timeline, case.system, recorder=recorder)
     run = view_of(case, trace, recorder.recording(), judged(case, trace))

@@ -1,4 +1,4 @@
-"""The tables of README and docs by name: which values each shows, and how."""
+"""Tables of README and docs by name: the values and their formats."""
 
 from collections.abc import Mapping
 

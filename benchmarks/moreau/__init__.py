@@ -1,1 +1,1 @@
-"""A reference for hits, apart from what it judges: rigid boxes with sharp edges under Moreau's impact law."""
+"""An independent reference for hits: rigid boxes with sharp edges under Moreau's impact law."""

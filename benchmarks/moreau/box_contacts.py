@@ -1,7 +1,7 @@
-"""Where two boxes with sharp edges touch, or are about to: points, normals and gaps.
+"""Contacts of two boxes with sharp edges, present or imminent: points, normals and gaps.
 
-The normal is that of the largest gap among the fifteen axes of two boxes; faces win ties to a tenth of a micrometre.
-A face meets what of the other box's nearest face lies over it, two edges meet in a point.
+The normal is that of the largest gap among the fifteen axes of two boxes; faces win ties to a tenth of a micrometre. A
+face touches the part of the other box's nearest face that lies over it; two edges touch in a point.
 """
 
 import numpy as np
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-TIE = 1e-7  # [m] an edge must be the better axis by more than that
-PARALLEL = 1e-6  # sine of the angle below which edges have no normal of their own
-SLIVER = 1e-9  # [m] faces that overlap by less do not meet
-MOST = 8  # points of one pair: two rectangles overlap in an octagon at most
+TIE = 1e-7  # [m] an edge axis must be better than a face axis by more than this
+PARALLEL = 1e-6  # sine of the angle below which edges define no normal
+SLIVER = 1e-9  # [m] faces with a smaller overlap do not touch
+MOST = 8  # points of one pair: the overlap of two rectangles is an octagon at most
 
 
 @njit(cache=True)
@@ -65,7 +65,7 @@ def _edges(
     p_a: Array, turn_a: Array, half_a: Array, p_b: Array, turn_b: Array, half_b: Array, edge: int, normal: Array,
     gap: float, found: Array,
 ) -> int:  # fmt: skip
-    """The point between the edge of a that lies farthest towards b and that of b farthest towards a."""
+    """Add the point between the edge of a that lies farthest towards b and that of b farthest towards a."""
     i, j = edge // 3, edge % 3
     on_a, on_b = p_a.copy(), p_b.copy()
     for k in range(3):
@@ -88,7 +88,7 @@ def _faces(
     p_r: Array, turn_r: Array, half_r: Array, p_i: Array, turn_i: Array, half_i: Array, axis: int, sign: float,
     reach: float, found: Array,
 ) -> int:  # fmt: skip
-    """What of the nearest face of box i lies over the face of box r that `axis` is the normal of."""
+    """Add the part of the nearest face of box i that lies over the face of box r with the normal `axis`."""
     away = p_i - p_r
     outwards = 1.0 if dot(away, turn_r[:, axis]) > 0.0 else -1.0
     normal = outwards * turn_r[:, axis]
@@ -141,5 +141,5 @@ def _faces(
 
 @njit(cache=True)
 def dot(one: Array, other: Array) -> float:
-    """Of two vectors of three, wherever they lie: the library's own wants them in one piece."""
+    """Return the dot product of two vectors (3,) of any memory layout: the library's needs contiguous ones."""
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

@@ -1,12 +1,13 @@
-"""Moreau's impact law with Coulomb friction, as a cone complementarity problem, and a solver of it.
+"""Moreau's impact law with Coulomb friction, as a cone complementarity problem, and its solver.
 
 For every contact, with the normal velocity u_n after the step, its tangential one u_t, the impulses p_n and p_t:
 
     0 <= p_n  _|_  u_n + gap / dt + softness p_n >= 0,
     |p_t| <= mu p_n,  and  p_t = -mu p_n u_t / |u_t|  where u_t is not 0.
 
-Hits are plastic and simultaneous, friction acts in the hit as well. Solved by projected Gauss-Seidel, up and down the
-contacts in turn, from the impulses of the last step, until no sweep changes a velocity by more than a tolerance.
+Hits are plastic and simultaneous, and friction acts during the hit as well. The problem is solved by projected
+Gauss-Seidel, forwards and backwards over the contacts in turn, from the impulses of the last step, until no sweep
+changes a velocity by more than a tolerance.
 """
 
 import numpy as np
@@ -20,14 +21,14 @@ def solve(
     pairs: Array, frames: Array, arms: Array, wanted: Array, softness: float, friction: float,
     inverse_mass: Array, inverse_inertia: Array, speeds: Array, impulses: Array, tolerance: float, most: int,
 ) -> int:  # fmt: skip
-    """Change `impulses` (n, 3: normal, two tangents) and `speeds` (bodies, 6) to a solution; returns the sweeps taken.
+    """Change `impulses` (n, 3: normal, two tangents) and `speeds` (bodies, 6) to a solution; return the sweeps used.
 
-    `pairs` (n, 2) holds the bodies, -1 for what is fixed; the first pushes the second along `frames[:, 0]`. `arms`
-    (n, 2, 3) lead from their centres to the point. `wanted` is the least normal velocity, -gap / dt.
+    `pairs` (n, 2) holds the bodies, -1 for a fixed body; the first pushes the second along `frames[:, 0]`. `arms` (n,
+    2, 3) lead from their centres to the point. `wanted` is the least normal velocity, -gap / dt.
     """
     contacts = len(pairs)
     rows = np.zeros((contacts, 3, 2, 6))  # of the Jacobian: an axis of the frame, and arm x axis, with a sign
-    answers = np.zeros((contacts, 3, 2, 6))  # what an impulse along it gives to both bodies
+    answers = np.zeros((contacts, 3, 2, 6))  # responses of both bodies to an impulse along it
     direct, across = np.zeros(contacts), np.zeros(contacts)
     for c in range(contacts):
         block = np.zeros((3, 3))
@@ -75,7 +76,7 @@ def solve(
 
 @njit(cache=True)
 def _speed(pairs: Array, rows: Array, c: int, axis: int, speeds: Array) -> float:
-    """The velocity of the second body beside the first at a contact, along an axis of its frame [m/s]."""
+    """Return the velocity of the second body relative to the first at a contact, along an axis of its frame [m/s]."""
     total = 0.0
     for s in range(2):
         body = pairs[c, s]
@@ -87,7 +88,7 @@ def _speed(pairs: Array, rows: Array, c: int, axis: int, speeds: Array) -> float
 
 @njit(cache=True)
 def _push(pairs: Array, answers: Array, c: int, axis: int, speeds: Array, impulse: float) -> None:
-    """Let an impulse along an axis act on the second body, and back on the first."""
+    """Apply an impulse along an axis to the second body, and its reaction to the first."""
     for s in range(2):
         body = pairs[c, s]
         if body >= 0:

@@ -1,7 +1,7 @@
 """Moves rigid boxes on the ground by steps of equal length: Moreau's time stepping, until all are at rest.
 
-Velocities first, with gravity, the impacts and the friction of the whole step at once; then places. A gap that a step
-would close is closed by just that step, so nothing is inside anything but by how far a box turns in one.
+Velocities are updated first, with gravity, impacts and friction of the whole step at once; then positions. A gap that
+would close within a step is closed by exactly this step, so overlaps arise only from the rotation within one step.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ from stability.geometry.box import Box
 from stability.model import Pose, Vec3
 from stability.problem import Placed
 
-# What is rigid leaves open how a plank on two others shares its load among them, and with it their friction: shares of
-# a shock then stay for good. Wood gives way a little, and that settles it: the stiffness of a point [N/m], and the
-# time in which it is met [s]. Ten times as stiff, a hit differs by 3 %.
+# For rigid bodies the load of a plank on two others is not uniquely shared, and so neither is its friction: shares from
+# an impact then persist. Wood is slightly elastic, which makes the shares unique: the stiffness of a point [N/m], and
+# the time in which it settles [s]. With ten times the stiffness, a hit differs by 3 %.
 STIFFNESS, RELAXATION = 2e6, 5e-4
-FASTEST_RECOVERY = 0.01  # [m/s] by which an overlap is taken back
-NEAR = 0.0005  # [m] contacts further apart than that are not looked at, beyond what a step closes
-TOLERANCE = 0.01  # share of what gravity gives in a step, to which the impact law is solved
+FASTEST_RECOVERY = 0.01  # [m/s] speed at which an overlap is removed
+NEAR = 0.0005  # [m] contacts with a larger gap than this, plus the part closed in a step, are ignored
+TOLERANCE = 0.01  # accuracy of the impact law, as a share of the velocity by gravity in a step
 SWEEPS = 1000  # at most
 
 
@@ -38,7 +38,7 @@ class Boxes:
     speeds: Array = field(init=False)  # (n, 6): velocity [m/s], angular velocity [rad/s], W
     halves: Array = field(init=False)  # (n, 3) [m]
     masses: Array = field(init=False)  # [kg]
-    stiffness: float = STIFFNESS  # of a point of contact [N/m]
+    stiffness: float = STIFFNESS  # of a contact point [N/m]
     unsolved: int = field(default=0, init=False)  # steps whose impact law was not solved to the tolerance
     _kept: Array = field(init=False)  # of the last step: bodies, point, impulse in W
 
@@ -51,15 +51,15 @@ class Boxes:
         self._kept = np.zeros((0, 8))
 
     def throw(self, number: int, velocity_W: Vec3) -> None:
-        """Give a box a velocity."""
+        """Set the velocity of a box."""
         self.speeds[number, :3] = velocity_W
 
     def put(self, number: int, position_W: Vec3) -> None:
-        """Put a box to a place, at rest."""
+        """Move a box to a place, at rest."""
         self.places[number], self.speeds[number] = position_W, 0.0
 
     def step(self, duration: float) -> None:
-        """Let a while pass [s]."""
+        """Advance by a duration [s]."""
         self._kept, sweeps = _step(
             self.places, self.turns, self.speeds, self.halves, self.masses, self.gravity, self.friction, duration,
             self.stiffness, TOLERANCE * self.gravity * duration, self._kept,
@@ -67,7 +67,7 @@ class Boxes:
         self.unsolved += sweeps >= SWEEPS
 
     def fastest(self, but: int) -> float:
-        """The speed of the fastest box but one [m/s], the tips of boxes that turn included."""
+        """Return the speed of the fastest of all boxes except one [m/s], including the tips of rotating boxes."""
         radius = np.linalg.norm(self.halves, axis=1)
         all_of_them = np.linalg.norm(self.speeds[:, :3], axis=1) + radius * np.linalg.norm(self.speeds[:, 3:], axis=1)
         return float(np.delete(all_of_them, but).max())
@@ -190,7 +190,7 @@ def _contacts(
 
 @njit(cache=True)
 def _turned(by: Array) -> Array:
-    """The matrix of a rotation vector (Rodrigues)."""
+    """Return the matrix of a rotation vector (Rodrigues)."""
     angle = np.sqrt(dot(by, by))
     k = np.array([[0.0, -by[2], by[1]], [by[2], 0.0, -by[0]], [-by[1], by[0], 0.0]])
     if angle < 1e-12:

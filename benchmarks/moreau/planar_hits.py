@@ -1,9 +1,9 @@
-"""Broadside hits under `exact` against two rigid rectangles in an upright plane, a reference apart from all engines.
+"""Compares broadside hits on `exact` with two rigid rectangles in a vertical plane, a reference independent of engines.
 
-A plank comes broadside at the long side of a plank that ends flush with what carries it. Nothing depends on the place
-along the two, so the hit is planar: the struck one slides over a floor, onto whose end the thrown one follows. Corners
-are sharp, impacts plastic, friction is Coulomb's; contacts are solved as velocities, by Gauss-Seidel. Neither geometry
-nor solver is shared with an engine or with the boxes of this package. Run it with
+A plank comes broadside at the long side of a plank that ends flush with its support. Nothing depends on the position
+along the two planks, so the hit is planar: the struck one slides over a floor, and the thrown one follows onto the end
+of the floor. Corners are sharp, impacts plastic, friction is Coulomb's; contacts are solved as velocities, by
+Gauss-Seidel. Neither geometry nor solver is shared with an engine or with the boxes of this package. Run it with
 `python -m benchmarks.moreau.planar_hits`.
 """
 
@@ -21,28 +21,30 @@ from benchmarks.turned_hits import FRICTION, TurnedHit, by_impact_law, of_exact
 
 Array = NDArray[np.float64]
 
-STEP = 1e-5  # [s] at four times as much, and at a quarter of it, all shifts are the same to 0.1 %
+STEP = 1e-5  # [s] with four times or a quarter of it, all shifts agree to 0.1 %
 LONGEST, AT_REST, ARRIVED = 0.6, 1e-4, 0.03  # [s], [m/s], [s]
-REACH, HAIR = 1e-3, 1e-9  # [m] what is further apart is not looked at; what overlaps sideways by less does not meet
-SWEEPS, SOLVED, RECOVERY = 400, 1e-9, 0.002  # at most, [m/s], [m/s] by which an overlap is taken back
+# [m] bodies with a larger gap are ignored; bodies with a smaller horizontal overlap do not touch
+REACH, HAIR = 1e-3, 1e-9
+SWEEPS, SOLVED, RECOVERY = 400, 1e-9, 0.002  # at most, [m/s], [m/s] speed at which an overlap is removed
 
 
 def shift(speed: float, above: float = 2e-5, floor: bool = True, thrown: float = WIDTH, step: float = STEP) -> float:
-    """The shift of the struck plank [m]; `above`: height of the thrown plank above level when it arrives [m].
+    """Return the shift of the struck plank [m]; `above`: height of the thrown plank above level at arrival [m].
 
-    `floor`: whether what carries the struck plank may carry the thrown one too; `thrown`: its length along its way [m].
+    `floor`: whether the support of the struck plank may carry the thrown one too; `thrown`: its length along its path
+    [m].
     """
     halves = 0.5 * np.array([[WIDTH, THICKNESS], [thrown, THICKNESS]])
     return float(_shift(speed, above, floor, halves, GRAVITY, FRICTION, DISTANCE, step))
 
 
 def falls_past(speed: float) -> float:
-    """The shift [m] of a plank that is pushed by an equal one which falls past it and does not turn: a closed form.
+    """Return the shift [m] of a plank pushed by an equal one that falls past it without rotation: a closed form.
 
-    After a plastic impact both have half of the speed; N = mu m g / (2 - mu^2) slows the thrown one, whose fall mu N
-    slows in turn, until it is below by a thickness; from then on the struck one slides alone.
+    After a plastic impact both have half of the speed; N = mu m g / (2 - mu^2) decelerates the thrown one, whose fall
+    is decelerated by mu N in turn, until it is below by a thickness; from then on the struck one slides alone.
     """
-    push = FRICTION / (2.0 - FRICTION**2)  # of the weight
+    push = FRICTION / (2.0 - FRICTION**2)  # share of the weight
     half = 0.5 * speed
     past = (2.0 * THICKNESS / (GRAVITY * (1.0 - FRICTION * push))) ** 0.5
     past = min(past, half / (push * GRAVITY))
@@ -56,7 +58,7 @@ def _shift(
     step: float,
 ) -> float:  # fmt: skip
     moments = (halves[:, 0] ** 2 + halves[:, 1] ** 2) / 3.0  # of bodies of unit mass
-    places, speeds = np.zeros((2, 3)), np.zeros((2, 3))  # (y, z, turn) of the struck one and of the thrown one
+    places, speeds = np.zeros((2, 3)), np.zeros((2, 3))  # (y, z, rotation) of the struck and of the thrown plank
     places[0, 0], places[0, 1] = -halves[0, 0], halves[0, 1]
     places[1, 0], places[1, 1] = distance + halves[1, 0], halves[1, 1] + above
     speeds[1, 0], speeds[1, 1] = -speed, 0.5 * gravity * distance / speed
@@ -84,7 +86,7 @@ def _push(
     pair: Array, point: Array, places: Array, moments: Array, friction: float, step: float, speeds: Array,
     impulse: Array,
 ) -> float:  # fmt: skip
-    """Solve one contact, normal before friction; returns by how much a velocity changed there."""
+    """Solve one contact, normal before friction; return the change of velocity there."""
     changed = 0.0
     for direction in range(2):
         axis = (point[2], point[3]) if direction == 0 else (-point[3], point[2])
@@ -119,7 +121,7 @@ def _push(
 
 @njit(cache=True)
 def _contacts(places: Array, halves: Array, floor: bool, pairs: Array, points: Array) -> int:
-    """Fill the bodies (-1: the floor) and points (y, z, normal onto the first body, gap); returns how many."""
+    """Fill the bodies (-1: the floor) and points (y, z, normal onto the first body, gap); return their number."""
     count = 0
     for b in range(2):
         for corner in range(4):
@@ -130,7 +132,7 @@ def _contacts(places: Array, halves: Array, floor: bool, pairs: Array, points: A
                 count = _add(pairs, points, count, 1, -1, y, z, 0.0, 1.0, z)
             elif floor and z < 0.0:
                 count = _add(pairs, points, count, 1, -1, y, z, 1.0, 0.0, y)
-            # A corner meets the face of the other body that it is least deep in, and nothing beyond its ends.
+            # A corner touches the face of the other body with the least overlap, within the ends of the face.
             other = 1 - b
             u, v = _within(places[other], y, z)
             beside, over = abs(u) - halves[other, 0], abs(v) - halves[other, 1]
@@ -173,14 +175,14 @@ def _corner(place: Array, half: Array, number: int) -> tuple[float, float]:
 
 @njit(cache=True)
 def _within(place: Array, y: float, z: float) -> tuple[float, float]:
-    """A point seen from a body, along its own axes."""
+    """Return a point in the axes of a body."""
     c, s = cos(place[2]), sin(place[2])
     y, z = y - place[0], z - place[1]
     return c * y + s * z, -s * y + c * z
 
 
 def main() -> None:
-    """Print broadside hits by all references, and what they are if the thrown plank falls past."""
+    """Print broadside hits by all references, and the closed form for a thrown plank that falls past."""
     table = Table(
         "m/s", "planar, mm", "impact law, mm", "exact, mm", "falls past: end-on, planar", "in one piece, by hand"
     )

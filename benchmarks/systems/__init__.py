@@ -1,1 +1,1 @@
-"""Speed against error: scenarios with known answers, on every system at several time steps (`make bench`)."""
+"""Measures speed against error: scenarios with known results, on every system at several time steps (`make bench`)."""

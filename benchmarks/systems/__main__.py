@@ -1,8 +1,8 @@
-"""Speed against error of every system, held against the truths of scenarios (`make bench`, about 20 minutes).
+"""Measures speed against error of every system, by the truths of scenarios (`make bench`, about 20 minutes).
 
-Without arguments it plays the scenarios below, on the systems of the table in README. It prints every run, what is
-wrong, and a row for each system and time step. `--write` keeps the figures in docs/data, draws the picture, and renders
-the texts.
+Without arguments it plays the scenarios below on the systems of the table in README. It prints every run, the wrong
+results, and a row for each system and time step. `--write` stores the figures in docs/data, draws the picture, and
+renders the texts.
 """
 
 import sys
@@ -29,8 +29,8 @@ from stackdsl.cli.terminal import paper, progress, write
 from stackdsl.results import RunStatus
 from stackdsl.simulation.plugins import ForeignSystemError
 
-# Scenarios with a known answer that every system can play within 20 minutes: 16 to 20, of which the hits take 3, and
-# other scenes of the publication 3. A four-stack of 25 levels would take 4 more: see benchmarks/four_stack.py.
+# Scenarios with a known result that every system can play within 20 minutes: 16 to 20 minutes, of which the hits take
+# 3, and other scenes of the publication 3. A four-stack of 25 levels would take 4 more: see benchmarks/four_stack.py.
 SCENARIOS = [
     ROOT / "scenarios" / name
     for name in (
@@ -48,7 +48,7 @@ SCENARIOS = [
         "user_test",
     )
 ]
-# Too long; of no answer that is known well enough; and a scene again, as one system has it.
+# Excluded: too long, without a sufficiently known result, or variants of a scene for one system.
 LEFT_OUT = {"long", "open", "comparison"}
 SYSTEMS = ("exact", "thesis", "tuned", "stock", "mujoco", "sapien", "cra", "rbe")
 RESOLUTIONS = "1,1/2"
@@ -56,7 +56,7 @@ FINEST, COARSEST = Fraction(1, 64), Fraction(64)
 
 
 def main() -> None:
-    """Play, print, and keep it if asked to."""
+    """Play and print; write the figures on request."""
     arguments = parser(__doc__)
     arguments.add_argument("paths", nargs="*", type=Path, help="scenarios to play instead")
     arguments.add_argument("--system", action="append", dest="systems", help="only these systems; may be repeated")
@@ -93,7 +93,7 @@ def _cases(paths: Sequence[Path]) -> list[Case]:
 
 
 def _playable(arguments: ArgumentParser, names: Sequence[str]) -> Sequence[str]:
-    """The systems of these names, each once, all of them installed."""
+    """Return the named systems, each once; all must be installed."""
     for name in names:
         try:
             package = entrant_named(name).package
@@ -105,7 +105,7 @@ def _playable(arguments: ArgumentParser, names: Sequence[str]) -> Sequence[str]:
 
 
 def _factors(arguments: ArgumentParser, text: str) -> Sequence[float]:
-    """Times the time step of each system, such as `2,1,1/2`."""
+    """Return the factors on the time step of each system, such as `2,1,1/2`."""
     try:
         factors = [Fraction(part.strip()) for part in text.split(",")]
     except (ValueError, ZeroDivisionError):

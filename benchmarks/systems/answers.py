@@ -1,4 +1,4 @@
-"""What is known of a case before anybody plays it: from the scenario's `truth`, or else from exact statics."""
+"""Known results of a case before any run: from the scenario's `truth`, or otherwise from exact statics."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,7 +12,7 @@ from stackdsl.timeline import Timeline, leaves_to_engine
 
 
 class Source(StrEnum):
-    """Where an answer comes from."""
+    """Source of an answer."""
 
     TRUTH = "truth"
     STATICS = "exact statics"
@@ -21,18 +21,18 @@ class Source(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Whether it stands, and if not, at which level it falls."""
+    """Whether a structure stands, or the level at which it falls."""
 
     stands: bool
     source: Source
-    least: float = -inf  # level under construction when it falls
+    least: float = -inf  # level under construction at the fall
     most: float = inf
-    earliest: float = -inf  # when it has fallen [s]
+    earliest: float = -inf  # time of the fall [s]
     latest: float = inf
-    undisturbed: bool = False  # as nothing is dropped, thrown or pushed, nothing should move that does not fall
+    undisturbed: bool = False  # without drops, throws and pushes, nothing should move before a fall
 
     def levels_off(self, fell_at: float | None, levels: int) -> float:
-        """How many levels a run is off that fell at this one, or not at all, of a structure of so many."""
+        """Return the error in levels of a run that fell at a level, or not at all, in a structure of `levels`."""
         reached = levels + 1.0 if fell_at is None else fell_at
         if self.stands:
             return levels + 1.0 - reached
@@ -40,21 +40,21 @@ class Answer:
 
     @property
     def still(self) -> bool:
-        """Whether nothing of it should move at all."""
+        """Return whether nothing should move at all."""
         return self.stands and self.undisturbed
 
     @property
     def timed(self) -> bool:
-        """Whether it is known when it falls."""
+        """Return whether the time of the fall is known."""
         return self.latest < inf
 
     def seconds_off(self, fell_after: float) -> float:
-        """How much too early or too late a collapse is seen [s]."""
+        """Return the error of the time of a collapse [s]."""
         return max(0.0, self.earliest - fell_after, fell_after - self.latest)
 
 
 def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
-    """The answer, if anything but a run can give one."""
+    """Return the answer if it is known without a run."""
     answer, moves = _from_truth(scenario), any(leaves_to_engine(action) for action in timeline.as_set_down().actions)
     if answer is None and not moves:
         answer = _from_statics(timeline)
@@ -62,7 +62,7 @@ def answer_of(scenario: Scenario, timeline: Timeline) -> Answer | None:
 
 
 def _from_truth(scenario: Scenario) -> Answer | None:
-    """A collapse that is known outweighs what is known to stand beside it."""
+    """Return the answer by `truth`; a known collapse has precedence over standing parts."""
     outcomes = [truth.content.implied_outcome for truth in scenario.truth if truth.content.implied_outcome is not None]
     outcome = max(outcomes, key=lambda outcome: outcome.seen, default=None)
     return (
@@ -75,7 +75,7 @@ def _ends(tolerance: Tolerance | None) -> tuple[float, float]:
 
 
 def _from_statics(timeline: Timeline) -> Answer | None:
-    """Of what is only built, and pulled out."""
+    """Return the answer by statics, for timelines of placements and removals only."""
     if stands_until(timeline, timeline.end):
         return Answer(True, Source.STATICS)
     proofs = proofs_of(timeline)

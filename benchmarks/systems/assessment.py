@@ -1,7 +1,7 @@
-"""Timeline -> assessment: what a method says that tells standing from falling, and knows neither motion nor time.
+"""Timeline -> assessment: the verdicts of a method that knows neither motion nor time.
 
-It is asked anew after every placement and every removal, as exact statics is. To ask of whole levels only, or to
-bisect, would be cheaper and wrong: what stands in the end need not have stood on the way, nor the other way round.
+The method judges after every placement and every removal, as exact statics does. Judging only whole levels, or a
+bisection, would be cheaper and wrong: a structure that stands in the end need not stand on the way, and vice versa.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,46 +35,46 @@ MOVES = "something is dropped, thrown or pushed"
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What an assessor is asked of."""
+    """Input of an assessor."""
 
     bricks: Sequence[Placed]
     planes: Sequence[Plane]
-    friction: float  # Coulomb coefficient of all contacts that there are
+    friction: float  # Coulomb coefficient of all contacts
 
 
 class Assessor(Protocol):
-    """Tells whether bricks stand where they are, and nothing else."""
+    """Decides whether bricks stand at their places."""
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Return the displayed name."""
 
     @property
     def package(self) -> Package:
-        """What must be installed."""
+        """Return the required package."""
 
     def refusal(self, contacts: Sequence[Contact]) -> str:
-        """Why it can say nothing of bricks that touch so; empty if it can."""
+        """Return the reason why bricks with such contacts cannot be judged; empty if they can."""
 
     def load(self) -> None:
-        """Import what it needs, so that no run is charged for it."""
+        """Import the required modules, so that no run includes their time."""
 
     def stands(self, scene: Scene) -> bool:
-        """Whether all of it does."""
+        """Return whether all bricks stand."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assessment:
-    """What an assessor said of a whole timeline."""
+    """Verdicts of an assessor on a whole timeline."""
 
-    level: int | None  # under construction when it said that what is there falls; None if it never did
-    time: float  # that of the last question [s]
+    level: int | None  # level under construction at the first verdict of a fall; None without one
+    time: float  # of the last verdict [s]
     cost: Cost
-    numerical: str = ""  # why what it said is none of physics; empty where nothing says so
+    numerical: str = ""  # why the verdict is not physical; empty without evidence
 
     @property
     def observations(self) -> Mapping[str, Seen]:
-        """Whether it stands, and the level: all else would take motion to see."""
+        """Return whether it stands, and the level: other observations need a motion."""
         told = (
             RunVerdict.STANDS if self.level is None else NUMERICAL_COLLAPSE if self.numerical else RunVerdict.COLLAPSES
         )
@@ -83,14 +83,14 @@ class Assessment:
 
 
 def refusal(timeline: Timeline, assessor: Assessor) -> str:
-    """Why an assessor can say nothing of a timeline; empty if it can."""
+    """Return the reason why an assessor cannot judge a timeline; empty if it can."""
     if any(leaves_to_engine(action) for action in timeline.as_set_down().actions):
         return MOVES
     return assessor.refusal(contacts_in(timeline))
 
 
 def contacts_in(timeline: Timeline) -> list[Contact]:
-    """All contacts that there ever are while nothing moves."""
+    """Return all contacts of a timeline while nothing moves."""
     world = timeline.world
     structure = Structure(world.planes, (), world.friction, world.gravity, world.tolerances)
     for placement in timeline.placements:
@@ -99,7 +99,7 @@ def contacts_in(timeline: Timeline) -> list[Contact]:
 
 
 def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
-    """Ask after every placement and removal until the answer is that what is there falls."""
+    """Judge after every placement and removal up to the first fall."""
     usual = as_friction(timeline.world.friction).usual
     friction = next((contact.law.friction for contact in contacts_in(timeline)), usual)
     started, asked, level = perf_counter(), 0, 0
@@ -122,7 +122,7 @@ def assessed(timeline: Timeline, assessor: Assessor) -> Assessment:
 
 
 def why_numerical(assessment: Assessment, timeline: Timeline) -> str:
-    """Why an answer is none of physics: it falls, says the assessor, where statics prove that it stands."""
+    """Return why a verdict is not physical: a fall, although statics prove that the structure stands."""
     return DISPROVED if assessment.level is not None and stands_until(timeline, assessment.time) else ""
 
 
@@ -131,5 +131,5 @@ def _placed(placement: Placement) -> Placed:
 
 
 def _cost(assessor: Assessor, wall_time: float, time: float, asked: int) -> Cost:
-    """Its clock is that of the timeline, as far as it was followed."""
+    """Return the cost; the simulated time is that of the judged part of the timeline."""
     return Cost(wall_time, time, steps=0, judgements=asked, proofs={assessor.name: asked})

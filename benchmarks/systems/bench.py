@@ -25,8 +25,8 @@ from stackdsl.supervising.worker import Task, TaskResult, WorkerStart
 from stackdsl.timeline import Placement, Timeline
 from stackdsl.trace import Trace
 
-TIME_LIMIT = 240.0  # [s] of wall time a run
-# Kinds of truth that say nothing of what becomes of a structure that collapses.
+TIME_LIMIT = 240.0  # [s] of wall time per run
+# Kinds of truth that do not constrain a structure after its collapse.
 OF_NO_AFTERMATH = {"stands", "collapses", "verdict", "margin", "sways"}
 OnRecord = Callable[[Record], None]
 
@@ -42,26 +42,26 @@ class Job:
 
     @property
     def planned(self) -> Record:
-        """The record of a run that has not begun."""
+        """Return the record of a run before its start."""
         return Record(self.name, self.system, self.factor, RunStatus.NOT_RUN.value)
 
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """The scores of all runs that were done, and the points that they make."""
+    """Scores of all finished runs, and the points computed from them."""
 
     scores: tuple[Score, ...]
     points: tuple[Point, ...]
     answers: Mapping[str, Answer | None]  # by case
     versions: Mapping[str, str]
-    wanted: int  # runs
+    wanted: int  # number of runs
     interrupted: bool
 
 
 def jobs_of(cases: Iterable[Case], systems: Sequence[str], factors: Sequence[float]) -> list[Job]:
-    """Every case on every system at every time step that it has, whatever systems its scenario names.
+    """Return every case on every system at all its time steps, independent of the systems of its scenario.
 
-    But for those that its author wants skipped. `xfail` says nothing here: it is of expectations, and no known answer.
+    Cases marked `skip` are left out. `xfail` is ignored here: it concerns expectations, not known results.
     """
     jobs = []
     for _, same in groupby(cases, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
@@ -77,9 +77,9 @@ def _is_skipped(case: Case, system: str) -> bool:
 
 
 def _until_answered(case: Case) -> Timeline:
-    """The timeline, played also where only proofs are asked for, as engines have none.
+    """Return the timeline, played also if only proofs are required, since engines have none.
 
-    A collapse is followed, by every system, only where something hits the structure or a truth says what becomes of it.
+    Every system follows a collapse only if something hits the structure or a truth states its aftermath.
     """
     timeline = case.timeline
     hit = any(not isinstance(action, Placement) or not action.at_rest for action in timeline.actions)
@@ -88,15 +88,15 @@ def _until_answered(case: Case) -> Timeline:
 
 
 def case_name(case: Case) -> str:
-    """The name of a case on any system."""
+    """Return the name of a case without a system."""
     chosen = ",".join(f"{name}={compact(text)}" for name, text in case.variant.parameters)
     return case.scenario.scenario + (f"[{chosen}]" if chosen else "")
 
 
 def bench(jobs: Sequence[Job], on_record: OnRecord = lambda record: None, on_wait: OnWait = lambda: None) -> Bench:
-    """Do all jobs, one at a time, as two would disturb each other's times; an interrupt ends that.
+    """Run all jobs one at a time, as parallel runs would disturb the times; an interrupt ends the bench.
 
-    `on_record` hears of each as it is done, and `on_wait` is called many times a second meanwhile.
+    `on_record` is called with each record, and `on_wait` many times a second meanwhile.
     """
     records: dict[str, Record] = {}
 
@@ -121,7 +121,7 @@ def bench(jobs: Sequence[Job], on_record: OnRecord = lambda record: None, on_wai
 
 
 def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
-    """The first time step of each case on each system, then the others, which may be needless."""
+    """Return the first time step of each case on each system, then the others, which may turn out to be needless."""
     first = {(job.name, job.system): job for job in reversed(jobs)}
     return [job for job in jobs if first[job.name, job.system] is job], [
         job for job in jobs if first[job.name, job.system] is not job
@@ -129,13 +129,13 @@ def _stages(jobs: Sequence[Job]) -> tuple[list[Job], list[Job]]:
 
 
 def _without_steps(job: Job, records: Iterable[Record]) -> Record | None:
-    """A run of the same case on the same system that took no step, so that no time step can change it."""
+    """Return a run of the same case and system without steps, whose result does not depend on the time step."""
     same = (record for record in records if (record.case, record.system) == (job.name, job.system))
     return next((record for record in same if record.done and record.steps == 0), None)
 
 
 def _play(jobs: Sequence[Job], add: OnRecord, on_wait: OnWait) -> bool:
-    """Play them, each in a process of its own; whether that was interrupted."""
+    """Play jobs, each in a process of its own; return whether this was interrupted."""
     tasks = [Task(measured_or_blocked, (job.case.timeline, job.system, job.factor), TIME_LIMIT) for job in jobs]
 
     def one_more(index: int, result: TaskResult) -> None:
@@ -150,7 +150,7 @@ def _answers(jobs: Iterable[Job]) -> dict[str, Answer | None]:
 
 
 def recorded(job: Job, result: TaskResult) -> Record:
-    """The record of a run."""
+    """Return the record of a run."""
     record = replace(job.planned, status=STATUSES[result.status].value, message=result.message)
     if isinstance(result.value, Blocked):
         stopped = blocked_result(job.case, result.value)
@@ -175,7 +175,7 @@ def recorded(job: Job, result: TaskResult) -> Record:
 
 
 def _truths(case: Case, trace: Trace) -> tuple[TruthHeld, ...]:
-    """Truths held against what moved, as it was when the run ended."""
+    """Return the truths compared with the moving structure at the end of the run."""
     seen = replace(trace, moving=())
     return tuple(_held(outcome) for outcome in compare_with_truth(seen, case.scenario, case.variant, case.source))
 

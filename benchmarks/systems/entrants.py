@@ -1,4 +1,4 @@
-"""The systems and the assessors of statics that are held against each other, behind one protocol."""
+"""Systems and assessors of statics, compared through one protocol."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,96 +15,96 @@ from stackdsl.simulation.worlds import load
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Trace
 
-# Bare engines that a converged reference may be taken from, the most trusted first.
+# Bare engines that may provide a converged reference, the most trusted first.
 REFERENCES = ("tuned", "stock")
-NO_STEPS = 0.0  # in place of a factor to the time step, of what takes none
+NO_STEPS = 0.0  # factor on the time step of an assessor, which has none
 Result = Trace | Assessment
 
 
 class Entrant(Protocol):
-    """What is held against the others, at so many times its time step."""
+    """Participant in the comparison, at a factor on its time step."""
 
     @property
     def package(self) -> Package:
-        """What must be installed."""
+        """Return the required package."""
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
-        """Which of the time steps that were asked for make a difference to it."""
+        """Return those of the requested factors that change its result."""
 
     def refusal(self, timeline: Timeline) -> str:
-        """Why it cannot take a case; empty if it can."""
+        """Return the reason why it cannot play a case; empty if it can."""
 
     def load(self) -> None:
-        """Import what it needs from the start."""
+        """Import the required modules."""
 
     def play(self, timeline: Timeline, factor: float) -> Result:
-        """One run, from nothing."""
+        """Play a timeline from the start."""
 
     def checked(self, result: Result, timeline: Timeline) -> Result:
-        """The same, with what statics say of it; no part of a run."""
+        """Return the result with the verdict of statics, which is not part of the run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Player:
-    """A system, which plays a timeline in steps."""
+    """System that plays a timeline in steps."""
 
     system: System
 
     @property
     def package(self) -> Package:
-        """That of its engine."""
+        """Return the package of its engine."""
         return self.system.engine.package
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
-        """All of them."""
+        """Return all factors."""
         return asked
 
     def refusal(self, timeline: Timeline) -> str:
-        """None."""
+        """Return no reason."""
         return ""
 
     def load(self) -> None:
-        """Its engine, or the proofs that may do without."""
+        """Import its engine, or the proofs that replace it."""
         load(self.system)
 
     def play(self, timeline: Timeline, factor: float) -> Result:
-        """A trace."""
+        """Return a trace."""
         return play(timeline, self.system.at_step(factor))
 
     def checked(self, result: Result, timeline: Timeline) -> Result:
-        """A collapse that statics disprove is marked."""
+        """Mark a collapse that statics disproves."""
         return with_numerical_collapse(result, timeline, self.system) if isinstance(result, Trace) else result
 
 
 @dataclass(frozen=True, slots=True)
 class Judge:
-    """An assessor, which says whether it stands after each placement, and has no time step."""
+    """Assessor without time steps, which judges after each placement."""
 
     assessor: Assessor
 
     @property
     def package(self) -> Package:
-        """That of the assessor."""
+        """Return the package of the assessor."""
         return self.assessor.package
 
     def factors(self, asked: Sequence[float]) -> Sequence[float]:
-        """One run says all."""
+        """Return a single factor."""
         return (NO_STEPS,)
 
     def refusal(self, timeline: Timeline) -> str:
-        """Motion, and whatever else it knows nothing of."""
+        """Refuse motion, and whatever else the assessor does not support."""
         return refusal(timeline, self.assessor)
 
     def load(self) -> None:
-        """Its package."""
+        """Import its package."""
         self.assessor.load()
 
     def play(self, timeline: Timeline, factor: float) -> Result:
-        """An assessment."""
+        """Return an assessment."""
         return assessed(timeline, self.assessor)
 
     def checked(self, result: Result, timeline: Timeline) -> Result:
-        """A fall that statics disprove is marked."""
+        """Mark a fall that statics disproves."""
         if isinstance(result, Trace):
             return result
         return replace(result, numerical=why_numerical(result, timeline))
@@ -116,5 +116,5 @@ ENTRANTS: Mapping[str, Entrant] = {**PLAYERS, **JUDGES}  # by name
 
 
 def entrant_named(name: str) -> Entrant:
-    """One of them, or a system of another package. Raises KeyError or ForeignSystemError if it cannot be had."""
+    """Return a participant by name, or a system of another package. Raises KeyError or ForeignSystemError."""
     return ENTRANTS[name] if name in ENTRANTS else Player(system_named(name))

@@ -1,4 +1,4 @@
-"""A bench as data of docs: points and runs, and the long table of the runs that are kept."""
+"""A bench as data of docs: points and runs, and the long table of the recorded runs."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -18,13 +18,13 @@ NAME, COMMAND = "speed-against-error", "make bench"
 CASES = f"{NAME}-cases"
 PICTURE = f"{NAME}.svg"
 MEBIBYTE = 2.0**20
-OWN_STEP = (1.0, 0.0)  # of a system; of an assessor, which takes none
+OWN_STEP = (1.0, 0.0)  # of a system, and of an assessor without steps
 ASSESSORS = ("cra", "rbe")
 ERRORS = {"levels": "levels", "creep": "creep_mm", "mm": "length_mm", "deg": "angle_deg", "seconds": "time_s"}
 
 
 def data_of(bench: Bench) -> tuple[Data, Data]:
-    """The points, and the runs at the systems' own steps."""
+    """Return the points, and the runs at the systems' own steps."""
     own = [score for score in bench.scores if score.record.factor in OWN_STEP and score.record.taken]
     paces = {score.record.case: pace_of(score.record) for score in own if score.record.system == COMPARED_WITH}
     cases = {
@@ -46,7 +46,7 @@ def data_of(bench: Bench) -> tuple[Data, Data]:
 
 
 def _named(name: str) -> str:
-    """A name without the slashes of units and steps, which part the paths of figures."""
+    """Return a name without the slashes of units and steps, which separate the parts of figure paths."""
     return name.replace(" / ", " : ").replace("/", " per ")
 
 
@@ -85,13 +85,13 @@ def _point(point: Point, fronts: Mapping[str, Sequence[Point]]) -> Row:
 
 
 def _updates(told: Point | Record) -> Row:
-    """The times of one update of the extension [ms]."""
+    """Return the times of one update of the extension [ms]."""
     taken = {"update_median_ms": told.update_median, "update_worst_ms": told.update_worst}
     return {key: None if seconds is None else 1000.0 * seconds for key, seconds in taken.items()}
 
 
 def by_system(points: Sequence[Point]) -> Rows:
-    """Each system at its own step, called by its name alone."""
+    """Return each system at its own step, by its plain name."""
     return {
         point.system: {"known": point.known, "wrong": point.wrong_verdicts, "times_exact": point.times_exact}
         for point in points
@@ -124,7 +124,7 @@ def _run(score: Score, exact: float | None, answers: Mapping[str, Answer | None]
 
 
 def assessors(cases: Rows) -> Rows:
-    """How many times as long as `exact` the assessors take, where both are right: apart by what comes of it."""
+    """Return the times of the assessors relative to `exact` for cases that both judge correctly, by outcome."""
     found: dict[str, Row] = {}
     for program in ASSESSORS:
         rows = [row for row in cases.values() if row["system"] == program]
@@ -169,7 +169,7 @@ RUN_TABLE = Table(
 
 
 def cases_text(data: Data) -> Iterator[str]:
-    """The long table, case by case, as Markdown."""
+    """Yield the long table, case by case, as Markdown."""
     rows = data.tables["runs"]
     for case in dict.fromkeys(str(row["case"]) for row in rows.values()):
         own = {name: row for name, row in rows.items() if row["case"] == case}

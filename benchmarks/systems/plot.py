@@ -1,6 +1,6 @@
-"""Speed against error as a picture: one panel a measure, one line a system, the Pareto front through what nobody beats.
+"""Draws speed against error: one panel per measure, one line per system, and the Pareto front.
 
-Both axes are logarithmic. An error of zero has no place there, so the foot of a panel is a band for those.
+Both axes are logarithmic. A logarithmic axis has no zero, so the bottom of a panel is a band for errors of zero.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,24 +22,24 @@ TITLES: Mapping[str, str] = {
     "seconds": "times, largest error [s]",
 }
 MARKERS = "osD^vP*X"
-ACROSS = 2  # panels beside each other
+ACROSS = 2  # panels side by side
 PANEL = (6.0, 4.2)  # [inch]
 LEAST_FLOOR, MOST_FLOOR = 1e-9, 1.0
 
 
 def floor_of(errors: Sequence[float]) -> float:
-    """A power of ten below all errors that are not zero: the upper end of the band for zeros."""
+    """Return a power of ten below all non-zero errors: the upper end of the band for zeros."""
     least = min((error for error in errors if error > 0.0), default=1.0)
     return min(MOST_FLOOR, max(LEAST_FLOOR, 10.0 ** (ceil(log10(least)) - 1)))
 
 
 def shown_at(error: float, floor_at: float) -> float:
-    """Where an error is drawn: in the middle of the band if there is none to see."""
+    """Return the drawn value of an error: the middle of the band for zero."""
     return error if error > floor_at else floor_at / 10.0**0.5
 
 
 def drawn(points: Sequence[Point]) -> bytes:
-    """The picture as SVG. Raises ModuleNotFoundError without matplotlib."""
+    """Return the picture as SVG. Raises ModuleNotFoundError without matplotlib."""
     fronts = fronts_of(points)
     measures = [measure for measure in MEASURES if measure in fronts]
     down = ceil(len(measures) / ACROSS)
@@ -60,7 +60,7 @@ def _draw_panel(panel: "Axes", measure: str, points: Sequence[Point], front: Seq
     panel.set_yscale("log")
     panel.axhspan(floor_at / 10.0, floor_at, color="0.92", zorder=0)
     panel.text(0.01, floor_at / 9.0, "no error", transform=panel.get_yaxis_transform(), color="0.5", va="bottom")
-    # Numbered over all points, so that a system keeps its colour where another is missing.
+    # Numbered over all points, so that a system keeps its colour if another is missing.
     for number, system in enumerate(dict.fromkeys(point.system for point in points if point.pace is not None)):
         places = [_place(point, measure, floor_at) for point in told if point.system == system]
         style = {"marker": MARKERS[number % len(MARKERS)], "color": f"C{number}"}

@@ -1,4 +1,4 @@
-"""Scores -> points: each system at each time step over all scenarios, and which points nobody beats."""
+"""Scores -> points: each system at each time step over all scenarios, and the Pareto-optimal points."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,8 +10,8 @@ from benchmarks.systems.scoring import Score
 from stackdsl.trace import NUMERICAL_COLLAPSE
 
 PERCENT = 100.0
-COMPARED_WITH = "exact"  # whose pace those of others are told in, case by case
-MEASURES: Mapping[str, str] = {  # kinds of error, and their units as shown
+COMPARED_WITH = "exact"  # system whose pace is the unit of other paces, case by case
+MEASURES: Mapping[str, str] = {  # kinds of error, and their displayed units
     "wrong": "%",
     "levels": "levels",
     "creep": "mm",
@@ -23,39 +23,37 @@ MEASURES: Mapping[str, str] = {  # kinds of error, and their units as shown
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One system at one time step. Errors are the largest over the scenarios; None where none is known."""
+    """One system at one time step. Errors are the largest over the scenarios; None if none is known."""
 
     system: str
     factor: float
     runs: int
     done: int
-    known: int  # runs whose answer is known
+    known: int  # runs with a known answer
     wrong_verdicts: int
     numerical: int  # numerical collapses
     errors: Mapping[str, float | None]  # by measure
     energy: float | None  # [%]
-    # Wall time for a simulated second, geometric mean over the cases that every point has done that takes them; None
-    # where it has not done all of these.
+    # Wall time per simulated second, geometric mean over the cases that every capable point has finished; None for a
+    # point that has not finished all of these.
     pace: float | None
-    times_exact: (
-        float | None
-    )  # pace in times of that of COMPARED_WITH, geometric mean over the cases that both have done
+    times_exact: float | None  # pace relative to COMPARED_WITH, geometric mean over the cases that both have finished
     wall_time: float  # [s], sum
     simulated_time: float  # [s], sum
     steps: int
     solves: int
     peak_memory: int  # [bytes], largest
     update_median: float | None  # [s] of one update of the extension, median over the cases; None without one
-    update_worst: float | None  # [s] of any
+    update_worst: float | None  # [s] the largest of all
 
     @property
     def name(self) -> str:
-        """What people call it."""
+        """Return the displayed name."""
         return f"{self.system}, {step_text(self.factor)}"
 
 
 def points_of(scores: Iterable[Score]) -> list[Point]:
-    """A point for each system and time step, in order of appearance, then from coarse to fine."""
+    """Return a point for each system and time step, in order of appearance, then from coarse to fine."""
     grouped: defaultdict[tuple[str, float], list[Score]] = defaultdict(list)
     for score in scores:
         grouped[score.record.system, score.record.factor].append(score)
@@ -67,7 +65,7 @@ def points_of(scores: Iterable[Score]) -> list[Point]:
 
 
 def _shared_cases(groups: Iterable[Sequence[Score]]) -> frozenset[str]:
-    """The cases that all have done who take them, so that paces can be compared."""
+    """Return the cases that all capable points have finished, so that paces are comparable."""
     done = [frozenset(s.record.case for s in group if s.record.done or not s.record.taken) for group in groups]
     return frozenset.intersection(*done) if done else frozenset()
 
@@ -106,7 +104,7 @@ def _errors(scores: Sequence[Score], known: Sequence[Score]) -> dict[str, float 
 
 
 def _shared_pace(own: Mapping[str, float], records: Sequence[Record], shared: frozenset[str]) -> float | None:
-    """Over the cases that all have done who take them; None where one of these is not done."""
+    """Return the pace over the shared cases; None if one of these is not finished."""
     if not shared <= {record.case for record in records if record.done}:
         return None
     return _mean([pace for case, pace in own.items() if case in shared])
@@ -117,12 +115,12 @@ def _mean(paces: Sequence[float]) -> float | None:
 
 
 def paces_of(records: Iterable[Record]) -> dict[str, float]:
-    """That of each case that has one."""
+    """Return the pace of each case that has one."""
     return {record.case: pace for record in records if record.done and (pace := pace_of(record)) is not None}
 
 
 def pace_of(record: Record) -> float | None:
-    """Wall time for a simulated second [s]; None where nothing was simulated."""
+    """Return the wall time per simulated second [s]; None if nothing was simulated."""
     if min(record.wall_time, record.simulated_time) <= 0.0:
         return None
     return record.wall_time / record.simulated_time
@@ -137,7 +135,10 @@ def _told(values: Iterable[float | None]) -> list[float]:
 
 
 def pareto_front(costs_and_errors: Sequence[tuple[float, float]]) -> list[int]:
-    """The indices of those that none beats in one of both without losing in the other, by cost, then error."""
+    """Return the indices of the points that no other point beats in cost or error without being worse in the other.
+
+    They are ordered by cost, then error.
+    """
     return sorted(
         (i for i, own in enumerate(costs_and_errors) if not any(_beats(other, own) for other in costs_and_errors)),
         key=lambda index: costs_and_errors[index],
@@ -149,7 +150,7 @@ def _beats(one: tuple[float, float], other: tuple[float, float]) -> bool:
 
 
 def fronts_of(points: Sequence[Point]) -> Mapping[str, list[Point]]:
-    """The Pareto front of pace against each measure, from the fastest to the one with the least error."""
+    """Return the Pareto front of pace against each measure, from the fastest point to the most accurate one."""
     fronts = {}
     for measure in MEASURES:
         told = [

@@ -1,7 +1,6 @@
-"""Records -> scores: how far each run is from what is known, or from what the finest runs agree on.
+"""Records -> scores: the error of each run relative to known results, or to the agreement of the finest runs.
 
-Of a run that falls where it should stand, or stands where it should fall, nothing but that and its level is told: where
-debris lies is no measure of anything.
+A run with a wrong verdict gets only its verdict and level as errors: positions of debris measure nothing.
 """
 
 from collections import defaultdict
@@ -14,26 +13,26 @@ from benchmarks.systems.run_record import Record, step_text
 from stackdsl.results import KINDS, Change, Seen, changes, turned_back
 from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE, RunVerdict
 
-# What is compared with a converged reference. The rest is creep, or chaos, as is the height of what a fall leaves.
+# Observations compared with a converged reference. The others are creep, or chaotic, as is the height of fallen bricks.
 COMPARED_FALLEN = ("collapse time", "reach", "bearing")
-LOOKS_APART = 0.0105  # [s] between two looks of a run, and a little
-# Kinds of truth that are scored as verdicts, and the one that is scored as creep, unless something is hit: then how far
-# it goes is a length as any other.
+LOOKS_APART = 0.0105  # [s] slightly more than the time between two samples of a run
+# Kinds of truth that are scored as verdicts, and the one that is scored as creep, unless something is hit: then a
+# displacement counts as a length.
 OF_VERDICTS, OF_CREEP = {"stands", "collapses", "verdict"}, "drift"
-COMPARED_STANDING = ("height",)  # where something was dropped, thrown or pushed; what is still has its own height
+COMPARED_STANDING = ("height",)  # only if something was dropped, thrown or pushed; a structure at rest keeps its height
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """What the finest runs of a bare engine agree on."""
+    """Agreement of the finest runs of a bare engine."""
 
     system: str
-    factor: float  # of the finest
+    factor: float  # of the finest run
     observations: Mapping[str, Seen]
 
     @property
     def answer(self) -> Answer:
-        """Its verdict, as an answer."""
+        """Return its verdict as an answer."""
         level = self.observations.get("collapse level")
         if self.observations["verdict"] != RunVerdict.COLLAPSES:
             return Answer(True, Source.CONVERGED)
@@ -42,22 +41,22 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """One run against what is known; None where that is not known, or where there is no such measure."""
+    """Errors of one run; None if unknown, or without such a measure."""
 
     record: Record
-    verdict: str = ""  # as the run has it, or `numerical-collapse`
+    verdict: str = ""  # of the run, or `numerical-collapse`
     known: Source | None = None
     wrong: bool | None = None
     levels: float | None = None
     mm: float | None = None
     deg: float | None = None
     seconds: float | None = None
-    creep: float | None = None  # largest shift of anything while nothing should move [mm]
+    creep: float | None = None  # largest shift of any brick while nothing should move [mm]
     energy: float | None = None  # gain after the last action [%]
 
 
 def scores_of(records: Iterable[Record], answers: Mapping[str, Answer | None]) -> list[Score]:
-    """The score of each record, in order; `answers` by case."""
+    """Return the score of each record, in order; `answers` by case."""
     by_case: defaultdict[str, list[Record]] = defaultdict(list)
     records = list(records)
     for record in records:
@@ -67,7 +66,10 @@ def scores_of(records: Iterable[Record], answers: Mapping[str, Answer | None]) -
 
 
 def reference_of(records: Sequence[Record], answer: Answer | None) -> Reference | None:
-    """What the two finest runs of the first bare engine agree on, if they do on the verdict, and with what is known."""
+    """Return the agreement of the two finest runs of the first bare engine.
+
+    None if their verdicts differ or are wrong.
+    """
     for system in REFERENCES:
         finest = sorted((r for r in records if r.system == system), key=lambda record: record.factor)[:2]
         agreed = _agreed(finest)
@@ -91,7 +93,10 @@ def _agreed(finest: Sequence[Record]) -> Mapping[str, Seen] | None:
 
 
 def _still_converges(change: Change) -> bool:
-    """Whether two runs see a fall at times further apart than two looks: solvers begin falls early, by many steps."""
+    """Return whether two runs differ in the time of a fall by more than two samples.
+
+    Solvers start falls early, by many steps.
+    """
     return change.name == "collapse time" and change.difference is not None and abs(change.difference) > LOOKS_APART
 
 
@@ -104,7 +109,8 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
     if known is None:
         return score
     fell = record.seen("collapse level")
-    unfounded = bool(record.numerical) or verdict == UNRELIABLE  # right for no reason is not right
+    # a correct verdict without a valid reason does not count
+    unfounded = bool(record.numerical) or verdict == UNRELIABLE
     wrong = known.stands is (fell is not None) or unfounded
     score = replace(
         score,
@@ -128,14 +134,14 @@ def _score(record: Record, fellows: Sequence[Record], answer: Answer | None, ref
 
 
 def _creep(record: Record, known: Answer) -> float | None:
-    """How far anything moved in a structure that should stand, or in one that should fall, before it was set down."""
+    """Return the creep of a structure that should stand, or before the placement at which it should fall."""
     if not known.undisturbed:
         return None
     return record.seen("drift" if known.stands else "shift before")
 
 
 def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) -> str:
-    """The run's verdict; a collapse that the next finer time step lets stand is numerical, unless it should fall."""
+    """Return the verdict of a run; a wrong collapse that does not occur at the next finer time step is numerical."""
     assert record.observations is not None
     own = str(record.observations["verdict"])
     finer = [f for f in fellows if f.system == record.system and f.factor < record.factor and f.done]
@@ -146,12 +152,12 @@ def _verdict(record: Record, fellows: Sequence[Record], known: Answer | None) ->
 
 
 def numerical_reason(score: Score) -> str:
-    """Why a collapse is called numerical."""
+    """Return why a collapse counts as numerical."""
     return score.record.numerical or f"it stands at a finer time step than {step_text(score.record.factor)}"
 
 
 def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str, undisturbed: bool) -> float | None:
-    """The largest distance of this unit from truths and from the reference."""
+    """Return the largest error in this unit, relative to truths and to the reference."""
     apart = {*OF_VERDICTS, OF_CREEP} if undisturbed else OF_VERDICTS
     truths = [truth for truth in record.truths if truth.kind not in apart]
     off = [truth.off for truth in truths if truth.unit == unit]
@@ -160,7 +166,10 @@ def _furthest(record: Record, compared: Sequence[tuple[str, float]], unit: str, 
 
 
 def _differences(record: Record, reference: Reference, known: Answer) -> list[tuple[str, float]]:
-    """Each unit and distance from the reference, where nothing better is known; a run has none from itself."""
+    """Return units and differences from the reference for data without a better known result.
+
+    The reference itself has none.
+    """
     if (record.system, record.factor) == (reference.system, reference.factor):
         return []
     kinds = COMPARED_STANDING if record.seen("collapse level") is None else COMPARED_FALLEN
@@ -176,4 +185,4 @@ def _difference(kind: str, seen: float | None, true: Seen) -> float | None:
     if seen is None or not isinstance(true, float):
         return None
     off = abs(turned_back(seen - true) if KINDS[kind].unit == "deg" else seen - true)
-    return max(0.0, off - LOOKS_APART) if kind == "collapse time" else off  # both are seen at the next look
+    return max(0.0, off - LOOKS_APART) if kind == "collapse time" else off  # both are detected at the next sample

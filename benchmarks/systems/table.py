@@ -1,4 +1,4 @@
-"""A bench as text: every run, then what is wrong, then one row a point, the figures that people choose by."""
+"""A bench as text: all runs, the wrong results, then one row per point, for the choice of a system."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,12 +17,12 @@ MEBIBYTE = 2.0**20
 
 
 def bench_text(bench: Bench, width: int = 160, colour: bool = False) -> str:
-    """All of it."""
+    """Return the whole text."""
     return blocks_text([*filter(None, _blocks(bench)), [line(closing_line(bench))]], width, colour)
 
 
 def closing_line(bench: Bench) -> str:
-    """How far it got."""
+    """Return a summary of the finished runs."""
     done = sum(score.record.done for score in bench.scores)
     wrong = sum(bool(score.wrong) for score in bench.scores)
     numerical = sum(score.verdict == NUMERICAL_COLLAPSE for score in bench.scores)
@@ -44,7 +44,7 @@ def _blocks(bench: Bench) -> Iterator[Block]:
 
 
 def run_row(score: Score) -> Row:
-    """One run."""
+    """Return the row of one run."""
     record = score.record
     return {
         "case": record.case,
@@ -69,7 +69,7 @@ def run_row(score: Score) -> Row:
 
 
 def point_rows(points: Sequence[Point]) -> list[Row]:
-    """One row a point; `front` names the measures in which nothing is both faster and nearer."""
+    """Return one row per point; `front` names the measures in which no other point is both faster and more accurate."""
     fronts = fronts_of(points)
     return [_point_row(point, [measure for measure, front in fronts.items() if point in front]) for point in points]
 
@@ -101,7 +101,7 @@ def _point_row(point: Point, fronts: Iterable[str]) -> Row:
 
 
 def not_taken(scores: Iterable[Score]) -> list[str]:
-    """What entrants say nothing of, and why: one line for each of them and each reason, or for several at one."""
+    """Return a line for each participant and reason of unsupported cases; one reason for several is one line."""
     cases: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
     for score in scores:
         if not score.record.taken:
@@ -114,12 +114,12 @@ def not_taken(scores: Iterable[Score]) -> list[str]:
 
 
 def number(value: float | None) -> str:
-    """Three digits, or none where nothing is known."""
+    """Return a number with three digits; empty if unknown."""
     return NOTHING if value is None else significant(value)
 
 
 def milliseconds(seconds: float | None) -> str:
-    """A short time, in three digits."""
+    """Return a short time with three digits."""
     return number(None if seconds is None else 1000.0 * seconds)
 
 

@@ -1,7 +1,7 @@
-"""What a worker does: play one case on one system at one time step, and measure what that took.
+"""Plays one case on one system at one time step in a worker, and measures the cost.
 
-Each measurement has a process of its own: what an engine keeps from one world to the next touches no other, and the
-most memory that a process ever had is that of one case.
+Each measurement has a process of its own: data that an engine keeps between worlds affect no other case, and the peak
+memory of a process is that of one case.
 """
 
 import resource
@@ -16,29 +16,29 @@ from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.timeline import Timeline
 from stackdsl.trace import Cost, Updates
 
-ENOUGH = 0.25  # [s] of playing, so that a run of a millisecond is not timed by its first time alone
+ENOUGH = 0.25  # [s] total duration of the repetitions of short runs
 MOST_RUNS = 9
-WORTH_REPEATING = 5.0  # [s] beyond, the tenth of a second that imports take on the way makes no difference
-BYTES_PER_UNIT = 1 if sys.platform == "darwin" else 1024  # of the memory that getrusage tells
+WORTH_REPEATING = 5.0  # [s] for longer runs the tenth of a second of imports is negligible
+BYTES_PER_UNIT = 1 if sys.platform == "darwin" else 1024  # of the memory reported by getrusage
 
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """One case, played."""
+    """Measurements of one case."""
 
     result: Result
     wall_time: float  # [s], median of the runs
-    updates: Updates | None  # medians of the runs, each of its median and its worst update
-    peak_memory: int  # [bytes] of the whole process, Python and libraries included
+    updates: Updates | None  # medians over the runs of the median and the worst update
+    peak_memory: int  # [bytes] of the whole process, including Python and libraries
 
 
 def measured_or_blocked(timeline: Timeline, system: str, factor: float) -> Played | Blocked:
-    """The same as `measured`, or what keeps the run from going on."""
+    """Return the result of `measured`, or the reason why the run cannot continue."""
     return played_or_blocked(measured, timeline, system, factor)
 
 
 def measured(timeline: Timeline, system: str, factor: float) -> Played:
-    """Play a timeline at so many times the time step; what takes no time is played several times."""
+    """Play a timeline at a factor on the time step; short runs are repeated."""
     entrant = entrant_named(system)
 
     costs: list[Cost] = []
@@ -52,7 +52,7 @@ def measured(timeline: Timeline, system: str, factor: float) -> Played:
     loaded = len(sys.modules)
     first = entrant.play(timeline, factor)
     if len(sys.modules) > loaded and first.cost.wall_time < WORTH_REPEATING:
-        took = next(walls())  # what is imported on the way, as solvers are, is no part of a run
+        took = next(walls())  # imports during the first run, such as those of solvers, do not count
     else:
         costs.append(first.cost)
         took = first.cost.wall_time
@@ -62,7 +62,7 @@ def measured(timeline: Timeline, system: str, factor: float) -> Played:
 
 
 def usual_updates(costs: Sequence[Cost]) -> Updates | None:
-    """The median and the worst update of one run after the other, each as it is in the median of them."""
+    """Return the medians, over the runs, of the median and of the worst update."""
     updates = [cost.updates for cost in costs if cost.updates is not None]
     if not updates:
         return None
@@ -70,7 +70,7 @@ def usual_updates(costs: Sequence[Cost]) -> Updates | None:
 
 
 def enough(first: float, more: Iterator[float]) -> list[float]:
-    """Times [s] of one run after the other, until they add up to ENOUGH."""
+    """Return times [s] of repeated runs until their sum reaches ENOUGH."""
     times = [first]
     while sum(times) < ENOUGH and len(times) < MOST_RUNS:
         times.append(next(more))

@@ -1,4 +1,4 @@
-"""SAPIEN as a system from outside: its settings, and that the command finds it by its entry points."""
+"""SAPIEN as an external system: its settings, and its discovery by the command through the entry point."""
 
 import os
 import sys
@@ -63,7 +63,7 @@ def test_both_systems_have_the_same_engine() -> None:
 
 @pytest.fixture
 def path(tmp_path: Path) -> str:
-    """What is on the path of Python once the package is installed, with the entry points of its pyproject.toml."""
+    """Return the paths of the installed package, with the entry points of its pyproject.toml."""
     project = tomllib.loads((PLUGIN / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     facts = f"site/stackdsl_sapien-{project['version']}.dist-info"
     systems = project["entry-points"]["stackdsl.systems"]

@@ -1,4 +1,4 @@
-"""Systems of StackDSL on PhysX 5, by way of SAPIEN. Nothing here needs the engine until a world is opened."""
+"""Systems of StackDSL on PhysX 5 through SAPIEN. The engine is imported when a world is opened."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -11,14 +11,14 @@ from stackdsl.simulation.systems import Method, System
 
 @dataclass(frozen=True, kw_only=True)
 class SapienSettings(EngineSettings):
-    """PhysX solves for positions first, and for velocities after them."""
+    """Settings of PhysX, which solves for positions first, and for velocities after them."""
 
     package: ClassVar[Package] = Package("sapien", "pip install stackdsl-sapien")
     world: ClassVar[str] = "stackdsl_sapien.world:SapienWorld"
 
     iterations: int  # of positions, per step
     velocity_iterations: int
-    contact_offset: float  # [m] shapes closer to each other than twice this have contacts
+    contact_offset: float  # [m] shapes whose distance is below twice this value have contacts
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"
@@ -29,11 +29,11 @@ class SapienSettings(EngineSettings):
         return replace(super().refined(), iterations=2 * self.iterations)
 
     def scaled(self, scene: SceneScale) -> Self:
-        """As of every engine; contacts are found as early, in thicknesses of a brick."""
+        """Return the settings for a scene of another scale; the contact offset scales with the thickness of a brick."""
         return replace(super().scaled(scene), contact_offset=self.contact_offset * power_of_two(scene.median_diagonal))
 
 
-# What stacked best in trials. Steps are split while a body gets further than 1 mm in one, as for `exact`.
+# The most stable settings in trials. Steps are split while a body moves more than 1 mm per step, as for `exact`.
 SETTINGS = SapienSettings(
     time_step=1.0 / 960.0, iterations=20, velocity_iterations=1, contact_offset=0.001, most_travel=0.001
 )

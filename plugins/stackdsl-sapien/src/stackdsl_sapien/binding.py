@@ -1,9 +1,9 @@
-"""The one file that imports sapien; the rest of the package has it from here."""
+"""Imports sapien, for all other modules of the package."""
 
 import warnings
 
 __all__ = ["sapien"]
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # it looks for a graphics driver, which nothing here needs
+    warnings.simplefilter("ignore")  # it searches a graphics driver, which is not needed here
     import sapien

@@ -30,13 +30,13 @@ from stability.model import (
 from stackdsl_sapien import SapienSettings
 from stackdsl_sapien.binding import sapien
 
-# Friction that differs from pair to pair, in an engine that takes the mean of two coefficients.
+# Friction that differs between pairs of bodies, in an engine that takes the mean of two coefficients.
 #
-# A body has a shape for each surface that it may meet, and these two shapes, which meet each other and nothing else,
-# both have the coefficient of the pair. Which meet is said by collision groups: a bit for each two surfaces.
+# A body has one shape for each surface that it may touch. Two such shapes touch only each other, and both have the
+# coefficient of the pair. Collision groups define which shapes touch: one bit for each pair of surfaces.
 
 
-Groups: TypeAlias = list[int]  # what a shape is, and what it meets
+Groups: TypeAlias = list[int]  # own groups of a shape, and the groups that it touches
 Shapes: TypeAlias = list[tuple[float, Groups]]  # of one body, each with its coefficient
 
 BITS = 32
@@ -44,31 +44,31 @@ BITS = 32
 
 @dataclass
 class PairShapes:
-    """The shapes that bodies have so that each two of them rub as they should."""
+    """Shapes of bodies that give each pair its friction."""
 
     law: Friction
     _planes: dict[BodyId, Plane] = field(default_factory=dict, init=False)
-    _known: dict[Surface, BodyId] = field(default_factory=dict, init=False)  # with one brick of each
+    _known: dict[Surface, BodyId] = field(default_factory=dict, init=False)  # by surface, one brick with it
     _bits: dict[frozenset[Surface | BodyId], int] = field(default_factory=dict, init=False)
 
     def of_plane(self, plane: Plane) -> Shapes:
-        """Those of a plane that comes; those that it needs for what comes later are told then."""
+        """Return the shapes of a new plane; later bricks with new surfaces add others."""
         self._planes[plane.id] = plane
         return [(self.law.on(brick, plane), self._meets(plane.id, surface)) for surface, brick in self._known.items()]
 
     def of_brick(self, brick: BodyId) -> Shapes:
-        """Those of a brick that comes."""
+        """Return the shapes of a new brick."""
         own = self.law.surface_of(brick)
         self._known.setdefault(own, brick)
         on_bricks = [(self.law.of(brick, other), self._meets(own, each)) for each, other in self._known.items()]
         return on_bricks + [(self.law.on(brick, p), self._meets(own, p.id)) for p in self._planes.values()]
 
     def is_known(self, brick: BodyId) -> bool:
-        """Whether something with the surface of this brick has been there."""
+        """Return whether a body with the surface of this brick has been present."""
         return self.law.surface_of(brick) in self._known
 
     def for_new(self, brick: BodyId, others: Iterator[BodyId]) -> Iterator[tuple[BodyId, float, Groups]]:
-        """The shapes that bodies which are there get as well, for a brick with a surface that nothing had."""
+        """Yield the shapes that present bodies need in addition for a brick with a new surface."""
         own = self.law.surface_of(brick)
         yield from ((p.id, self.law.on(brick, p), self._meets(own, p.id)) for p in self._planes.values())
         for other in others:
@@ -81,21 +81,20 @@ class PairShapes:
         return [1 << number, 1 << number, 0, 0]
 
 
-# The bodies of a SAPIEN scene by name. PhysX calculates in single precision.
+# The bodies of a SAPIEN scene by name. PhysX computes in single precision.
 #
-# Friction of a pair is the mean of both coefficients, and SAPIEN cannot ask for another rule. So that a brick may have
-# its own on bricks and none of its own on planes, it has two shapes: one meets bricks alone, the other, without
-# friction, planes alone, which have twice the friction that is asked of them. Where more is asked, `PairShapes` says
-# which shapes.
+# Friction of a pair is the mean of both coefficients, and SAPIEN offers no other rule. To have its own friction on
+# bricks and none of its own on planes, a brick has two shapes: one touches only bricks, the other, without friction,
+# only planes, which have twice their friction. For more complex laws `PairShapes` provides the shapes.
 #
-# SAPIEN tells the normal forces of contacts, not those of friction.
+# SAPIEN reports the normal forces of contacts, but not those of friction.
 
 
 Rigid: TypeAlias = sapien.physx.PhysxRigidBaseComponent
 ACROSS = (1.0, 0.0, 0.0)  # the normal of PhysX's planes, in their own axes
-# Collision groups: what a shape is, and what it meets.
+# Collision groups: the own groups of a shape, and the groups that it touches.
 WITH_BRICKS, WITH_PLANES, PLANES = [1, 1, 0, 0], [2, 0, 0, 0], [0, 2, 0, 0]
-TOP_SPEED = 1e4  # [m/s] and [rad/s]; by default PhysX clamps turning at 100
+TOP_SPEED = 1e4  # [m/s] and [rad/s]; by default PhysX clamps the angular speed at 100
 
 
 @dataclass
@@ -103,7 +102,7 @@ class SceneBodies:
     """Bricks and planes in a scene of their own."""
 
     settings: SapienSettings
-    friction: GivenFriction  # of brick on brick
+    friction: GivenFriction  # between bricks
     system: Any
     scene: Any
     _bodies: dict[BodyId, Any] = field(default_factory=dict, init=False)
@@ -117,8 +116,8 @@ class SceneBodies:
 
     @classmethod
     def opened(cls, settings: SapienSettings, gravity: float, friction: GivenFriction) -> Self:
-        """Those of a new, empty scene with gravity [m/s2] along -z."""
-        # The configuration belongs to the process, and is taken over by the systems that are made after it.
+        """Return the bodies of a new, empty scene with gravity [m/s2] along -z."""
+        # The configuration belongs to the process, and later systems use it.
         sapien.physx.set_scene_config(
             gravity=np.array((0.0, 0.0, -gravity)),
             bounce_threshold=2.0,
@@ -133,14 +132,14 @@ class SceneBodies:
         return cls(settings, friction, system, sapien.Scene([system]))
 
     def close(self) -> None:
-        """Take all of them out."""
+        """Remove all bodies."""
         for body in self._bodies.values():
             self.scene.remove_entity(body.entity)
         self._bodies.clear()
         self._names.clear()
 
     def step(self, parts: int, prescribed: PrescribedMotion) -> None:
-        """Let one time step of the settings pass, in so many parts."""
+        """Advance by one time step of the settings, in `parts` engine steps."""
         self.system.timestep = self.settings.time_step / parts
         self._guide(prescribed.guided)
         for _ in range(parts):
@@ -150,7 +149,7 @@ class SceneBodies:
             self.system.step()
 
     def _guide(self, guided: Mapping[BodyId, Guided]) -> None:
-        """Let these bricks be guided from now on, and no others."""
+        """Set the guided bricks; all others are released."""
         before, self._guided = self._guided, dict(guided)
         for brick, was in before.items():
             if brick not in guided and was.carried:
@@ -160,7 +159,7 @@ class SceneBodies:
             self._bodies[brick].kinematic = each.carried
 
     def _lead(self, brick: BodyId, each: Guided) -> None:
-        """Say how a brick moves in the coming engine step."""
+        """Set the motion of a guided brick in the next engine step."""
         state, body = self.state(brick), self._bodies[brick]
         velocity_W, angular_velocity_W = each.motion(state)
         if each.carried:
@@ -170,7 +169,10 @@ class SceneBodies:
             body.linear_velocity, body.angular_velocity = np.array(velocity_W), np.array(angular_velocity_W)
 
     def _pull(self, acceleration_W: Vec3) -> None:
-        """Let bricks feel how the planes accelerate: gravity belongs to the process, and forces last for a step."""
+        """Apply the acceleration of the planes to the bricks.
+
+        Gravity belongs to the whole process, so a force on each brick does it; forces last for one step.
+        """
         if acceleration_W == AT_REST:
             return
         for body in self._bodies.values():
@@ -178,7 +180,7 @@ class SceneBodies:
                 body.add_force_torque(np.array(scale(-body.mass, acceleration_W)), np.zeros(3))
 
     def add_plane(self, plane: Plane) -> None:
-        """Put up a plane."""
+        """Add a plane."""
         body = sapien.physx.PhysxRigidStaticComponent()
         usual = [(2.0 * plane.friction, PLANES)]
         for friction, meets in self._pairs.of_plane(plane) if self._pairs.law.differs else usual:
@@ -186,7 +188,7 @@ class SceneBodies:
         self._enter(plane.id, body, Pose(plane.point_W, shortest_turn(ACROSS, plane.normal_W)))
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3) -> None:
-        """Let a brick come."""
+        """Add a brick."""
         body = self._brick_body(brick)
         self._enter(brick.id, body, pose)
         body.linear_velocity = np.array(velocity_W)
@@ -206,7 +208,7 @@ class SceneBodies:
         return body
 
     def _shapes_of(self, brick: Brick) -> Sequence[tuple[float, list[int]]]:
-        """The friction of each shape of a brick that comes, and what it meets."""
+        """Return the friction and the collision groups of each shape of a new brick."""
         if not self._pairs.law.differs:
             return ((self._pairs.law.usual, WITH_BRICKS), (0.0, WITH_PLANES))
         if not self._pairs.is_known(brick.id):
@@ -233,7 +235,7 @@ class SceneBodies:
         self._names[entity] = name
 
     def remove(self, brick: BodyId) -> None:
-        """Take a brick out."""
+        """Remove a brick."""
         self._guided.pop(brick, None)
         self._shapes.pop(brick, None)
         entity = self._bodies.pop(brick).entity
@@ -241,22 +243,22 @@ class SceneBodies:
         self.scene.remove_entity(entity)
 
     def set_state(self, brick: BodyId, state: BodyState) -> None:
-        """Put a brick that is not held somewhere else, in motion."""
+        """Set pose and motion of a brick that is not frozen."""
         body = self._bodies[brick]
         if self._guided.pop(brick, None) is not None:
-            body.kinematic = False  # what is guided no longer waits for a step to be free again
+            body.kinematic = False  # a guided brick becomes dynamic immediately, not only at the next step
         body.entity_pose = _to_sapien(state.pose)
         body.linear_velocity = np.array(state.velocity_W)
         body.angular_velocity = np.array(state.angular_velocity_W)
 
     def state(self, name: BodyId) -> BodyState:
-        """Pose and motion of a brick."""
+        """Return pose and motion of a brick."""
         body = self._bodies[name]
         pose = _from_sapien(body.entity_pose)
         return BodyState(pose, _vector(body.linear_velocity), _vector(body.angular_velocity))
 
     def contacts(self, brick: BodyId) -> list[ContactPoint]:
-        """The contact points of a brick as of the last step."""
+        """Return the contact points of a brick after the last step."""
         return [point for pair in self.system.get_contacts() for point in self._points(pair, brick)]
 
     def _points(self, pair: sapien.physx.PhysxContact, brick: BodyId) -> Iterator[ContactPoint]:
@@ -269,7 +271,7 @@ class SceneBodies:
             yield ContactPoint(a, b, _vector(point.position), normal, float(point.separation), force)
 
     def boxes(self, bricks: Collection[Brick]) -> BoundingBoxes:
-        """The boxes around bricks as they are now."""
+        """Return the current bounding boxes of bricks."""
         poses = [self.state(brick.id).pose for brick in bricks]
         return BoundingBoxes.around(
             [brick.id for brick in bricks],
@@ -279,29 +281,29 @@ class SceneBodies:
         )
 
     def freeze(self, brick: BodyId) -> None:
-        """Hold a brick where it is."""
+        """Freeze a brick at its pose."""
         self._guided.pop(brick, None)
         body = self._bodies[brick]
         body.linear_velocity = body.angular_velocity = np.zeros(3)
         body.kinematic = True
 
     def holds(self, brick: BodyId) -> bool:
-        """Whether a brick is held."""
+        """Return whether a brick is frozen."""
         return bool(self._bodies[brick].kinematic) and brick not in self._guided
 
     def wake(self, brick: BodyId) -> None:
-        """Let a brick go that was held, at rest."""
+        """Wake a frozen brick, at rest."""
         body = self._bodies[brick]
         body.kinematic = False
         body.linear_velocity = body.angular_velocity = np.zeros(3)
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
-        """Put a brick somewhere else."""
+        """Move a brick to another pose."""
         self._bodies[brick].entity_pose = _to_sapien(pose)
 
 
 def _collision_shape(shape: ConvexShape, material: sapien.physx.PhysxMaterial) -> sapien.physx.PhysxCollisionShape:
-    """A box as a box, anything else as a hull."""
+    """Return a box as a box shape, and any other solid as a hull."""
     boxed = box_of(shape)
     if boxed is None:
         vertices = np.array(shape.corners, dtype=np.float32)
@@ -333,12 +335,12 @@ def _vector(parts: Iterable[float]) -> Vec3:
     return (x, y, z)
 
 
-# A SAPIEN world of one's own; every brick moves by itself.
+# A SAPIEN world; every brick moves by itself.
 
 
 @dataclass
 class SapienWorld(EngineWorld):
-    """A world of its own for bricks and planes; `opened` makes it."""
+    """World with its own bricks and planes; `opened` creates it."""
 
     settings: SapienSettings
     own: OwnBodies
@@ -349,7 +351,7 @@ class SapienWorld(EngineWorld):
     def opened(
         cls, settings: SapienSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
     ) -> Self:
-        """A new, empty world with gravity [m/s2] along -z; whatever the masses, they are in kilograms."""
+        """Return a new, empty world with gravity [m/s2] along -z; masses are in kilograms regardless of their size."""
         return cls(settings, OwnBodies(), SceneBodies.opened(settings, gravity, friction), StepClock(settings))
 
     def close(self) -> None:
