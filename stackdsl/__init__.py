@@ -6,4 +6,4 @@ from stability.process_settings import ask_for_one_thread
 
 ask_for_one_thread(unless_set=True)  # before numpy is loaded
 
-LOADED = time()  # [s] since 1970; code that is written later is not what this process runs
+LOADED = time()  # [s] since 1970; this process does not run code that is written later

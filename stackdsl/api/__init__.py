@@ -1,1 +1,1 @@
-"""Scenarios in Python: build, play, judge, and take the trace as arrays, with the words of the language."""
+"""Scenarios in Python: build, play and judge them with the keys of the language, and get traces as arrays."""

@@ -1,7 +1,7 @@
-"""Claims, for what is expected and for what is known: a function each, made from the models of the language.
+"""Claims, for expectations and truths: one function each, generated from the models of the language.
 
-docs/language.md says more of every key. What is left out, or None, is not written, and has its default there.
-Quantities are texts with their units, as in YAML: "12 mm".
+docs/language.md describes every key. An omitted key, or None, is not written and has its default there. Quantities are
+texts with their units, as in YAML: "12 mm".
 """
 
 from collections.abc import Callable

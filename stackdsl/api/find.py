@@ -1,4 +1,4 @@
-"""The largest or the least number with which a case stands, and what its margin depends on, for programs."""
+"""Limits of a number with which a case stands, and the sensitivities of its margin, for programs."""
 
 from stackdsl.checking.cases import Case
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
@@ -18,11 +18,11 @@ def find(
     within: float = ACCURACY,
     bearing: float | None = None,
 ) -> FoundLimit:
-    """What `stackdsl find` finds of one case, which is not played.
+    """Find the limit of a number of one case, as `stackdsl find` does, without playing the case.
 
-    One of `largest`, `least` and `most` names the number. `from_` and `to` are values as authors write them, such as
-    "5 mm"; `within` is the share by which both sides of a limit may be apart, and `bearing` [rad] is that of a tilt or
-    an acceleration. Raises SearchError, a ValueError, where no limit can be asked of what is called so.
+    One of `largest`, `least` and `most` names the number. `from_` and `to` are values as authors write them, such as "5
+    mm"; `within` is the accepted relative distance of both sides of a limit, and `bearing` [rad] is that of a tilt or
+    an acceleration. Raises SearchError, a ValueError, for a name without a limit.
     """
     given = [(want, name) for want, name in zip(Want, (largest, least, most), strict=True) if name is not None]
     if len(given) != 1:
@@ -34,9 +34,9 @@ def find(
 
 
 def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
-    """What `stackdsl sensitivities` tells of one case: on what its margin depends, the most first.
+    """Compute the sensitivities of the margin of one case, the largest first, as `stackdsl sensitivities` does.
 
-    `of` is "acceleration" or "friction"; `check` says how many are held against differences. Raises SearchError, a
-    ValueError, for what has no such margin.
+    `of` is "acceleration" or "friction"; `check` is the number of sensitivities that are compared with differences.
+    Raises SearchError, a ValueError, for a case without such a margin.
     """
     return sensitivities_of(case, case.name, MarginKind(of), check)

@@ -1,4 +1,4 @@
-"""What to do about a mistake, told to who writes Python: remedies of the language are written as YAML."""
+"""Remedies for authors in Python: the remedies of the language are written as YAML."""
 
 import re
 from collections.abc import Callable
@@ -10,7 +10,7 @@ import yaml
 
 from stackdsl.diagnostics import Diagnostic
 
-FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list, as YAML writes it on one line
+FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list in YAML on one line
 WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...]] = (
     (re.compile(r"begin each item with `- `"), "put it into a list, [...]"),
     (re.compile(r"write `(?:- )?(\w+): (\w+)`"), r'write \1("\2")'),
@@ -26,7 +26,7 @@ WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]],
 
 
 def python_name(key: str) -> str:
-    """What the functions of this package call a key: Python keeps some words for itself."""
+    """Return the parameter of this package for a key; reserved words of Python have other names."""
     return f"{key}_" if iskeyword(key) else key
 
 
@@ -35,7 +35,7 @@ def _own_names(words: str) -> str:
 
 
 def in_python(found: Diagnostic) -> Diagnostic:
-    """The same mistake with a remedy in Python, if it stands in Python."""
+    """Return the diagnostic with a remedy in Python, if its position is in Python."""
     if not (found.span.key or found.span.file.endswith((".py", ">"))):
         return found
     hint = FLOW.sub(_value, found.hint)
@@ -45,7 +45,7 @@ def in_python(found: Diagnostic) -> Diagnostic:
 
 
 def _value(found: re.Match[str]) -> str:
-    """A value of YAML as Python writes it; as it is, if it is none, such as what stands for one."""
+    """Return a value of YAML in Python's syntax; unchanged if it is no value, such as a placeholder."""
     text = found[0]
     try:
         value = yaml.safe_load(text)

@@ -1,4 +1,4 @@
-"""What came of a case that was played, for programs: outcomes, arrays, tables, and its golden file."""
+"""Result of a played case, for programs: outcomes, arrays, tables, and its golden file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     import polars as pl
 
 
-NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # what is said of what comes of it
+NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not affect the run
 
 
 class ScenarioError(ValueError):
-    """A scenario is not meant as it stands; the text tells every mistake with its line of Python."""
+    """A scenario is invalid; the text has every mistake with its line of Python."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(map(in_python, diagnostics))
@@ -44,7 +44,7 @@ class ScenarioError(ValueError):
 
 
 class NotMeasuredError(LookupError):
-    """A claim needs what this run was not asked to show."""
+    """A claim needs a measurement that this run was not asked for."""
 
 
 class Run:
@@ -56,29 +56,29 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """Such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
+        """Return the verdict, such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
         return self.trace.reported_verdict
 
     @cached_property
     def outcomes(self) -> tuple[ClaimOutcome, ...]:
-        """Each expectation, with what was measured and the margin to its threshold."""
+        """Return each expectation with the measured value and the margin to its threshold."""
         case = self.case
         return judge(self.trace, case.scenario, case.variant, case.source, case.system)
 
     @cached_property
     def truths(self) -> tuple[ClaimOutcome, ...]:
-        """The same for what is known from outside."""
+        """Return the same for truths, which are known from other sources."""
         return compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source)
 
     @property
     def passed(self) -> bool:
-        """Whether every expectation holds."""
+        """Return whether every expectation holds."""
         return all(outcome.passed for outcome in self.outcomes)
 
     def judge(self, claim: Written) -> ClaimOutcome:
-        """One more claim held against this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
+        """Judge one more claim on this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
 
-        Raises ScenarioError if the claim is mistaken, and NotMeasuredError if only another run could show what it asks.
+        Raises ScenarioError for an invalid claim, and NotMeasuredError for one that needs another run.
         """
         if not isinstance(claim, Mapping):
             wanted = 'a claim, such as stands("all") of stackdsl.api.claims'
@@ -96,7 +96,7 @@ class Run:
         return judge(self.trace, case.scenario, case.variant, case.source, case.system)[0]
 
     def _refuse_unmeasured(self, other: Case) -> None:
-        """Raise if a run of the other case would have measured more, or for longer."""
+        """Raise NotMeasuredError if a run of the other case would have measured more, or for longer."""
         had, due = requirements_of(self.case.scenario), requirements_of(other.scenario)
         lacking = [
             *sorted(set(due.measures) - set(had.measures)),
@@ -110,12 +110,12 @@ class Run:
             raise NotMeasuredError(f"{told}: give the claim in `expect` or `truth` of the scenario, and play it again")
 
     def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
-        """The comparison with its golden file, which is that of the same scenario in YAML; with `update`, write it.
+        """Compare the run with its golden file, the same as for this scenario in YAML; with `update`, write it.
 
-        A file that is written says which file of Python, or of YAML beside the project's scenarios, keeps it, so that
+        A written file names the file of Python, or of YAML beside the project's scenarios, that owns it, so that
         `stackdsl check --update` does not remove it.
 
-        Raises GoldenWriteRefusedError if asked to write in CI, and ProjectError.
+        Raises GoldenWriteRefusedError for writing in CI, and ProjectError.
         """
         folder = Path(directory)
         project = project_of([folder])
@@ -124,11 +124,11 @@ class Run:
         return check_golden(replace(snapshot_of(self.case, self.trace), kept_by=keeper), folder, update)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
-        """By quantity, an array with an entry a brick, in order of placement.
+        """Return an array per quantity with one entry per brick, in order of placement.
 
         `name` and `state` are texts, `level` whole numbers; `placed`, `rest` and `final` are poses, (n, 7): the
         position of the centre of mass in the world frame [m] and the quaternion x, y, z, w; `mass` [kg], `volume` [m3],
-        `shift` [m] and `tilt` [rad] after coming to rest, `left_at` [s], nan where the brick never left its place.
+        `shift` [m] and `tilt` [rad] after coming to rest, `left_at` [s], nan if the brick never left its place.
         """
         tracks = list(self.trace.tracks.values())
         poses = {name: [getattr(track, name) for track in tracks] for name in ("placed", "rest", "final")}
@@ -145,22 +145,22 @@ class Run:
         }
 
     def table(self) -> Table:
-        """A row a brick, in order of placement: its name, level, state, end, and how far it came [m, rad, s]."""
+        """Return one row per brick, in order of placement: name, level, state, end, and displacement [m, rad, s]."""
         return Table(_row(name, track) for name, track in self.trace.tracks.items())
 
     def events(self) -> Table:
-        """A row an event: when [s], what, of which bricks, and why."""
+        """Return one row per event: time [s], kind, bricks, and reason."""
         return Table(
             {"time": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
             for event in self.trace.events
         )
 
     def to_pandas(self) -> "pd.DataFrame":
-        """The table as a data frame of pandas. Raises ImportError where that is not installed."""
+        """Return the table as a data frame of pandas. Raises ImportError if it is not installed."""
         return self.table().to_pandas()
 
     def to_polars(self) -> "pl.DataFrame":
-        """The table as a data frame of polars. Raises ImportError where that is not installed."""
+        """Return the table as a data frame of polars. Raises ImportError if it is not installed."""
         return self.table().to_polars()
 
     def __repr__(self) -> str:
@@ -168,9 +168,9 @@ class Run:
 
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
-    """Play a case in this process, wherever it comes from; `on_event` hears of each event as it happens.
+    """Play a case from any source in this process; `on_event` is called with each event.
 
-    Raises BlockedPlacementError where something has moved in the way of an action, and TypeError for what is no case.
+    Raises BlockedPlacementError if a moved brick blocks an action, and TypeError for anything but a case.
     """
     if not isinstance(case, Case):
         hint = "a scenario plays itself, by its `play`" if hasattr(case, "play_all") else "see `Scenario.cases`"

@@ -1,4 +1,4 @@
-"""A table of what came of a run: rows in a list, columns by name, and a data frame where pandas or polars is there."""
+"""A table of results: a list of rows, with columns by name, and a data frame of pandas or polars if installed."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,15 +14,15 @@ Row = dict[str, str | int | float | bool | None]
 
 
 class Table(list[Row]):
-    """Rows that have the same columns. pandas and polars take it as it is, too: `pandas.DataFrame(table)`."""
+    """Rows with the same columns. pandas and polars accept it directly: `pandas.DataFrame(table)`."""
 
     @property
     def columns(self) -> Sequence[str]:
-        """The names of the columns, from the left."""
+        """Return the names of the columns, from the left."""
         return list(self[0]) if self else []
 
     def column(self, name: str) -> npt.NDArray[Any]:
-        """One column as an array, nan where a number is missing. Raises LookupError if there is none of this name."""
+        """Return a column as an array, nan for a missing number. Raises LookupError for an unknown column."""
         if name not in self.columns:
             raise LookupError(f"there is no column '{name}'; there are {', '.join(self.columns) or 'no rows'}")
         values = [row[name] for row in self]
@@ -30,19 +30,19 @@ class Table(list[Row]):
         return np.array([np.nan if value is None and numbers else value for value in values])
 
     def to_pandas(self) -> "pd.DataFrame":
-        """A data frame of pandas. Raises ImportError where that is not installed."""
+        """Return a data frame of pandas. Raises ImportError if it is not installed."""
         import pandas as pd  # noqa: PLC0415 -- nothing else needs it
 
         return pd.DataFrame(list(self))
 
     def to_polars(self) -> "pl.DataFrame":
-        """A data frame of polars. Raises ImportError where that is not installed."""
+        """Return a data frame of polars. Raises ImportError if it is not installed."""
         import polars as pl  # noqa: PLC0415 -- nothing else needs it
 
         return pl.DataFrame(list(self))
 
     def __str__(self) -> str:
-        """The table as text, a line a row."""
+        """Return the table as text, one line per row."""
         cells = [self.columns, *([_shown(value) for value in row.values()] for row in self)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in cells)

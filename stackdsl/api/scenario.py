@@ -1,4 +1,4 @@
-"""A scenario written in Python, with the words, the mistakes and the golden files of one in YAML."""
+"""A scenario written in Python, with the keys, diagnostics and golden files of one in YAML."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -19,10 +19,10 @@ WIDTH: Final = 120  # [characters] of a line of YAML
 
 
 class Scenario:
-    """What is built, when, what hits it, and what must come of it.
+    """Scenario: the build, its times, the impacts, and the expected outcome.
 
     The parameters are the keys of a scenario in docs/language.md. Steps come from `stackdsl.api.layouts` and
-    `stackdsl.api.single_bricks`, impacts and claims from the modules of these names. It is judged when it is played.
+    `stackdsl.api.single_bricks`, impacts and claims from the modules of these names. It is validated when it is played.
     """
 
     def __init__(
@@ -84,25 +84,25 @@ class Scenario:
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Every variant on every system. Raises ScenarioError."""
+        """Return every variant on every system. Raises ScenarioError."""
         cases, mistakes = cases_of(expand_file(Loaded((self._source(),), ()), Library()))
         if mistakes:
             raise ScenarioError(mistakes)
         return tuple(cases)
 
     def play(self, case: str = "", on_event: Callable[[Event], None] = lambda event: None) -> Run:
-        """Play the case whose variant, such as `step=10mm,exact`, contains a text; a scenario of one case needs none.
+        """Play the case whose variant, such as `step=10mm,exact`, contains a text; a single case needs none.
 
         Raises ScenarioError, LookupError if there are several such cases or none, and BlockedPlacementError.
         """
         return play(self._case(case), on_event)
 
     def draw(self, case: str = "", workers: int = 1, executor: Executor | None = None) -> VariantResult:
-        """Judge the samples of a case, as many as decide: `ensemble` of the result says what became of them.
+        """Judge as many samples of a case as a decision needs; `ensemble` of the result counts their outcomes.
 
-        Raises as `play` does, and ValueError for a case without samples. With more than one of them, workers are
-        processes, which begin by importing the main module anew where the platform asks for that. With an Executor of
-        `concurrent.futures`, or of a cluster that has one, workers are the calls that it does at a time.
+        Raises as `play` does, and ValueError for a case without samples. Several `workers` are processes, which first
+        import the main module again on platforms that start processes in this way. With an Executor of
+        `concurrent.futures`, or of a cluster, `workers` is the number of calls that it runs at a time.
         """
         from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
@@ -122,7 +122,7 @@ class Scenario:
         return found[0]
 
     def play_all(self, on_run: Callable[[Run], None] = lambda run: None) -> tuple[Run, ...]:
-        """Play every case, one after the other; `on_run` hears of each as it is done. Raises as `play` does."""
+        """Play every case, one after the other; `on_run` is called with each run. Raises as `play` does."""
         runs = []
         for case in self.cases:
             runs.append(play(case))
@@ -130,11 +130,11 @@ class Scenario:
         return tuple(runs)
 
     def to_yaml(self) -> str:
-        """The scenario as YAML, which says the same."""
+        """Return the same scenario as YAML."""
         return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
 
     def _source(self) -> Source:
         spans = spans_of(self._written)
         values = copied(self._written)
-        assert isinstance(values, dict)  # as what was written is
+        assert isinstance(values, dict)  # as the written values are
         return Source(self._written.span.file, values, spans, {})

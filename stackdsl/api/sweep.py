@@ -1,4 +1,4 @@
-"""Sweeps from Python: every case and every sample, a row each, on processes of this machine or on any Executor."""
+"""Sweeps from Python: one row for every case and sample, on processes of this machine or on any Executor."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -24,16 +24,16 @@ def sweep(
     time_limit: float = TIME_LIMIT,
     on_rows: Callable[[int], None] = lambda rows: None,
 ) -> tuple[SweptCase, ...]:
-    """Judge every sample of all cases, and play those that have none; write a row for each to `out`, and count them.
+    """Judge every sample of all cases, and play cases without samples; write a row for each to `out`; count the rows.
 
-    `out` ends in `.jsonl`, or in `.parquet` for a folder. Rows that are there are not judged again. `samples` is for
-    each case that has some, by default as many as it says. The work is done by processes of this machine, one a core,
-    or as many as `workers`; or by an Executor that does `workers` calls at a time, each in a supervised process.
-    `time_limit` is for a sample, in seconds of wall time; `on_rows` hears how many rows there are. Processes begin by
-    importing the main module anew where the platform asks for that, so let that begin with `if __name__ == "__main__"`.
+    `out` ends in `.jsonl`, or in `.parquet` for a folder. Existing rows are not judged again. `samples` is the number
+    for each case with samples, by default that of the case. The work is done by processes of this machine, one per core
+    or `workers` in total; or by an Executor that runs `workers` calls at a time, each in a supervised process.
+    `time_limit` is the wall time of a sample in seconds; `on_rows` is called with the number of rows. On some platforms
+    new processes import the main module again, so guard it with `if __name__ == "__main__"`.
 
-    Raises NothingToSweepError, RowsError for a file that is of another sweep or cannot be written, and SweepError where
-    the executor fails, or a worker has another program. Rows that are there are kept, whatever happens.
+    Raises NothingToSweepError, RowsError for a file of another sweep or an unwritable one, and SweepError if the
+    executor fails or a worker has another program. Written rows are kept in any case.
     """
 
     def those() -> AbstractContextManager[Workers]:

@@ -1,7 +1,7 @@
-"""Functions for the words of the language: one a layout, an impact and a claim, made from their models.
+"""Functions for the keys of the language: one per layout, impact and claim, generated from their models.
 
-Parameters and descriptions are those of the JSON Schema, so that YAML and Python take the same words. A function is
-made when it is first asked for; for type checkers and editors, a build writes the signatures of all into `.pyi` files.
+Parameters and descriptions are those of the JSON Schema, so that YAML and Python have the same keys. A function is
+generated at its first use; for type checkers and editors, a build writes all signatures into `.pyi` files.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,18 +21,18 @@ from stackdsl.language.model_base import Kinds
 from stackdsl.language.schema import BuildStep
 
 Schema: TypeAlias = Mapping[str, Any]
-Keys: TypeAlias = dict[str, tuple[str, str]]  # the type, as Python writes it, and the description of each
+Keys: TypeAlias = dict[str, tuple[str, str]]  # the type in Python's syntax, and the description of each key
 Function: TypeAlias = Callable[..., Written]
 
-TIME: Final = {"at": "when"}  # of a step; `at` is a place in what it does
+TIME: Final = {"at": "when"}  # of a step, since `at` is also a key of layouts
 NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and functions of its own for the others
-DESCRIPTIONS: Final = {"source": "of what is known from outside: where from"}  # of what not all claims have
+DESCRIPTIONS: Final = {"source": "of what is known from outside: where from"}  # of keys that not all claims have
 WIDTH: Final = 116  # [characters] of a line of a docstring
 SCALARS: Final = {"integer": "int", "number": "float", "boolean": "bool", "string": "str"}
 
 
 class Words:
-    """The functions of a module of this package."""
+    """Functions of a module of this package."""
 
     def __init__(self, name: str, kinds: Kinds[Any], attribute: str, *beside: type[BaseModel]) -> None:
         self.name, self._kinds, self._attribute, self._models = name, kinds, attribute, beside
@@ -42,7 +42,7 @@ class Words:
         return list(map(python_name, self._kinds))
 
     def function(self, name: str) -> Function:
-        """The function of a name. Raises AttributeError, as a module that lacks it."""
+        """Return the function of a name. Raises AttributeError for an unknown name, as a module does."""
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
@@ -51,7 +51,7 @@ class Words:
         return self._made[name]
 
     def stub(self) -> str:
-        """The text of the `.pyi` file of the module."""
+        """Return the text of the `.pyi` file of the module."""
         functions = [f"{self._head(key, *self._shape(key))}    ...\n" for key in self._kinds]
         head = "from collections.abc import Mapping, Sequence\n\nfrom stackdsl.api.written import Written\n"
         return "\n".join([head, *functions])
@@ -67,14 +67,14 @@ class Words:
         names: dict[str, Any] = {"Mapping": Mapping, "Sequence": Sequence, "Written": Written, "taken": taken}
         names["__name__"] = f"{__package__}.{self.name}"
         code = f"{self._head(key, plain, own)}    return taken(locals())\n"
-        # Carried out, so that Python checks a call as it checks any other. Its file is of this folder, as that of all
-        # that is not the caller's.
+        # Executed, so that Python checks calls like any others. The file of its code is in this folder, like that of
+        # all code that does not belong to the caller.
         exec(compile(code, str(Path(HERE, f"<{key}>")), "exec"), names)
         made: Function = names[python_name(key)]
         return made
 
     def _shape(self, key: str) -> tuple[list[Schema], Keys]:
-        """What may be written in place of the keys of a kind, and these."""
+        """Return the values that may replace the keys of a kind, and the keys."""
         schema = TypeAdapter(getattr(self._kinds[key], self._attribute)).json_schema()
         shapes = schema.get("anyOf", [schema])
         mapping: Schema = next((shape for shape in shapes if "properties" in shape), {})
@@ -82,7 +82,7 @@ class Words:
 
     @cached_property
     def _beside(self) -> Keys:
-        """The keys that may stand beside that of each kind."""
+        """Return the additional keys of every kind."""
         fields = {key: field for model in self._models for key, field in model.model_fields.items()}
         found = {}
         for key, field in fields.items():
@@ -92,7 +92,7 @@ class Words:
         return found
 
     def _head(self, key: str, plain: Sequence[Schema], own: Keys) -> str:
-        """The text of a function down to its docstring."""
+        """Return the text of a function up to its docstring."""
         parameters = {python_name(name): told for name, told in own.items()}
         parameters |= {_beside(name): told for name, told in self._beside.items()}
         if len(parameters) < len(own) + len(self._beside):
@@ -118,7 +118,7 @@ def _keys_of(schema: Schema, definitions: Schema) -> Keys:
 
 
 def _type(schema: Schema, definitions: Schema) -> str:
-    """The type of what a schema describes, as Python writes it."""
+    """Return the type of a schema's values in Python's syntax."""
     if "$ref" in schema:
         return _type(definitions[schema["$ref"].rsplit("/", 1)[-1]], definitions)
     if "anyOf" in schema and schema.get("type") != "string":
@@ -140,7 +140,7 @@ def _type(schema: Schema, definitions: Schema) -> str:
 
 
 def _plain_text(plain: Sequence[Schema]) -> str:
-    """What may stand in place of the keys."""
+    """Return a description of the values that may replace the keys."""
     words = [value for shape in plain for value in shape.get("enum", [shape["const"]] if "const" in shape else [])]
     if words:
         return " or ".join(f"`{word}`" for word in words)
@@ -148,7 +148,7 @@ def _plain_text(plain: Sequence[Schema]) -> str:
 
 
 def _told(name: str, description: str) -> list[str]:
-    """One line of a docstring, cut into as many as fit."""
+    """Return one entry of a docstring, wrapped to lines."""
     words = f"{name}: {description}".split()
     lines, line = [], "   "
     for word in words:

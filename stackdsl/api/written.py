@@ -1,4 +1,4 @@
-"""What a caller writes in Python: the values that YAML would hold, and the line of the program that each came from."""
+"""Values that a caller writes in Python, as YAML would hold them, with the line of the program of each."""
 
 import linecache
 import sys
@@ -16,7 +16,7 @@ HERE: Final = str(FilePath(__file__).parent)
 
 
 class Written(dict[str, "Plain"]):
-    """A mapping that knows where it was written."""
+    """Mapping with its position in the program."""
 
     def __init__(self, values: Mapping[str, Plain], span: Span) -> None:
         super().__init__(values)
@@ -24,20 +24,20 @@ class Written(dict[str, "Plain"]):
 
 
 def written(values: Mapping[str, object]) -> Written:
-    """The keys that have a value, written where the caller of this package stands. Raises TypeError."""
+    """Return the keys that have a value, with the position of the caller of this package. Raises TypeError."""
     kept = {key: plain(value, _keyed("", key, value)) for key, value in values.items() if value is not None}
     return Written(kept, callers_place())
 
 
 def plain(value: object, called: str) -> Plain:
-    """A value as YAML knows it; keys of mappings without a value are left out. Raises TypeError, with what it is of."""
+    """Return a value as YAML holds it, without keys whose value is None. Raises TypeError with the key."""
     if isinstance(value, Written | str | bool | int | float):
         return float(value) if type(value) not in (str, bool, int) and isinstance(value, float) else value
     if isinstance(value, Mapping):
         return {str(key): plain(one, _keyed(called, str(key), one)) for key, one in value.items() if one is not None}
     if isinstance(value, Sequence):
         return [plain(item, f"{called}[{number}]") for number, item in enumerate(value)]
-    if callable(number := getattr(value, "item", None)):  # a number, or a whole array, of numpy
+    if callable(number := getattr(value, "item", None)):  # a number, or an array, of numpy
         return plain(getattr(value, "tolist", number)(), called)
     raise TypeError(
         f"`{called}`: a scenario holds texts, numbers, lists and mappings, not {type(value).__name__}: {value!r}"
@@ -45,7 +45,7 @@ def plain(value: object, called: str) -> Plain:
 
 
 def callers_place() -> Span:
-    """The line outside of this package that is being carried out."""
+    """Return the innermost line outside of this package that is being executed."""
     frame: FrameType | None = sys._getframe()
     while frame is not None and str(FilePath(frame.f_code.co_filename).parent) == HERE:
         frame = frame.f_back
@@ -58,13 +58,13 @@ def callers_place() -> Span:
 
 
 def _relative(name: str) -> str:
-    """A file as it is called from where the program runs, if it is below that."""
+    """Return a path relative to the working directory, if it is below it."""
     path = FilePath(name)
     return path.relative_to(FilePath.cwd()).as_posix() if path.is_relative_to(FilePath.cwd()) else name
 
 
 def spans_of(value: Plain, path: KeyPath = (), within: Span | None = None) -> dict[KeyPath, Span]:
-    """By path, the place of every value that was written in Python; `within` is that of what is around it."""
+    """Return the position of every value written in Python, by path; `within` is that of the enclosing value."""
     span = value.span if isinstance(value, Written) else within
     found = {path: span} if span is not None else {}
     if isinstance(value, Written) and within is not None and path and isinstance(path[-1], str):
@@ -77,7 +77,7 @@ def spans_of(value: Plain, path: KeyPath = (), within: Span | None = None) -> di
 
 
 def _keyed(within: str, key: str | int, member: object) -> str:
-    """What a caller calls a value: `column.step`, `build[0]`; the time of a step is `when`."""
+    """Return the caller's name of a value: `column.step`, `build[0]`; the time of a step is `when`."""
     if isinstance(key, int):
         return f"{within}[{key}]"
     if within:
@@ -87,7 +87,7 @@ def _keyed(within: str, key: str | int, member: object) -> str:
 
 
 def copied(value: Plain) -> Plain:
-    """The same in plain mappings and lists."""
+    """Return a copy as plain mappings and lists."""
     if isinstance(value, dict):
         return {key: copied(member) for key, member in value.items()}
     return [copied(item) for item in value] if isinstance(value, list) else value

@@ -1,10 +1,10 @@
 """Scenarios as tests of pytest, and golden files for tests in Python.
 
 Registered by its entry point: `pytest scenarios` collects every variant on every system as a test. A test in Python
-says `assert snapshot == golden(snapshot.identity)`, which needs syrupy; nothing else here does. Both read and write the
-golden files of `stackdsl check`.
+writes `assert snapshot == golden(snapshot.identity)`, which needs syrupy; nothing else here does. Both read and write
+the golden files of `stackdsl check`.
 
-Loaded in every run of pytest, wherever stackdsl is installed: what it needs is imported when it is needed.
+Every run of pytest loads this module if stackdsl is installed, so its imports are inside functions.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ NEEDS_SYRUPY = "the fixture `golden` needs syrupy; try: pip install 'stackdsl[py
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Where golden files and scenarios are, and whether the ones are held against the others."""
+    """Add the options for the directories of golden files and scenarios, and for their comparison."""
     parser.addini(
         "golden_directory",
         "directory of golden files, relative to the root directory; that of the project, if nothing is said",
@@ -40,9 +40,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Import all that scenarios need, if pytest itself is to be run within this process.
+    """Import all modules that scenarios need, if pytest itself is run within this process.
 
-    The fixture `pytester` forgets what such a run imports, and libraries in C cannot be imported twice.
+    The fixture `pytester` unloads the imports of such a run, and C libraries cannot be imported twice.
     """
     if config.pluginmanager.has_plugin("pytester"):
         import numpy as np  # noqa: F401, PLC0415 -- never used here
@@ -52,7 +52,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioFile | None":
-    """A YAML file that is meant as scenarios: one that is named, or that is in a directory of scenarios."""
+    """Return a collector for a YAML file of scenarios: one that is named, or in a directory of scenarios."""
     if file_path.suffix.lower() not in (".yaml", ".yml"):
         return None
     homes = [parent.config.rootpath / name for name in parent.config.getini("scenario_directories")]
@@ -65,7 +65,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioF
 
 @pytest.fixture
 def golden(request: pytest.FixtureRequest) -> "Golden":
-    """Gives what a snapshot of an identity is compared with; the module's docstring shows a test."""
+    """Return a function from an identity to the object to compare a snapshot with; see the module's docstring."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
     from stackdsl.goldens.golden import keeper_of  # noqa: PLC0415 -- only where it is asked for

@@ -1,4 +1,4 @@
-"""Where the golden files of a test are: where pytest is told, or else where `stackdsl check` has them."""
+"""The directory of golden files of a test: the one configured in pytest, or otherwise that of `stackdsl check`."""
 
 import os
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from stackdsl.project_file import Project, ProjectError, confined, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
-    """The directory of the golden files for a test in this file. Fails the test where the project is mistaken."""
+    """Return the directory of golden files for a test in this file. Fails the test if the project file is invalid."""
     if named := config.getini("golden_directory"):
         golden = Path(os.path.normpath(config.rootpath / str(named)))
         if not golden.is_relative_to(config.rootpath):
@@ -29,7 +29,7 @@ def _confined(config: pytest.Config, golden: Path) -> Path:
 
 
 def scenario_directory(config: pytest.Config, test: Path) -> Path:
-    """The directory of the scenarios that `stackdsl check` takes together, around a test. Fails the test likewise."""
+    """Return the directory of the scenarios checked together with a test. Fails the test likewise."""
     return _in_project(config, test, lambda project: project.scenarios)
 
 
@@ -38,5 +38,5 @@ def _in_project(config: pytest.Config, test: Path, named: Callable[[Project], Pa
         project = project_of([test.parent])
     except ProjectError as error:
         pytest.fail(str(error), pytrace=False)
-    home = config.rootpath if project.root is None else Path.cwd()  # the project is told as seen from there
+    home = config.rootpath if project.root is None else Path.cwd()  # the project is displayed relative to this path
     return Path(os.path.normpath(home / named(project)))

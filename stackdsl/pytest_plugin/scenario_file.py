@@ -1,4 +1,4 @@
-"""Scenarios as tests: a file is a collector, and each variant on each system an item of it."""
+"""Scenarios as tests: a file is a collector, and each variant on each system is a test item."""
 
 import os
 from collections.abc import Iterable
@@ -29,19 +29,19 @@ from stackdsl.simulation.systems import SYSTEMS
 if TYPE_CHECKING:
     from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
 
-Name = pytest.StashKey[dict[str, Path]]()  # by each scenario's name, the file that has it
-Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # by the directory of golden files, those that are nobody's
+Name = pytest.StashKey[dict[str, Path]]()  # file of each scenario, by name
+Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # unused golden files, by their directory
 
 
 class MissedError(Exception):
-    """A scenario came out otherwise than expected; its text is the report."""
+    """A scenario has an unexpected outcome; the text is its report."""
 
 
 class ScenarioFile(pytest.File):
-    """The scenarios of one YAML file."""
+    """Scenarios of one YAML file."""
 
     def collect(self) -> Iterable["ScenarioItem"]:
-        """An item a case. Raises CollectError with all diagnostics if anything in the file is mistaken."""
+        """Yield one item per case. Raises CollectError with all diagnostics of the file."""
         gathered = gather([self.path])
         if gathered.diagnostics:
             raise self.CollectError("\n\n".join(diagnostic_text(found) for found in gathered.diagnostics))
@@ -58,10 +58,10 @@ class ScenarioItem(pytest.Item):
     """One variant of a scenario on one system: passes if it meets its expectations and its golden file."""
 
     def __init__(self, *, case: Case, **others: object) -> None:
-        super().__init__(**others)  # type: ignore[arg-type]  # pytest's own
+        super().__init__(**others)  # type: ignore[arg-type]  # pytest's own arguments
         self.case = case
         for tag in case.scenario.tags:
-            self.config.addinivalue_line("markers", f"{tag}: a tag of scenarios")  # which --strict-markers asks for
+            self.config.addinivalue_line("markers", f"{tag}: a tag of scenarios")  # required by --strict-markers
             self.add_marker(tag)
 
     def runtest(self) -> None:
@@ -96,7 +96,7 @@ class ScenarioItem(pytest.Item):
         )
 
     def _goldens(self) -> Goldens:
-        """Where golden files are, if they are looked at, and whether they are written."""
+        """Return the directory of golden files, unless they are ignored, and whether to write them."""
         if self.config.getoption("no_golden"):
             return Goldens(None)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
@@ -112,14 +112,14 @@ class ScenarioItem(pytest.Item):
         )
 
     def _unused(self, folder: Path, scenarios: Path) -> tuple[str, ...]:
-        """The golden files of the project that belong to none of its scenarios: this one may have been renamed."""
+        """Return the golden files of the project without a scenario: one of them may have been renamed."""
         known = self.config.stash.setdefault(Unused, {})
         if folder not in known:
             known[folder] = unused_goldens(gather([scenarios]), folder) if folder.is_dir() else ()
         return known[folder]
 
     def _sampled(self) -> VariantResult:
-        """The result of a case of many samples."""
+        """Return the result of a case with samples."""
         from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
 
         return sampled_result(self.case, os.cpu_count() or 1, self._goldens())
@@ -127,11 +127,11 @@ class ScenarioItem(pytest.Item):
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None
     ) -> "str | TerminalRepr":
-        """The report of the case; a traceback only for what is no finding of ours."""
+        """Return the report of the case; a traceback only for unexpected exceptions."""
         if isinstance(excinfo.value, MissedError | GoldenWriteRefusedError):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Where the scenario begins."""
+        """Return the position of the scenario."""
         return self.path, self.case.source.key_span_of(("scenario",)).line - 1, self.name

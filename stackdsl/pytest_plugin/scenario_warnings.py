@@ -1,9 +1,9 @@
-"""What is told of a scenario that fails nothing."""
+"""Warnings about scenarios that do not fail a test."""
 
 
 class OtherEngineWarning(UserWarning):
-    """A golden file was made with another engine than this run, so that not all of it could be compared."""
+    """A golden file was made with another engine than this run, so the comparison was limited."""
 
 
 class ScenarioWarning(UserWarning):
-    """Something is odd that fails nothing, such as a fall of which nothing is expected, or a box beyond its deck."""
+    """A scenario has an oddity that fails no test, such as a fall without expectations, or a box beyond its deck."""

@@ -1,6 +1,6 @@
 """Golden files for tests in Python, through syrupy: the same files, comparison and bytes as those of `stackdsl check`.
 
-Files that belong to no test are left alone: `stackdsl check` knows which are obsolete.
+Files without a test are left alone: `stackdsl check` finds obsolete ones.
 """
 
 import json
@@ -29,9 +29,9 @@ Golden = Callable[[Identity], SnapshotAssertion]
 
 
 class GoldenExtension(JSONSnapshotExtension):
-    """Keeps snapshots of stackdsl where and how `stackdsl check` does; the index of an assertion is its file name."""
+    """Stores snapshots of stackdsl in the files of `stackdsl check`; the index of an assertion is its file name."""
 
-    keeper: ClassVar[str] = ""  # who keeps the files that are written, as `stackdsl.goldens.golden` says
+    keeper: ClassVar[str] = ""  # owner of the written files, see `stackdsl.goldens.golden`
 
     def serialize(
         self,
@@ -52,7 +52,7 @@ class GoldenExtension(JSONSnapshotExtension):
         return result.status in (GoldenStatus.SAME, GoldenStatus.OTHER_ENGINE)
 
     def diff_lines(self, serialized_data: SerializedData, snapshot_data: SerializedData) -> Iterator[str]:
-        """One line a difference, instead of syrupy's line-by-line diff."""
+        """Yield one line per difference, instead of syrupy's line-by-line diff."""
         if not snapshot_data:
             yield "write it with: pytest --snapshot-update"
             return
@@ -64,7 +64,7 @@ class GoldenExtension(JSONSnapshotExtension):
     def discover_snapshots(
         self, *, test_location: PyTestLocation, ignore_extensions: list[str] | None = None
     ) -> SnapshotCollections:
-        """None: a golden file that this session does not read is not for it to report, let alone to delete."""
+        """Return no snapshots, so that syrupy neither reports nor deletes golden files without a test."""
         return SnapshotCollections()
 
     @classmethod
@@ -82,7 +82,7 @@ class GoldenExtension(JSONSnapshotExtension):
     def read_snapshot_data_from_location(
         self, *, snapshot_location: str, snapshot_name: str, session_id: str
     ) -> SerializableData | None:
-        # Whatever cannot be decoded makes no JSON either, and is then told as unreadable.
+        # Undecodable bytes are no JSON either, and are reported as unreadable.
         found = content_of(snapshot_location)
         if isinstance(found, bytes):
             return found.decode("utf-8", "replace")
@@ -100,14 +100,14 @@ class GoldenExtension(JSONSnapshotExtension):
 
 @cache
 def _kept_by(keeper: str) -> type[GoldenExtension]:
-    """The extension that says in what it writes who keeps it: syrupy makes its own instances, of a class alone."""
+    """Return the extension that writes this owner into its files: syrupy makes instances only from a class."""
     return type("GoldenExtension", (GoldenExtension,), {"keeper": keeper})
 
 
 def compare_with_golden(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> Golden:
-    """What gives, for an identity, the file below a directory that a snapshot of it is compared with.
+    """Return a function from an identity to the file in a directory to compare a snapshot with.
 
-    `keeper` is who keeps that file where the test writes it.
+    `keeper` is the owner of a file that the test writes.
     """
 
     def kept(identity: Identity) -> SnapshotAssertion:
