@@ -14,7 +14,7 @@ from typing import Final, TypedDict, TypeVar, Unpack
 import click
 
 from stackdsl.checking.cache import ResultCache
-from stackdsl.checking.cases import SUFFIXES, ChangedMeanwhileError, Listed, CaseSurvey, survey
+from stackdsl.checking.cases import SUFFIXES, CaseSurvey, ChangedMeanwhileError, Listed, survey
 from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recall
 from stackdsl.checking.selection import Selection, Shard
 from stackdsl.cli.options import (
