@@ -94,9 +94,10 @@ def _without_traceback(result: Result) -> Result:
 # scenario before, so that what is made of modules is there as well. That a command imports all it needs by itself, and
 # no more, is for tests that start processes (commands/test_start.py).
 FORKING = """
-import atexit, gc, importlib, json, os, pkgutil, sys, threading
+import atexit, functools, gc, importlib, json, os, pkgutil, sys, threading
 import stability, stackdsl
 from stackdsl.__main__ import main
+from stackdsl.checking import cache
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.language.yaml.source import parse
@@ -108,6 +109,9 @@ for package in (stability, stackdsl):
             importlib.import_module(module.name)
 for case in cases_of(parse(SCENARIO, "played.yaml"))[0]:
     play_case(case.timeline, case.system)
+digest = functools.cache(lambda settings, digest=cache.program_digest: digest())
+cache.program_digest = lambda: digest(tuple(map(os.environ.get, cache.SETTINGS)))  # no call changes the program
+cache.program_digest()
 gc.collect()
 gc.freeze()  # looking for garbage in it would copy its memory
 

@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import replace
-from pathlib import Path
 from random import Random
 
 import pytest
@@ -218,8 +217,10 @@ def test_every_golden_file_belongs_to_a_scenario() -> None:
     assert written == {golden_name(case.identity) for case in GATHERED.cases}
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "scenarios").rglob("*.yaml")), ids=lambda path: path.name)
-def test_every_scenario_says_in_its_first_lines_what_it_shows(path: Path) -> None:
-    for text in path.read_text(encoding="utf-8").split("\n---\n"):
-        lines = [line for line in text.splitlines() if not line.startswith("# yaml-language-server")]
-        assert lines[0].startswith("# "), f"{path.name} has a scenario without a purpose in its first lines"
+def test_every_scenario_says_in_its_first_lines_what_it_shows() -> None:
+    silent = []
+    for path in sorted((ROOT / "scenarios").rglob("*.yaml")):
+        for text in path.read_text(encoding="utf-8").split("\n---\n"):
+            lines = [line for line in text.splitlines() if not line.startswith("# yaml-language-server")]
+            silent += [path.name] * (not lines[0].startswith("# "))
+    assert silent == []

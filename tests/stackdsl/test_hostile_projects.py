@@ -76,10 +76,20 @@ def link(project: Path, name: str, target: str = "home") -> None:
     path.symlink_to(os.path.relpath(project.parent / target, path.parent))
 
 
-@pytest.mark.parametrize("name", [".stackdsl", ".stackdsl/passed", ".stackdsl/pending", ".stackdsl/failed.json"])
-def test_links_in_place_of_what_is_remembered_are_refused(stackdsl: Stackdsl, project: Path, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "commands"),
+    [
+        (".stackdsl", ("check", "golden status", "golden accept", "check --update")),
+        (".stackdsl/passed", ("check",)),
+        (".stackdsl/pending", ("check", "golden accept")),
+        (".stackdsl/failed.json", ("check",)),
+    ],
+)
+def test_links_in_place_of_what_is_remembered_are_refused(
+    stackdsl: Stackdsl, project: Path, name: str, commands: tuple[str, ...]
+) -> None:
     link(project, name)
-    for command in (("check",), ("golden", "status"), ("golden", "accept"), ("check", "--update")):
+    for command in map(str.split, commands):
         refused = stackdsl(*command)
         assert (refused.code, f"{name} is a link, which is not followed" in refused.err) == (4, True)
 
@@ -145,11 +155,20 @@ def forged(project: Path, **changed: str) -> None:
     (folder / f"{sha256(value['golden'].encode()).hexdigest()[:32]}.json").write_text(json.dumps(value))
 
 
+@pytest.fixture(scope="module")
+def moved(stackdsl_in: Stackdsl, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project in which a change of a golden file waits."""
+    folder = tmp_path_factory.mktemp("moved")
+    write(folder, "", "stackdsl.toml")
+    for text, code in ((GOOD, 0), (MOVED, 3)):
+        write(folder, text, "scenarios/good.yaml")
+        assert stackdsl_in(folder, "check").code == code
+    return folder
+
+
 @pytest.fixture
-def waiting(stackdsl: Stackdsl, project: Path) -> None:
-    stackdsl("check")
-    write(project, MOVED, "scenarios/good.yaml")
-    assert stackdsl("check").code == 3
+def waiting(moved: Path, project: Path) -> None:
+    shutil.copytree(moved, project, dirs_exist_ok=True)
 
 
 @pytest.mark.usefixtures("waiting")

@@ -2,7 +2,7 @@
 
 import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from benchmarks.figures.data import versions
 from benchmarks.systems import __main__ as command
 from stackdsl.entry_points import offered_systems
 from stackdsl.simulation.plugins import distributions_of
-from tests.command_line import AMPLE, Result, started, write
+from tests.command_line import AMPLE, Result, Stackdsl, started, write
 from tests.engines_at_hand import needs_pybullet
 from tests.paths import ROOT
 
@@ -53,22 +53,27 @@ EXAMPLE = ROOT / "tests" / "plugins" / "example_engine"
 Benched = Callable[..., Result]
 
 
-@pytest.fixture(name="benched")
-def _benched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Benched:
-    """The command, called in this process in a folder with the scenes."""
-    write(tmp_path, SCENES)
-    monkeypatch.chdir(tmp_path)
+# The command in a process that has imported most of it, where what a SystemExit says is printed as Python does.
+FORKED = """
+import sys
+from benchmarks.systems.__main__ import main
+sys.path[:0] = {path}
+try:
+    main()
+except SystemExit as end:
+    if isinstance(end.code, str):
+        print(end.code, file=sys.stderr)
+    raise
+"""
 
-    def call(*arguments: str) -> Result:
-        monkeypatch.setattr("sys.argv", ["systems", *arguments])
-        code: object = 0
-        try:
-            command.main()
-        except SystemExit as end:
-            code = end.code
-        said = capsys.readouterr()
-        wrong = f"{code}\n" if isinstance(code, str) else ""  # as Python prints it
-        return Result(code if isinstance(code, int) else 1, said.out, said.err + wrong)
+
+@pytest.fixture(name="benched")
+def _benched(tmp_path: Path, stackdsl: Stackdsl) -> Benched:
+    """The command, called in a folder with the scenes; `path` comes before all other packages."""
+    write(tmp_path, SCENES)
+
+    def call(*arguments: str, path: Sequence[str] = ()) -> Result:
+        return stackdsl(*arguments, program=FORKED.format(path=[*path]))
 
     return call
 
@@ -157,21 +162,20 @@ def test_what_it_plays_without_arguments_are_scenarios_that_there_are() -> None:
 
 
 @pytest.fixture
-def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """The example engine, installed: where its package and its entry points are."""
     facts = "site/example_engine-1.0.dist-info"
     write(tmp_path, "Metadata-Version: 2.1\nName: example-engine\nVersion: 1.0\n", f"{facts}/METADATA")
     write(tmp_path, "[stackdsl.systems]\nexample = example_engine:EXAMPLE\n", f"{facts}/entry_points.txt")
-    for path in (tmp_path / "site", EXAMPLE):
-        monkeypatch.syspath_prepend(path)
+    site = str(tmp_path / "site")
+    monkeypatch.syspath_prepend(site)
     offered_systems.cache_clear()
-    yield
+    yield [site, str(EXAMPLE)]
     offered_systems.cache_clear()
 
 
-@pytest.mark.usefixtures("example")
-def test_a_system_of_another_package_takes_part(benched: Benched) -> None:
-    told = benched("scene.yaml", "--system", "example", "--system", "exact", "--resolutions", "1")
+def test_a_system_of_another_package_takes_part(benched: Benched, example: list[str]) -> None:
+    told = benched("scene.yaml", "--system", "example", "--system", "exact", "--resolutions", "1", path=example)
     assert told.code == 0, told.text
     assert told.out.splitlines()[-1].startswith("4 of 4 runs done, 1 wrong verdict")  # nothing tips in the example
 

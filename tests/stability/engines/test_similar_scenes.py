@@ -76,7 +76,12 @@ def test_what_comes_as_it_is_is_stepped_as_it_is(system: str) -> None:
 
 @pytest.mark.parametrize(
     ("length", "gravity"),
-    [(KAPLA, 1.0), pytest.param(KAPLA, EARTH, marks=pytest.mark.slow), (KAPLA, 100.0), (0.01, EARTH)],
+    [
+        pytest.param(KAPLA, 1.0, marks=pytest.mark.slow),
+        pytest.param(KAPLA, EARTH, marks=pytest.mark.slow),
+        (KAPLA, 100.0),
+        (0.01, EARTH),
+    ],
 )
 def test_a_tower_creeps_by_as_little_of_its_planks_in_any_gravity_and_size(length: float, gravity: float) -> None:
     # Every brick is taken to fall until the next look. That is no motion: where it was taken for one, in strong gravity

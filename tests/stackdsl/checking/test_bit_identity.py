@@ -95,18 +95,29 @@ SCENES: Mapping[str, str] = {
 }
 
 
+QUICK = ("v-slips", "collapse", "drop")
+
+
 def written(folder: Path, names: Mapping[str, str]) -> Path:
-    """The scenes in a folder, one file each, under these names."""
+    """Scenes in a folder, one file each, under these names."""
     folder.mkdir()
-    for scene, text in SCENES.items():
+    for scene, name in names.items():
         head = f"scenario: {scene}\nbrick: kapla\n{SYSTEMS}\n"
-        (folder / f"{names[scene]}.yaml").write_text(head + dedent(text), encoding="utf-8")
+        (folder / f"{name}.yaml").write_text(head + dedent(SCENES[scene]), encoding="utf-8")
     return folder
 
 
+@pytest.fixture(
+    scope="module", params=[QUICK, pytest.param(tuple(SCENES), marks=pytest.mark.slow)], ids=["quick", "all"]
+)
+def chosen(request: pytest.FixtureRequest) -> tuple[str, ...]:
+    names: tuple[str, ...] = request.param
+    return names
+
+
 @pytest.fixture(scope="module")
-def scenes(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(tmp_path_factory.mktemp("bits") / "scenes", {scene: scene for scene in SCENES})
+def scenes(tmp_path_factory: pytest.TempPathFactory, chosen: tuple[str, ...]) -> Path:
+    return written(tmp_path_factory.mktemp("bits") / "scenes", {scene: scene for scene in chosen})
 
 
 @pytest.fixture(scope="module")
@@ -187,11 +198,11 @@ def test_a_process_with_other_hashes_compiles_the_same(
 
 @pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_check_gives_the_same_with_any_workers_and_hashes_and_whatever_files_are_called(
-    workers: int, tmp_path: Path, bits: Mapping[str, Bits], monkeypatch: pytest.MonkeyPatch
+    workers: int, tmp_path: Path, chosen: tuple[str, ...], bits: Mapping[str, Bits], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setenv("PYTHONHASHSEED", HASHES)
-    names = {scene: f"{place * (-1) ** workers % 7}-{scene}" for place, scene in enumerate(SCENES, 1)}
+    names = {scene: f"{place * (-1) ** workers % 7}-{scene}" for place, scene in enumerate(chosen, 1)}
     cases = gather([written(tmp_path / "scenarios", names)]).cases
     assert [case.name for case in cases] != list(bits), "the files should be found in another order"
     terms = CheckConfig(tmp_path / "golden", update=True, accept_failing=True, workers=workers)

@@ -22,7 +22,7 @@ def test_what_comes_out_as_expected_needs_no_reason() -> None:
     assert why(COLUMN, "expect: [{collapses: {at: level 10}}]") is None
 
 
-@pytest.mark.parametrize("system", ["exact", "tuned"])
+@pytest.mark.parametrize("system", ["exact", pytest.param("tuned", marks=pytest.mark.slow)])
 def test_a_column_that_leans_too_far_tips_over_its_lowest_plank(system: str) -> None:
     found = why(COLUMN, f"systems: [{system}]\nexpect: [stands: all]")
     assert found is not None

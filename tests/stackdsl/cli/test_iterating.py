@@ -1,15 +1,11 @@
 """Selecting and stopping, as one does a hundred times a day."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.command_line import AMPLE, GOOD, Stackdsl, saved, started, write
-from tests.paths import ROOT
+from tests.command_line import AMPLE, GOOD, Stackdsl, StackdslIn, saved, started, write
 
 BAD = GOOD.replace("good", "bad") + "  - height: 20 mm ± 1 mm\n"
 THREE = "---\n".join([BAD, GOOD, GOOD.replace("good", "other")])
@@ -91,11 +87,9 @@ def test_parts_are_disjoint_whole_and_the_same_in_any_order(stackdsl: Stackdsl, 
     assert stackdsl("check", "scene.yaml", "--shard", "3/2").code == 4
 
 
-def test_a_scenario_may_come_by_a_pipe(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "stackdsl", "check", "-"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": ""}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, input=BAD.encode(), capture_output=True, check=False)
-    assert (done.returncode, b"<stdin>:7:5: bad[exact]: height" in done.stdout) == (1, True)
+def test_a_scenario_may_come_by_a_pipe(stackdsl_in: StackdslIn, tmp_path: Path) -> None:
+    done = stackdsl_in(tmp_path, "check", "-", keys=BAD)
+    assert (done.code, "<stdin>:7:5: bad[exact]: height" in done.out) == (1, True)
     assert not (tmp_path / "golden").exists()
 
 

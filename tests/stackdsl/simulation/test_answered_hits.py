@@ -279,7 +279,7 @@ def test_none_passes_through_level_3_of_a_tower(turn: Quaternion, reach: float) 
 
 
 def small_tower_hit(rename: Callable[[BodyId], BodyId] = str) -> Trace:
-    poses = {rename(name): pose for name, pose in four_stack(range(1, 8)).items()}
+    poses = {rename(name): pose for name, pose in four_stack(range(1, 6)).items()}
     return played(*built(poses), at_level_3(3.0))
 
 
@@ -292,16 +292,9 @@ def first_hit() -> Trace:
 
 
 @ONE_RUN
-def test_the_same_hit_twice_is_the_same() -> None:
-    one, other = first_hit(), small_tower_hit()
-    assert one.events == other.events
-    assert one.tracks == other.tracks
-
-
-@ONE_RUN
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_names_change_no_digit(seed: int) -> None:
-    names = list(four_stack(range(1, 8)))
+    names = list(four_stack(range(1, 6)))
     there = dict(zip(names, Random(seed).sample([f"z{i:02}" for i in range(len(names))], len(names)), strict=True))
     one, other = first_hit(), small_tower_hit(there.__getitem__)
     assert {name: moved(other, renamed) for name, renamed in there.items()} == {

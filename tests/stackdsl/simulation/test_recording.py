@@ -17,7 +17,7 @@ from tests.scenes import timeline_of
 
 G = 9.81  # [m/s2]
 THICKNESS = 0.0078  # of a KAPLA plank [m]
-COLUMN = "- column: {levels: 12, step: 12 mm}\n  every: 1 s"
+COLUMN = "- column: {levels: 6, step: 30 mm}\n  every: 1 s"
 FALL = "expect: [{collapses: any}]"
 
 

@@ -1,5 +1,7 @@
 """Sweeps of small towers, judged in this process or wherever a test wants."""
 
+import os
+import signal
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, nullcontext
@@ -8,7 +10,7 @@ from typing import Any
 
 from stackdsl.checking.cases import Case
 from stackdsl.studies.sweep import SweptCase, sweep
-from stackdsl.studies.sweep_plan import SweepPlan, plan_of
+from stackdsl.studies.sweep_plan import JudgedSamples, OtherProgram, SweepPlan, judged_piece, plan_of
 from stackdsl.studies.sweep_workers import Workers
 from tests.scenes import compiled
 
@@ -53,3 +55,12 @@ def here() -> AbstractContextManager[Workers]:
 
 def swept(asked: SweepPlan, out: Path) -> tuple[SweptCase, ...]:
     return sweep(asked, out, here)
+
+
+def deadly(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
+    """Sample 77 brings its process down as a fault in a native library does, and 200 eats up all memory."""
+    if 77 in range(first, first + count):
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if 200 in range(first, first + count):
+        raise MemoryError("of sample 200")
+    return judged_piece(case, first, count, program)

@@ -1,9 +1,7 @@
 """A sweep has one row per sample in order, independent of its workers, and resumes where it ended."""
 
 import json
-import os
 import platform
-import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
@@ -23,7 +21,7 @@ from stackdsl.studies.sweep import SweepError, sweep
 from stackdsl.studies.sweep_plan import JudgedSamples, OtherProgram, judged_piece
 from stackdsl.studies.sweep_workers import Workers
 from stackdsl.supervising.executors import SupervisedExecutor
-from tests.stackdsl.studies.sweeps import STEPS, Here, cases, plan, swept
+from tests.stackdsl.studies.sweeps import STEPS, Here, cases, deadly, plan, swept
 
 pytestmark = pytest.mark.usefixtures("at_once")
 
@@ -188,15 +186,6 @@ def test_what_is_judged_waits_for_the_rows_before_it_but_no_more_than_a_few_piec
     sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(executor, executor.capacity)), waited)
     assert before[-1] == sweeping.AHEAD * 2 * 2  # of 60 pieces
     assert [row["sample"] for row in rows_of(tmp_path / "rows.jsonl")] == [*range(300)]
-
-
-def deadly(case: bytes, first: int, count: int, program: str) -> JudgedSamples | OtherProgram:
-    """Sample 77 brings its process down as a fault in a native library does, and 200 eats up all memory."""
-    if 77 in range(first, first + count):
-        os.kill(os.getpid(), signal.SIGSEGV)
-    if 200 in range(first, first + count):
-        raise MemoryError("of sample 200")
-    return judged_piece(case, first, count, program)
 
 
 def test_what_brings_its_process_down_costs_one_sample_and_is_named(
