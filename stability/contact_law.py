@@ -59,7 +59,7 @@ class ContactLaw(ABC):
 
     def spare(self, normal: Numbers, tangential: Numbers) -> Numbers:
         """Return the distance of a force from the set's border, normal or tangential [N]; negative outside."""
-        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
 
         return np.minimum(normal - self.least_normal, self.greatest_friction(normal) - tangential)
 
@@ -98,7 +98,7 @@ class Coulomb(ContactLaw):
 
     def project(self, normal: Numbers, tangential: Numbers) -> tuple[Numbers, Numbers]:
         """Return the force itself, the foot of the perpendicular on the border, or zero."""
-        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
 
         pressed = np.maximum((normal + self.friction * tangential) / (1.0 + self.friction * self.friction), 0.0)
         inside = (tangential <= self.friction * normal) & (normal >= 0.0)
@@ -109,7 +109,7 @@ class Coulomb(ContactLaw):
 
         Each row of `forces` (n, 3) has the normal and two tangential components of a force.
         """
-        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
 
         normal, tangential = forces[:, 0], np.hypot(forces[:, 1], forces[:, 2])
         size, slope = np.where(tangential > 0.0, tangential, 1.0), self.friction + np.zeros(len(forces))
@@ -125,7 +125,7 @@ class Coulomb(ContactLaw):
 
     def support(self, opening: Numbers, sliding: Numbers, press: Numbers = inf) -> Numbers:
         """Return zero for a slip that opens the contact fast enough, otherwise the power that `press` allows."""
-        import numpy as np  # noqa: PLC0415 -- slow to import, and what load cores prove needs none
+        import numpy as np  # noqa: PLC0415 -- slow to import, and proofs by load cores do not need it
 
         short = np.maximum(self.shortfall(opening, sliding), 0.0)
         return np.multiply(press, short, out=np.zeros_like(short), where=short > 0.0)

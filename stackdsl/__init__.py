@@ -1,4 +1,4 @@
-"""StackDSL: write down what is built, when, what hits it and what must come of it; see it proven, played and locked."""
+"""StackDSL: scenarios of stacked bricks, with impacts and claims, that are proven, played and locked."""
 
 from time import time
 

@@ -1,7 +1,7 @@
 """`python -m stackdsl` is `stackdsl`. The imports take longest, so an interrupt must end them as it ends the rest."""
 
 # ruff: noqa: E402 -- before anything is imported from there
-import os  # which Python has imported itself
+import os  # imported at the start of Python already
 import sys
 
 
@@ -9,13 +9,13 @@ def _drop_working_directory() -> None:
     """Remove the working directory, which `python -m` adds, from the module path, unless this package is in it."""
     try:
         put_there = not sys.flags.safe_path and sys.path[0] == os.getcwd()
-    except OSError:  # it is gone
+    except OSError:  # the directory was deleted
         return
     if put_there and os.path.realpath(sys.path[0]) != os.path.dirname(os.path.dirname(os.path.realpath(__file__))):
         del sys.path[0]
 
 
-if __name__ == "__main__":  # whoever sent the project of that directory may have put some there
+if __name__ == "__main__":  # a downloaded project may contain modules of the same names
     _drop_working_directory()
 
 import signal
@@ -24,13 +24,13 @@ from types import FrameType
 
 from stability.process_settings import ask_for_one_thread
 
-INTERRUPTED = 130  # ExitCode.INTERRUPTED, which may be just what was not imported in time
+INTERRUPTED = 130  # ExitCode.INTERRUPTED, whose import may have been interrupted
 
 
 def main() -> None:
     """Run the command, and import it first."""
-    ask_for_one_thread()  # also in every worker: sums must not depend on how many somebody asks for
-    # Processes that we start would import modules of the folder that the command is called in, before those of Python.
+    ask_for_one_thread()  # also in every worker: sums must not depend on the number of threads
+    # Child processes would import modules of the working directory before those of Python.
     os.environ["PYTHONSAFEPATH"] = "1"
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)

@@ -1,7 +1,7 @@
-"""Writes what a build makes from the models of the language: the JSON Schema, and stubs of the words of Python.
+"""Writes the files that a build generates from the models of the language: the JSON Schema, and Python stubs.
 
 A build adds them to the wheel, or to the checkout of an editable install; `python -m stackdsl.built_files` writes them
-into the checkout anew. No module of the package reads them.
+into the checkout. No module of the package reads them.
 """
 
 from pathlib import Path

@@ -173,7 +173,7 @@ def did_you_mean(word: str, choices: Sequence[str]) -> str:
     close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
-    return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- what fits a line
+    return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- more do not fit a line
 
 
 def _compared(word: str, choices: Sequence[str]) -> Iterable[str]:

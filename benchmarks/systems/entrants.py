@@ -92,7 +92,7 @@ class Judge:
         return (NO_STEPS,)
 
     def refusal(self, timeline: Timeline) -> str:
-        """Refuse motion, and whatever else the assessor does not support."""
+        """Refuse motion, and all else that the assessor does not support."""
         return refusal(timeline, self.assessor)
 
     def load(self) -> None:

@@ -672,7 +672,7 @@ def withstands(assembly: Assembly, loads: Mapping[BodyId, Wrench]) -> bool:
 
     Loads act at the centres of the bricks, in W. If there are too many bricks, those far from the loads are held fixed.
     """
-    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, and what stands does without
+    from stability.statics.equilibrium import balance  # noqa: PLC0415 -- it brings numpy, which standing bricks do not need
 
     group = _connected(assembly, sorted(loads))
     problem = assembly.problem(group)

@@ -1,4 +1,4 @@
-"""Describes a fall in words: which bricks tip, slide or drop, over what, and to which side."""
+"""Describes a fall: the bricks that tip, slide or drop, the bodies that they tip over, and the direction."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Bricks one by one or out of a file, and the step of the build that sets them down."""
+"""Single bricks, bricks from a file, and the steps of the build that set them down."""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,19 +19,19 @@ def brick(
     friction: float | str | None = None,
     drop: bool | None = None,
 ) -> Written:
-    """One brick in any pose, `at` a place, `on` other bricks or `beside` one.
+    """Return a brick at a place `at`, `on` other bricks or `beside` one, in any pose.
 
     at: [x, y, z] of its centre
-    on: the brick, or bricks, on whose top it lies, in the middle of their centres; or the ground
-    beside: the brick that it stands beside, touching it, as low as that
-    towards: where it stands, seen from what it is beside: 0 deg = +x, 90 deg = +y
+    on: the brick or bricks on which it lies, centred over the mean of their centres; or the ground
+    beside: the brick that it touches from the side, at the same height of the bottom
+    towards: direction from the brick `beside` it: 0 deg = +x, 90 deg = +y
     offset: shifts it from there by [x, y, z], in the axes of the scene
-    rotate: turn about x, then y, then z, the axes of the scene
+    rotate: rotation about x, then y, then z, the axes of the scene
     name: its name; default: by place, such as L3.2
-    brick: what it is; default: the brick of the step, or else of the scenario
-    level: its level; default: judged by its height
-    friction: Coulomb coefficient of its own; default: of what it is
-    drop: let go in the air, rather than set down
+    brick: its kind; default: the brick of the step, or else of the scenario
+    level: its level; default: from its height
+    friction: its own Coulomb coefficient; default: that of its kind
+    drop: release it in the air instead of setting it down
     """
     place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
     others = {"rotate": rotate, "brick": brick, "level": level, "friction": friction, "drop": drop}
@@ -49,7 +49,7 @@ def bricks(
     place: str | Mapping[str, object] | None = None,
     jitter: Mapping[str, object] | None = None,
 ) -> Written:
-    """A step of the build that sets down bricks one by one; the keys are those of any step."""
+    """Return a step of the build that sets down bricks one by one; the keys are those of any step."""
     what = {"bricks": each, "name": name, "brick": brick}
     return written({**what, "at": when, "after": after, "every": every, "place": place, "jitter": jitter})
 
@@ -75,19 +75,19 @@ def imported(
     place: str | Mapping[str, object] | None = None,
     jitter: Mapping[str, object] | None = None,
 ) -> Written:
-    """A step of the build with the boxes of a file that another program wrote, as seen from the calling file.
+    """Return a step of the build with the boxes of a file of another program; its path is relative to the calling file.
 
-    format: what it is; default: what it cannot but be
-    load: which of several loads: number of the pallet, or of the order
-    settle: how boxes come to touch what is below them: as written, down, or such as within 5 mm
-    point: of a table: what x, y, z are of a box, its lower corner or its centre
-    units: of columns whose headers say none, or of an OBJ or COMPAS file, which never does
+    format: format of the file; default: detected
+    load: one of several loads: number of the pallet, or of the order
+    settle: contact with the boxes below: as written, down, or such as within 5 mm
+    point: of a table: the point of a box given by x, y, z, its lower corner or its centre
+    units: of columns without a unit in the header, or of an OBJ or COMPAS file, which has none
     density: of an OBJ or COMPAS file: of all blocks in it
-    up: of an OBJ file: which of its axes points up
-    supports: of a COMPAS file: `bricks` takes the blocks that it says are fixed as bricks like others
-    deck: the deck of its pallet, of which what overhangs is told; default: what the file says
+    up: of an OBJ file: the axis that points up
+    supports: of a COMPAS file: `bricks` imports the blocks marked as fixed like other bricks
+    deck: the deck of the pallet; overhanging boxes are reported; default: that of the file
     origin: shifts the load by [x, y, z]
-    ignore: what the file has beside, and is not to be taken: columns, keys, or bodies
+    ignore: parts of the file that are not imported: columns, keys, or bodies
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}

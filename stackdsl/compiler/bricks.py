@@ -183,7 +183,7 @@ def footings_of(
     """
     if all(brick.of_layout for brick in written):
         return [Fit() for _ in written]
-    # The supports of a brick are in earlier steps or in its own, whatever the times.
+    # The supports of a brick are in earlier steps or in its own, independent of times.
     sited = [
         TimedShape(float(brick.step), brick.shape, brick.pose, until=float(removed_in.get(index, inf)))
         for index, brick in enumerate(written)

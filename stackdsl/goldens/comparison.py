@@ -54,7 +54,7 @@ def compare(expected: Object, got: Snapshot) -> tuple[GoldenDifference, ...]:
 
 
 def compare_documents(expected: Object, got: Object, *, other_engine: bool = False) -> tuple[GoldenDifference, ...]:
-    """Compare two JSON values; for different engines, only what the author and statics determine."""
+    """Compare two JSON values; for different engines, only values determined by the author and by statics."""
     check_keys(expected)
     decided = (
         *_decided(expected, got),

@@ -118,7 +118,7 @@ class NewerFormatError(MalformedSnapshotError):
 
 
 class GoldenWriteRefusedError(RuntimeError):
-    """A CI run was asked to write golden files; only people do, who review the differences."""
+    """A CI run must not write golden files: the differences need a review by a person."""
 
 
 class StoredGolden(NamedTuple):
