@@ -9,7 +9,6 @@ import pytest
 from tests.paths import ROOT
 
 FRAGMENTS = sorted((ROOT / "changelog.d").glob("*.md"))
-SENTENCE_END = re.compile(r"[.!?]\"?(?=\s)")
 NAME = re.compile(r"\d+(-[a-z0-9-]+)?\.(feature|fix)\.md")
 
 
@@ -19,11 +18,6 @@ def test_fragments_tell_their_issue_and_what_they_are() -> None:
 
 def test_no_fragment_is_empty() -> None:
     assert [path.name for path in FRAGMENTS if not path.read_text(encoding="utf-8").strip()] == []
-
-
-def test_a_fragment_is_one_or_two_sentences() -> None:
-    ends = {path.name: len(SENTENCE_END.findall(path.read_text(encoding="utf-8"))) for path in FRAGMENTS}
-    assert {name: count for name, count in ends.items() if count not in (1, 2)} == {}
 
 
 def test_every_fragment_is_in_what_is_not_released_yet() -> None:

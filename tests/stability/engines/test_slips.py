@@ -58,7 +58,7 @@ def test_planks_that_lean_slip_on_exact_as_newton_says(kind: str, angle: float, 
     assert abs(found.speed) < PROVEN
 
 
-@pytest.mark.parametrize("scale", [0.5, 3.0, 10.0])
+@pytest.mark.parametrize("scale", [0.5, pytest.param(3.0, marks=pytest.mark.slow), 10.0])
 def test_so_do_planks_of_other_sizes(scale: float) -> None:
     length, width, thickness = (scale * side for side in KAPLA)
     assert abs(errors(Case("V", 60.0, 0.97, 30.0, (length, width, thickness)), SYSTEMS["exact"]).time) < PROVEN
@@ -72,7 +72,9 @@ def test_an_engine_takes_over_where_a_ladder_leaves_its_wall_without_adding_ener
     assert trace.energy.gain < 0.01
 
 
-@pytest.mark.parametrize(("share", "error"), [(0.99, 0.13), (0.97, 0.065), (0.90, 0.06), (0.50, 0.035)])
+@pytest.mark.parametrize(
+    ("share", "error"), quick(((0.99, 0.13), (0.97, 0.065), (0.90, 0.06), (0.50, 0.035)), (0.99,), (0.50,))
+)
 @pytest.mark.parametrize("kind", ["ladder", "V"])
 @pytest.mark.parametrize("angle", [50.0, 60.0, 70.0])
 def test_the_bare_engine_lets_planks_slip_a_little_early_or_late_whose_edges_lie_along_its_axes(

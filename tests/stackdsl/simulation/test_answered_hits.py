@@ -232,6 +232,7 @@ def test_a_tower_without_a_plank_of_level_2_tips_as_far_as_the_gap() -> None:
         assert degrees(trace.tracks[name].tilt) < 0.5
 
 
+@pytest.mark.slow
 def test_a_tower_of_three_planks_a_level_stands_without_the_middle_one() -> None:
     poses = {**four_stack(range(1, 5)), "middle": lying(2, 0.0, 0.0, ACROSS)}
     assert statics_without(poses, "middle") == set()

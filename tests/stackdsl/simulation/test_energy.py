@@ -153,6 +153,7 @@ def test_a_rise_of_more_than_a_hundredth_is_a_fault_of_the_engine(most: float, t
     assert risen.energy_gained == pytest.approx(told)
 
 
+@pytest.mark.slow
 def test_a_block_that_tips_over_a_post_gains_nothing_as_it_meets_the_ground() -> None:
     # Its foot is there before it has turned by 30 deg, as far as it is followed without an engine.
     trace = play(heap(1), SYSTEMS["exact"])
@@ -188,6 +189,7 @@ def test_a_block_elsewhere_hides_no_gain() -> None:
     assert beside.energy.gain == pytest.approx(alone.energy.gain, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_tips_over_a_sheet_and_comes_down_beside_it_gains_nothing() -> None:
     """The sheet fills the gap to the block until the plank has closed it; the plank was in that by 0.14 mm before."""
     assert play(heap(909), SYSTEMS["exact"]).energy_gained == 0.0

@@ -133,7 +133,14 @@ DONE_FAR_AWAY = {
 }
 
 
-@pytest.mark.parametrize("done", ["placed", "pulled out", pytest.param("pushed gently", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "done",
+    [
+        pytest.param("placed", marks=pytest.mark.slow),
+        "pulled out",
+        pytest.param("pushed gently", marks=pytest.mark.slow),
+    ],
+)
 def test_a_tower_topples_alike_whatever_is_done_elsewhere_meanwhile(done: str) -> None:
     build, impact = DONE_FAR_AWAY[done]
     alone = played(TOWER, ASKED)
