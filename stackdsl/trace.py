@@ -10,6 +10,7 @@ from stability.analysis.weakest import Weakest
 from stability.engines.protocol import WrongFriction
 from stability.model import BodyId, Brick, Pose
 from stability.problem import Motion, Verdict
+from stability.statics.assembly import Assembly
 from stackdsl.timeline import Action, FixedWorld, Removal
 
 # Margins of a proof.
@@ -290,6 +291,8 @@ class Trace:
     early_end: EarlyEnd | None = None  # None if the run went on to its regular end
     disproof: Verdict | None = None  # proof that the fallen bricks had to fall, on a system without proofs
     numerical: str = ""  # evidence that the solver, not physics, caused the collapse; empty if there is none
+    # Of the frozen bricks at the end, in the process of the run; None where several islands have their own.
+    assembly: Assembly | None = field(default=None, compare=False, repr=False)
     # The run up to the moment when the engine had added a notable share of energy; None if it never did.
     before_fault: "Trace | None" = None
 

@@ -3,11 +3,14 @@
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 from stability.dynamics.ground_motion import GroundMotion
 from stability.model import BodyId, Vec3
 from stability.problem import Verdict
+
+if TYPE_CHECKING:
+    from stability.statics.assembly import Assembly
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +100,10 @@ class Stabilizer(Protocol):
         """Set the bricks that hands may move or press: they wake, and are not judged until a later call omits them."""
 
     # --- by proofs only: the defaults are those of a stabilizer without proofs ----------------------------------------
+
+    def proven(self) -> "Assembly | None":
+        """Return the assembly of the frozen bricks, with their proofs."""
+        return None
 
     def landed(self, bricks: Iterable[BodyId]) -> Update:
         """Judge bricks that have come to rest after a motion without an engine, as if they were set down."""

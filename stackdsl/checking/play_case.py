@@ -45,11 +45,11 @@ def _played(
     trace = with_numerical_collapse(play(timeline, system, on_event, may_stop, recorder), timeline, system)
     has_few_bricks = len(trace.tracks) <= MAX_BRICKS_FOR_REPORTED_MARGINS
     margins = {*timeline.margins, *(timeline.reported_margins if has_few_bricks else ())}
-    if not margins or trace.statics is None:
-        return trace
-    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
+    if margins and trace.statics is not None:
+        from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
 
-    return replace(trace, margins=margins_of(trace, margins))
+        trace = replace(trace, margins=margins_of(trace, margins))
+    return replace(trace, assembly=None)  # it stays in the process of the run
 
 
 @contextmanager

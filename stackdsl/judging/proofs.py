@@ -184,12 +184,22 @@ MOST_FOR_PROGRAMS = 60  # bricks; above, margins and remedies take many seconds 
 
 def margins_of(trace: Trace, requested: Collection[str]) -> VerdictMargins:
     """Return the requested margins of the bricks that are frozen at the end of a run."""
-    standing = [Placed(t.brick, t.final) for t in trace.tracks.values() if t.frozen]
+    assembly = frozen_assembly(trace)
+    return margins_of_assembly(assembly, requested) if assembly is not None else VerdictMargins()
+
+
+def frozen_assembly(trace: Trace) -> Assembly | None:
+    """Return the assembly of the bricks that are frozen at the end of a run; None if there are none."""
+    standing = [Placed(track.brick, track.final) for track in trace.tracks.values() if track.frozen]
     if trace.world is None or not standing:
-        return VerdictMargins()
+        return None
+    # Another order of the same bricks would change last digits, and a brick in a hand carries like the ground.
+    played = trace.assembly
+    if played is not None and not played.tables and list(played.bricks.values()) == standing:
+        return played
     assembly = trace.world.assembly()
     assembly.add_all(standing)
-    return margins_of_assembly(assembly, requested)
+    return assembly
 
 
 def margins_of_assembly(assembly: Assembly, requested: Collection[str] = ALL) -> VerdictMargins:

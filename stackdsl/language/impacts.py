@@ -68,7 +68,7 @@ class KindOfImpact:
     summary: str
 
 
-IMPACTS: Final = Kinds[KindOfImpact]("impact")
+IMPACTS: Final = Kinds[KindOfImpact]("impact", "remove", "insert", "throw", "push", "drop", "move", "hold")
 
 Model = TypeVar("Model", bound=ImpactKind)
 

@@ -147,7 +147,8 @@ def default(written: object, description: str) -> Any:  # noqa: ANN401 -- as `Fi
 
 # Registries of layouts, claims and impacts. Each kind has a key in YAML and is registered by its own module.
 #
-# There is no list of kinds in the code: code that needs a property of a kind asks the kind itself.
+# Code that needs a property of a kind asks the kind itself. Only the order of the keys in the JSON schema is written in
+# one place, so that it does not depend on the order of imports.
 
 
 Entry = TypeVar("Entry")
@@ -155,16 +156,20 @@ Model = TypeVar("Model", bound=ExactlyOneKey)
 
 
 class Kinds(Mapping[str, Entry], Generic[Entry]):
-    """Registry of kinds by their key in YAML, in order of registration, which is the order of the JSON schema."""
+    """Registry of kinds by their key in YAML, in the order of the JSON schema.
 
-    def __init__(self, noun: str) -> None:
+    The keys of `first` come first, in this order; all others follow by name.
+    """
+
+    def __init__(self, noun: str, *first: str) -> None:
         self._noun, self._entries = noun, dict[str, Entry]()
+        self._ranks = {key: rank for rank, key in enumerate(first)}
 
     def __getitem__(self, key: str) -> Entry:
         return self._entries[key]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._entries)
+        return iter(sorted(self._entries, key=lambda key: (self._ranks.get(key, len(self._ranks)), key)))
 
     def __len__(self) -> int:
         return len(self._entries)

@@ -14,6 +14,7 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Vec3
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Stabilizer
+from stability.statics.assembly import Assembly
 from stackdsl import work
 from stackdsl.simulation.after_collapse import time_of
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, CombinedStabilizer, EventLog, TrackedBrick
@@ -602,6 +603,11 @@ class Islands:
         for island in self.islands:
             monitor.absorb(island.edges)
         return monitor.wrong()
+
+    def assembly(self) -> Assembly | None:
+        """Return the assembly of the frozen bricks; None without proofs, or if each of several islands has its own."""
+        extension = self.islands[0].extension
+        return extension.proven() if extension is not None and len(self.islands) == 1 else None
 
     def friction(self) -> WrongFriction | None:
         """Return the wrong friction with the largest error of all islands."""

@@ -13,7 +13,7 @@ from stability.statics.assembly import Assembly
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.compile import places_of
 from stackdsl.diagnostics import Span
-from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of, weakest_of
+from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, frozen_assembly, proofs_of, weakest_of
 from stackdsl.results import VariantResult
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recording
@@ -141,13 +141,10 @@ class _Structure:
 
 def _at_the_end(trace: Trace) -> ShownProof | None:
     """Return the proof of the frozen bricks at the end; None if they are not proven to stand."""
-    standing = [Placed(track.brick, track.final) for track in trace.tracks.values() if track.frozen]
-    if trace.world is None or not standing:
+    assembly = frozen_assembly(trace)
+    if assembly is None or assembly.verdict().stability is not Stability.STABLE:
         return None
-    assembly = trace.world.assembly()
-    if assembly.add_all(standing).stability is not Stability.STABLE:
-        return None
-    names = {placed.brick.id for placed in standing}
+    names = set(assembly.bricks)
     changes = [event.time for event in trace.events if names.intersection(event.bricks)]
     return _shown(assembly, max(changes, default=0.0), inf)
 

@@ -226,6 +226,10 @@ class ProvenStability(Stabilizer):
         """Return None: margins of an assembly are separate programs, solved on request."""
         return None
 
+    def proven(self) -> Assembly:
+        """Return the assembly of the frozen bricks, with their proofs."""
+        return self.assembly
+
     def verdict(self) -> Verdict | None:
         """Return the verdict on the structure after bricks were last set down or removed."""
         return self._verdict

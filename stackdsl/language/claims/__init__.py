@@ -1,22 +1,18 @@
-"""Claims about the outcome of a run, one module for each kind. Importing this package registers all of them.
+"""Claims about the outcome of a run, one module for each kind. Importing this package registers all of them."""
 
-They register in this order, which is the order of the keys in the JSON schema.
-"""
-
-# isort: off
-from stackdsl.language.claims import stands as stands
 from stackdsl.language.claims import collapses as collapses
-from stackdsl.language.claims import leaves as leaves
-from stackdsl.language.claims import falls as falls
-from stackdsl.language.claims import pivots as pivots
-from stackdsl.language.claims import lands as lands
 from stackdsl.language.claims import displaced as displaced
 from stackdsl.language.claims import drift as drift
-from stackdsl.language.claims import rests_on as rests_on
-from stackdsl.language.claims import height as height
-from stackdsl.language.claims import untouched as untouched
 from stackdsl.language.claims import energy_change as energy_change
-from stackdsl.language.claims import verdict as verdict
+from stackdsl.language.claims import falls as falls
+from stackdsl.language.claims import height as height
+from stackdsl.language.claims import lands as lands
+from stackdsl.language.claims import leaves as leaves
 from stackdsl.language.claims import margin as margin
-from stackdsl.language.claims import sways as sways
 from stackdsl.language.claims import penetrates as penetrates
+from stackdsl.language.claims import pivots as pivots
+from stackdsl.language.claims import rests_on as rests_on
+from stackdsl.language.claims import stands as stands
+from stackdsl.language.claims import sways as sways
+from stackdsl.language.claims import untouched as untouched
+from stackdsl.language.claims import verdict as verdict

@@ -134,7 +134,25 @@ class KindOfClaim:
     summary: str
 
 
-CLAIMS: Final = Kinds[KindOfClaim]("claim")
+CLAIMS: Final = Kinds[KindOfClaim](
+    "claim",
+    "stands",
+    "collapses",
+    "leaves",
+    "falls",
+    "pivots",
+    "lands",
+    "displaced",
+    "drift",
+    "rests_on",
+    "height",
+    "untouched",
+    "energy",
+    "verdict",
+    "margin",
+    "sway",
+    "penetration",
+)
 
 Model = TypeVar("Model", bound=ClaimKind)
 

@@ -88,7 +88,23 @@ class Layout:
     summary: str
 
 
-LAYOUTS: Final = Kinds[Layout]("layout")
+LAYOUTS: Final = Kinds[Layout](
+    "layout",
+    "four_stack",
+    "column",
+    "wall",
+    "harmonic",
+    "tower",
+    "card_house",
+    "leaning_structure",
+    "arch",
+    "flat_arch",
+    "jenga",
+    "pyramid",
+    "corbel",
+    "dominoes",
+    "ring",
+)
 
 
 def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]], LayoutFunction[Params]]:
