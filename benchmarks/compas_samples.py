@@ -32,7 +32,7 @@ from stability.model import EARTH, Brick, Pose, Vec3
 from stability.problem import Contact, Placed, Problem, Stability, Tolerances, Wrench, rounded
 from stability.statics.equilibrium import balance
 from stability.statics.fall_description import described
-from stability.statics.initial_motion import lets_go
+from stability.statics.initial_motion import find_start
 from stability.statics.proof import check_forces, check_motion
 from stability.statics.self_stress import forces_without_self_stress
 from stackdsl.diagnostics import MOST_REPORTED
@@ -219,7 +219,7 @@ def judged_exactly(problem: Problem) -> Answer:
         return Answer("unstable", seconds, fall.violation if fall.holds else float("inf"))
     if found.forces is None:
         return Answer("undecided", seconds)
-    squeezed, start = check_forces(problem, found.forces, limits), lets_go(problem, Tolerances())
+    squeezed, start = check_forces(problem, found.forces, limits), find_start(problem, Tolerances())
     error = squeezed.residual if squeezed.holds else float("inf")
     return Answer("self-stress", seconds, error, described(problem, start.acceleration) if start is not None else "")
 

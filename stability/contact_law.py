@@ -257,13 +257,13 @@ class Friction:
         a, b = self.kinds.get(one), self.kinds.get(other)
         for pairs in (((one, other),), ((one, b), (a, other)), ((a, b),)):
             found = [
-                each for x, y in pairs if x is not None and y is not None and (each := self._said(x, y)) is not None
+                each for x, y in pairs if x is not None and y is not None and (each := self._entry(x, y)) is not None
             ]
             if found:
                 return min(found)
         return None
 
-    def _said(self, one: str, other: str) -> float | None:
+    def _entry(self, one: str, other: str) -> float | None:
         said = self.between.get((one, other))
         return self.between.get((other, one)) if said is None else said
 
@@ -280,7 +280,7 @@ def admit_friction(friction: GivenFriction) -> None:
     """Raise ValueError for invalid coefficients, TypeError for invalid types."""
     if not isinstance(friction, Friction):
         return _admit("the friction is", friction)
-    for what, coefficient in _said_by(friction):
+    for what, coefficient in _coefficients(friction):
         _admit(what, coefficient)
     for name, kind in friction.kinds.items():
         if not isinstance(name, str) or not isinstance(kind, str):
@@ -292,7 +292,7 @@ def admit_friction(friction: GivenFriction) -> None:
             raise ValueError(f"there are two frictions between '{one}' and '{other}'; give one")
 
 
-def _said_by(friction: Friction) -> Iterator[tuple[str, float]]:
+def _coefficients(friction: Friction) -> Iterator[tuple[str, float]]:
     yield "the friction is", friction.usual
     yield from ((f"'{name}' has the friction", own) for name, own in friction.own.items())
     for pair, between in friction.between.items():

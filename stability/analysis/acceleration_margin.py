@@ -424,7 +424,7 @@ def _places(  # noqa: PLR0913, PLR0917 -- one arc, spelt out
 # cuts.
 #
 # Chords alone converge slowly where the set is round. Where bodies slide alike in all directions, other forces prove
-# whole arcs (see `sliding_all_ways`). Elsewhere the forces of solved directions are interpolated: with t = tan(angle /
+# whole arcs (see `hold_along`). Elsewhere the forces of solved directions are interpolated: with t = tan(angle /
 # 2), (1 + t^2) (1, cos, sin) are polynomials in t, so polynomials through (1 + t^2) times the solved forces balance
 # every direction between. They stay within their cones, f_n >= 0 and f_n^2 - |f_t|^2 >= 0, if the coefficients of these
 # polynomials in the Bernstein basis are not negative.

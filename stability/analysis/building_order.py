@@ -75,7 +75,7 @@ class OrderSearch:
         """
         self.best = BuildingOrder(())
         self._parts, self._known = parts, known
-        self._last = parts.asked + most
+        self._last = parts.verdict_count + most
         self._pieces = parts.components(parts.whole)
 
     def run(self) -> BuildingOrder:
@@ -92,7 +92,7 @@ class OrderSearch:
             failed = self._with(kept.chosen)
             if not failed:
                 return self.best
-            if self._parts.asked >= self._last:
+            if self._parts.verdict_count >= self._last:
                 break
             bounded &= all(each.exhausted for each in failed)
             clauses += [Clause(_would_help(self._parts, each)) for each in failed]
@@ -103,7 +103,7 @@ class OrderSearch:
         """Search for an order with these props. Return the failed searches; without any, `best` holds the order."""
         parts = self._parts
         parts.propped = propped
-        found = [descend(parts, piece, 0, self._last - parts.asked, self._known) for piece in self._pieces]
+        found = [descend(parts, piece, 0, self._last - parts.verdict_count, self._known) for piece in self._pieces]
         failed = [each for each in found if each.order is None]
         if self.best.without is None:
             self.best = replace(self.best, without=next(iter(failed), found[0]))
@@ -117,11 +117,11 @@ class OrderSearch:
 
     def _under_all(self) -> None:
         """Search for an order with props under all bricks: it has too many props but is found early."""
-        before = self._parts.asked
+        before = self._parts.verdict_count
         self._parts.propped = self._parts.part_of(self._parts.props)
         if self._parts.propped:
             self._take(self._brief())
-        self._last += self._parts.asked - before
+        self._last += self._parts.verdict_count - before
 
     def _spare(self) -> None:
         """Remove props one after the other; the remaining ones are few, but not always the fewest."""
@@ -180,7 +180,7 @@ def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple
     larger = parts.whole
     for part in states:
         answer = parts.ask(part, larger if part & larger == part else None)
-        known(parts.asked)
+        known(parts.verdict_count)
         if answer.stability is not Stability.STABLE:
             ends.append((part, answer))
         larger = part
@@ -216,5 +216,5 @@ def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step
 
 def _stands(parts: Subsets, part: Part, propped: Part, known: Known) -> bool:
     parts.propped = propped
-    known(parts.asked)
+    known(parts.verdict_count)
     return parts.ask(part).stability is Stability.STABLE

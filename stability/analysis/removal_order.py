@@ -91,7 +91,7 @@ class LongestSearch:
     def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> None:
         """Limit the pulls to `may_go` and the search to `most` verdicts; `known` is called with their number."""
         self.parts, self.may_go, self.known = parts, may_go, known
-        self.last = parts.asked + most  # limit of the number of verdicts
+        self.last = parts.verdict_count + most  # limit of the number of verdicts
         self.order: tuple[BodyId, ...] = ()
         self.at_most = may_go.bit_count()
         self.clauses: list[Clause] = []  # conditions on the remainders
@@ -135,13 +135,13 @@ class LongestSearch:
                 tried = False
                 for name in turn:
                     less = part & ~parts.part_of([name])
-                    if less == part or parts.asked >= self.last:
+                    if less == part or parts.verdict_count >= self.last:
                         continue
                     if parts.ask(less, part).stability is Stability.STABLE:
                         part, tried = less, True
                         order.append(name)
                         self.order = max(self.order, tuple(order), key=len)
-                    self.known(parts.asked)
+                    self.known(parts.verdict_count)
 
     def _step(self) -> None:
         """Judge the smallest possible remainder."""
@@ -154,11 +154,11 @@ class LongestSearch:
         if kept.chosen is None or len(self.order) >= count - kept.chosen.bit_count():
             self.reason = "" if self.closed else "nothing longer was found, and not all of it was proven"
             return
-        if parts.asked >= self.last:
+        if parts.verdict_count >= self.last:
             self.reason = "as many verdicts were asked as may be"
             return
         stands = parts.ask(kept.chosen).stability is Stability.STABLE
-        self.known(parts.asked)
+        self.known(parts.verdict_count)
         if not stands:
             parts.learn(kept.chosen)
             if len(parts.falls) > self.used:
@@ -173,7 +173,7 @@ class LongestSearch:
         self.descents += 1
         if self.descents > MOST_DESCENTS:
             self.reason = "what may stay was found, but no way there"
-        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.asked, self.known)
+        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.known)
         self.bounded &= found.order is not None or found.impossible
         self.order = found.order or self.order
         return found.order is not None
@@ -192,7 +192,7 @@ def _learn_of_rows(parts: Subsets, last: int) -> None:
             wider |= {row | parts.part_of([name]) for name in parts.names_of(neighbours & ~row)}
         rows |= wider
     for row in sorted(rows):
-        if parts.asked >= last:
+        if parts.verdict_count >= last:
             break
         parts.learn(row)
 
@@ -205,15 +205,15 @@ def _beside(parts: Subsets, name: BodyId) -> list[BodyId]:
 
 def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> EarliestFall:
     """Return the fewest pulls that bring a standing design down, with at most `most` verdicts."""
-    last, undecided = parts.asked + most, 0
+    last, undecided = parts.verdict_count + most, 0
     names = from_the_top(parts, may_go)[::-1]
     for count in range(1, len(names) + 1):
         for chosen in combinations(names, count):
             part = parts.whole & ~parts.part_of(chosen)
-            if parts.asked >= last:
+            if parts.verdict_count >= last:
                 return EarliestFall(1 if undecided else count, (), undecided)
             answer = parts.ask(part, part | parts.part_of(chosen[-1:]))
-            known(parts.asked)
+            known(parts.verdict_count)
             if answer.stability is Stability.UNSTABLE:
                 return EarliestFall(1 if undecided else count, chosen, undecided)
             undecided += answer.stability is Stability.UNDECIDED

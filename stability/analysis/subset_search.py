@@ -31,7 +31,7 @@ class Clause:
     there: int  # bits
     away: int = 0
 
-    def met_by(self, chosen: int) -> bool:
+    def is_satisfied_by(self, chosen: int) -> bool:
         """Return whether a set of bricks satisfies the clause."""
         return bool(chosen & self.there or self.away & ~chosen)
 
@@ -75,7 +75,7 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     if found.x is None:
         return SmallestSet(None, at_least)
     chosen = sum(1 << bit for bit in range(bits) if found.x[bit] > 0.5)  # noqa: PLR2004 -- either 0 or 1
-    return SmallestSet(chosen if all(clause.met_by(chosen) for clause in clauses) else None, at_least)
+    return SmallestSet(chosen if all(clause.is_satisfied_by(chosen) for clause in clauses) else None, at_least)
 
 
 # A contact resists a motion that does not open it fast enough.
@@ -214,7 +214,7 @@ class SubsetFall:
     absent: Part  # bricks that must be absent: they would resist, even at rest
     resisting: Part  # bricks whose props could resist the fall
 
-    def settles(self, part: Part, propped: Part) -> bool:
+    def covers(self, part: Part, propped: Part) -> bool:
         """Return whether the fall proves that a part falls with props under `propped`."""
         return part & self.moving == self.moving and not part & self.absent and not propped & self.resisting
 
@@ -237,7 +237,7 @@ class Subsets:
         self.whole: Part = (1 << len(self.names)) - 1
         self.props = props or {}
         self.propped: Part = 0
-        self.asked = 0  # number of computed verdicts
+        self.verdict_count = 0  # number of computed verdicts
         self.falls: list[SubsetFall] = []
         self._bit = {name: 1 << index for index, name in enumerate(self.names)}
         self._known: dict[tuple[Part, Part], SubsetAnswer] = {}
@@ -286,7 +286,7 @@ class Subsets:
         propped = self.propped & part
         known = self._known.get((part, propped))
         if known is None:
-            fall = next((fall for fall in self.falls if fall.settles(part, propped)), None)
+            fall = next((fall for fall in self.falls if fall.covers(part, propped)), None)
             known = SubsetAnswer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
             self._known[part, propped] = known
         return known
@@ -305,7 +305,7 @@ class Subsets:
         return found
 
     def _judged(self, part: Part, propped: Part, larger: Part | None) -> SubsetAnswer:
-        self.asked += 1
+        self.verdict_count += 1
         assembly = self.assembly(part, larger)
         verdict = assembly.verdict()
         if verdict.stability is Stability.STABLE:
@@ -355,9 +355,9 @@ class Subsets:
         Fallen bricks are removed before the next fall is searched.
         """
         while part:
-            fall = next((fall for fall in self.falls if fall.settles(part, 0)), None)
+            fall = next((fall for fall in self.falls if fall.covers(part, 0)), None)
             if fall is None:
-                self.asked += 1
+                self.verdict_count += 1
                 rest = self.design.copied()
                 motion = rest.remove(self.names_of(self.whole & ~part)).motion
                 if motion is None:
@@ -396,7 +396,7 @@ class Descent:
 
 def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = ignore_verdict_count) -> Descent:
     """Remove all bricks of the standing part `start` that are not in `goal`, with at most `most` verdicts."""
-    last, ends = parts.asked + most, dict[Part, SubsetAnswer]()
+    last, ends = parts.verdict_count + most, dict[Part, SubsetAnswer]()
     path: list[BodyId] = []
     seen = {start}
     waiting = [(start, _next(parts, start, goal))]
@@ -407,11 +407,11 @@ def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = i
         for name, less in smaller:
             if less in seen:
                 continue
-            if parts.asked >= last:
+            if parts.verdict_count >= last:
                 return Descent(None, exhausted=False, ends=tuple(ends.items()))
             seen.add(less)
             answer = parts.ask(less, part)
-            known(parts.asked)
+            known(parts.verdict_count)
             if answer.stability is Stability.STABLE:
                 path.append(name)
                 waiting.append((less, _next(parts, less, goal)))

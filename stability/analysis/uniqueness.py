@@ -17,14 +17,14 @@ from stability.analysis.uniqueness_program import (
     Multipliers,
     PowerProgram,
     ProvenBranch,
+    branch_constraints,
     check_branch,
+    cover_every_case,
     guess,
-    known,
-    lack,
-    leave_nothing_out,
     multipliers,
-    nothing_moves,
     power_program,
+    proof_error,
+    proof_without_motion,
 )
 from stability.geometry.rows import Array
 from stability.model import BodyId
@@ -37,15 +37,15 @@ from stability.statics.fall_description import described
 from stability.statics.initial_motion import (
     InitialMotion,
     StartEquations,
-    first_start,
-    lets_go,
+    find_any_start,
+    find_start,
+    find_start_near,
     start_equations,
-    start_near,
 )
 
 # Branch and bound over the contact conditions of a small group: proves rest unique, or finds another motion.
 #
-# For each branch a program computes multipliers that prove that no motion starts in it (`virtual_power`). If there are
+# For each branch a program computes multipliers that prove that no motion starts in it (see `Multipliers`). If there are
 # none, the dual of the program suggests a start, which Newton's method makes exact; else the branch is split where the
 # suggestion violates the laws of contact most: at a point that both opens and is under pressure, then where friction
 # does not oppose the slip.
@@ -66,7 +66,7 @@ class StartSearch:
     branches: int  # number of branches searched
 
 
-def searched(
+def search_start(
     problem: Problem,
     equations: StartEquations,
     tolerances: Tolerances = Tolerances(),  # noqa: B008 -- frozen
@@ -74,7 +74,7 @@ def searched(
     most: int = MOST_COLUMNS,
 ) -> StartSearch:
     """Search for a motion that starts from rest in a group, or prove that there is none."""
-    start = first_start(problem, equations, tolerances)
+    start = find_any_start(problem, equations, tolerances)
     if start is not None:
         return StartSearch(None, start, 0)
     waiting: list[Branch] = [()]
@@ -85,7 +85,7 @@ def searched(
         if found is not None:
             proven.append(ProvenBranch(branch, found))
         else:
-            start = start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
+            start = find_start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
             split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
             if start is not None or split is None:
                 return StartSearch(None, start, asked)
@@ -102,8 +102,8 @@ def _columns(equations: StartEquations) -> int:
 
 
 def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[Multipliers | None, Guess | None]:
-    if not known(equations, branch).basis.size:
-        return nothing_moves(equations, branch), None
+    if not branch_constraints(equations, branch).basis.size:
+        return proof_without_motion(equations, branch), None
     program = power_program(equations, branch)
     point = solve(program.conic, ACCURACY, solver)
     if isinstance(point, str):
@@ -113,7 +113,7 @@ def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[M
 
 def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: SolverPoint) -> Multipliers | None:
     for found in multipliers(program, point):
-        lacking = lack(equations, ProvenBranch(branch, found))
+        lacking = proof_error(equations, ProvenBranch(branch, found))
         if lacking <= STILL:
             return found
         if lacking > HOPELESS:
@@ -186,7 +186,7 @@ def _way(
 # Rest of a balanced group is either guaranteed or only possible.
 #
 # If forces along normals alone balance a group, rest is guaranteed at any friction (`margins.guarantee`). In a small
-# group that needs friction, every other start is proven impossible, or one is found (`search`). Otherwise rest stays
+# group that needs friction, every other start is proven impossible, or one is found (`search_start`). Otherwise rest stays
 # possible, without a further statement.
 
 
@@ -205,7 +205,7 @@ class FrictionProof:
         """Return whether the proof is correct, by arithmetic and without a solver."""
         equations = start_equations(self.problem)
         branches = [each.branch for each in self.proof]
-        return leave_nothing_out(branches) and all(check_branch(equations, each) for each in self.proof)
+        return cover_every_case(branches) and all(check_branch(equations, each) for each in self.proof)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,8 +271,8 @@ def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> RestOutc
 def _of_group(group: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
     points = sum(len(contact.points_W) for contact in group.contacts)
     if len(group.bricks) > MOST_BRICKS or points > MOST_POINTS:
-        return _let_go(group, lets_go(group, tolerances))
-    search = searched(group, start_equations(group), tolerances, most=most)
+        return _let_go(group, find_start(group, tolerances))
+    search = search_start(group, start_equations(group), tolerances, most=most)
     if search.proof is not None:
         return RestOutcome(guaranteed=True, braced=(FrictionProof(group, search.proof),))
     return _let_go(group, search.start)

@@ -54,7 +54,7 @@ Branch: TypeAlias = tuple[Condition, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class KnownAccelerations:
+class BranchConstraints:
     """Constraints on accelerations in a branch: they are `basis @ b`, and no entry of `rows @ b` is negative."""
 
     basis: Array  # (D, d)
@@ -63,7 +63,7 @@ class KnownAccelerations:
     pressed: tuple[int, ...]  # the points at which forces may act
 
 
-def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
+def branch_constraints(equations: StartEquations, branch: Branch) -> BranchConstraints:
     """Return the constraints of a branch.
 
     The last row states that loads have positive power, as in any start from rest.
@@ -79,7 +79,7 @@ def known(equations: StartEquations, branch: Branch) -> KnownAccelerations:
         for each in branch
         if each.how is ContactMode.TOWARDS
     ]
-    return KnownAccelerations(
+    return BranchConstraints(
         basis,
         np.array([*(opening[point] for point in owners), *sides, equations.loads @ basis]),
         (*owners, *(-1 for _ in sides), -1),
@@ -97,7 +97,7 @@ def _free(equations: StartEquations, shut: Sequence[int]) -> Array:
     return basis
 
 
-def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
+def cover_every_case(branches: Sequence[Branch], depth: int = 0) -> bool:
     """Return whether branches are all leaves of one tree of case distinctions, so that they cover every case."""
     if len(branches) == 1 and len(branches[0]) == depth:
         return True
@@ -107,10 +107,10 @@ def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
     one = [branch for branch in branches if branch[depth] == first]
     other = [branch for branch in branches if branch[depth] == first.opposite]
     both = len(one) + len(other) == len(branches)
-    return both and leave_nothing_out(one, depth + 1) and leave_nothing_out(other, depth + 1)
+    return both and cover_every_case(one, depth + 1) and cover_every_case(other, depth + 1)
 
 
-# The conic program for multipliers that prove that no motion starts in a branch; `virtual_power` defines them.
+# The conic program for multipliers that prove that no motion starts in a branch; `Multipliers` defines them.
 #
 # The unknowns are the matrix of the virtual motion and the multipliers of all products; coefficients must agree, and
 # one matrix must be positive semidefinite.
@@ -120,7 +120,7 @@ def leave_nothing_out(branches: Sequence[Branch], depth: int = 0) -> bool:
 class ColumnOffsets:
     """Start of each kind of unknown among the columns."""
 
-    left: KnownAccelerations
+    left: BranchConstraints
     pairs: tuple[tuple[int, int], ...]  # of rows whose product has a multiplier
     contacts: tuple[int, ...]
     virtual: int
@@ -151,7 +151,7 @@ def power_program(equations: StartEquations, branch: Branch) -> PowerProgram:
     """Return the program of a branch with possible motions."""
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
-    places = _places(equations, known(equations, branch))
+    places = _places(equations, branch_constraints(equations, branch))
     signed = range(places.of_contacts - places.of_loads)
     equal, round_rows = _equalities(equations, places), _round(equations, places)
     positive = _entries([(row, places.of_loads + row, -1.0) for row in signed], len(signed), places)
@@ -181,7 +181,7 @@ def _multiplied(places: ColumnOffsets) -> Iterator[tuple[int, int]]:
         yield from ((point, row) for row, owner in enumerate(places.left.owners) if owner != point)
 
 
-def _places(equations: StartEquations, left: KnownAccelerations) -> ColumnOffsets:
+def _places(equations: StartEquations, left: BranchConstraints) -> ColumnOffsets:
     rows = len(left.rows)
     pairs = tuple(combinations_with_replacement(range(rows), 2))
     contacts = tuple(sorted({int(equations.contact[point]) for point in left.pressed}))
@@ -337,9 +337,9 @@ class ProvenBranch:
     multipliers: Multipliers
 
 
-def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
+def proof_without_motion(equations: StartEquations, branch: Branch) -> Multipliers:
     """Return the proof of a branch without possible accelerations."""
-    left, points = known(equations, branch), len(equations.normals)
+    left, points = branch_constraints(equations, branch), len(equations.normals)
     rows, contacts = len(left.rows), int(equations.contact.max(initial=-1)) + 1
     of_contacts = np.zeros(contacts), np.zeros((contacts, 3))
     return Multipliers(left.basis, np.zeros(rows), np.zeros((rows, rows)), np.zeros((points, rows, 3)), *of_contacts)
@@ -347,12 +347,12 @@ def nothing_moves(equations: StartEquations, branch: Branch) -> Multipliers:
 
 def check_branch(equations: StartEquations, proven: ProvenBranch) -> bool:
     """Return whether multipliers prove that no motion starts in their branch."""
-    return lack(equations, proven) <= STILL
+    return proof_error(equations, proven) <= STILL
 
 
-def lack(equations: StartEquations, proven: ProvenBranch) -> float:
+def proof_error(equations: StartEquations, proven: ProvenBranch) -> float:
     """Return the error of a proof by rounding: the largest sum of coefficient differences and sign violations."""
-    left, multipliers = known(equations, proven.branch), proven.multipliers
+    left, multipliers = branch_constraints(equations, proven.branch), proven.multipliers
     if not all(np.isfinite(each).all() for each in _arrays(multipliers)) or not _definite_power(
         equations, left, multipliers
     ):
@@ -375,7 +375,7 @@ def _arrays(multipliers: Multipliers) -> tuple[Array, ...]:
     return (multipliers.virtual, multipliers.of_loads, multipliers.of_parts, multipliers.of_forces, *of_contacts)
 
 
-def _definite_power(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers) -> bool:
+def _definite_power(equations: StartEquations, left: BranchConstraints, multipliers: Multipliers) -> bool:
     """Return whether T' M minus the products of rows is at least half of M."""
     on_basis = equations.mass @ left.basis
     square = multipliers.virtual.T @ on_basis - left.rows.T @ multipliers.of_parts @ left.rows
@@ -383,7 +383,7 @@ def _definite_power(equations: StartEquations, left: KnownAccelerations, multipl
     return bool(np.linalg.eigvalsh(square).min(initial=0.0) >= 0.0)
 
 
-def _coefficients(equations: StartEquations, left: KnownAccelerations, multipliers: Multipliers, point: int) -> Array:
+def _coefficients(equations: StartEquations, left: BranchConstraints, multipliers: Multipliers, point: int) -> Array:
     """Return (3, d) the remaining coefficients of a force times accelerations.
 
     A point without friction has a force along its normal only, so only this component counts.

@@ -41,7 +41,7 @@ from stability.problem import (
     rounded,
 )
 from stability.process_settings import one_thread, rarely_collected
-from stability.statics.certificate import Tally, brick_graph, rests_on, tallied, total_forces
+from stability.statics.certificate import Tally, brick_graph, force_sums, rests_on, total_forces
 from stability.statics.journal import JournaledDict
 from stability.statics.prover import Prover, ProverState
 from stability.statics.structure import Structure
@@ -225,7 +225,7 @@ class AssemblyAnswers:
     """Bricks, fixed bodies, and the proof of each brick."""
 
     _working: Prover
-    _said: JournaledDict[str, Verdict]
+    _last_verdict: JournaledDict[str, Verdict]
 
     @property
     def _prover(self) -> Prover:
@@ -240,7 +240,7 @@ class AssemblyAnswers:
     @property
     def _verdict(self) -> Verdict:
         self._working.structure.journal.undo()
-        return self._said[LAST]
+        return self._last_verdict[LAST]
 
     @property
     def bricks(self) -> Mapping[BodyId, Placed]:
@@ -350,7 +350,7 @@ class AssemblyAnswers:
         only.
         """
         weighed = self.with_all_above(bricks) if among is None else among
-        return tallied(self._structure, self._prover.ledger, weighed)
+        return force_sums(self._structure, self._prover.ledger, weighed)
 
     def shares(self, brick: BodyId) -> Mapping[BodyId, float]:
         """Return the supports of a brick with their shares of its load; `brick_graph` defines them."""
@@ -513,8 +513,10 @@ class Assembly(AssemblyAnswers):
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
-        self._said: JournaledDict[str, Verdict] = JournaledDict(self._working.structure.journal)  # the last verdict
-        self._said[LAST] = Verdict(Stability.STABLE)
+        self._last_verdict: JournaledDict[str, Verdict] = JournaledDict(
+            self._working.structure.journal
+        )  # the last verdict
+        self._last_verdict[LAST] = Verdict(Stability.STABLE)
         self._working.structure.journal.keep()
 
     def copied(self) -> "Assembly":
@@ -586,7 +588,7 @@ class Assembly(AssemblyAnswers):
             raise ValueError("this is the state of another assembly; restore it there")
         with self._changing() as prover:
             prover.restore(state.known)
-            self._said[LAST] = state.verdict
+            self._last_verdict[LAST] = state.verdict
             prover.structure.journal.keep()
 
     @one_thread()
@@ -639,8 +641,10 @@ class Assembly(AssemblyAnswers):
         """Prove the unproven bricks as far as possible, and commit the change if requested."""
         found = None if prover.all_proven() else prover.prove(names_smallest)
         if found is None:
-            found = Verdict(Stability.STABLE, prover.dearest(changed), gaps=self._gap_question(prover.structure))
-        said = self._said[LAST] = replace(found, seconds=perf_counter() - started)
+            found = Verdict(
+                Stability.STABLE, prover.costliest_stage(changed), gaps=self._gap_question(prover.structure)
+            )
+        said = self._last_verdict[LAST] = replace(found, seconds=perf_counter() - started)
         if keep:
             prover.structure.journal.keep()
         return said

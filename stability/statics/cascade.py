@@ -26,7 +26,7 @@ CUT = 60  # bricks: up to this size of a falling group the smallest upper part t
 LITTLE = 8  # bricks: up to this size solving a program costs about as much as setting it up
 
 
-def little_fall(
+def small_fall(
     structure: Structure, doubted: Collection[BodyId], first: BodyId, most: int
 ) -> tuple[Problem, Motion] | None:
     """Return the problem and the motion of a fall of one of the `doubted` bricks with all bricks above it, or None.
@@ -134,7 +134,7 @@ def judge(
             break
         group, levels = partners.of(_grown(structure, group, passed.hinders, levels)), levels * SPREAD
     if names_smallest and (whole := len(partners.of({brick} | structure.below([brick])))) > LITTLE:
-        little = little_fall(structure, doubted, brick, int(MUCH_LESS * whole))
+        little = small_fall(structure, doubted, brick, int(MUCH_LESS * whole))
         if little is not None:
             return _falls(structure, _Falling(*little), names_smallest)
     answer = _programs(structure, brick, group, partners)
@@ -320,12 +320,12 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Sta
 
 
 def _in_doubt(structure: Structure, careful: _Careful) -> StageAnswer:
-    from stability.statics.initial_motion import lets_go  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.initial_motion import find_start  # noqa: PLC0415 -- it brings numpy
 
     problem, found = careful.problem, careful.balance
     if found.forces is not None:
         reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
-        start = lets_go(problem, structure.tolerances)
+        start = find_start(problem, structure.tolerances)
         if start is not None:
             reason += f"; if they are not, {described(problem, start.acceleration)}"
     else:

@@ -88,11 +88,11 @@ def _at_corners(contact: Contact, at: Point2) -> list[float]:
 
 def total_forces(structure: Structure, ledger: Ledger, contacts: list[Contact]) -> Forces:
     """Return the sums of the forces of an assembly's groups, one entry per contact."""
-    tally = tallied(structure, ledger, structure.bricks.keys())
+    tally = force_sums(structure, ledger, structure.bricks.keys())
     return Forces(tuple(tally.of(contact) for contact in contacts))
 
 
-def tallied(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tally:
+def force_sums(structure: Structure, ledger: Ledger, bricks: Set[BodyId]) -> Tally:
     """Return the sums of the forces of all groups, with forces of load cores only for `bricks`."""
     tally = Tally()
     loads = {name: structure.weights[name] for name in ledger.by_core() & bricks}

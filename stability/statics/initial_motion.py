@@ -132,7 +132,7 @@ def _bodies(contact: Contact) -> Iterator[tuple[BodyId, float]]:
 #
 # Coulomb's law at rest is a root (De Saxce and Feng 1998): with a the relative acceleration at a point and n its
 # normal, every force f is the projection onto its friction cone of f - r (a + mu |a_t| n), for any r > 0. Newton's
-# method searches such a root from a guess; it may also find rest, or no root. `start_proof` checks the result.
+# method searches such a root from a guess; it may also find rest, or no root. `check_start` checks the result.
 
 
 MOST_STEPS = 60
@@ -178,7 +178,7 @@ class _Root:
         return (forces - inside).ravel(), derivative
 
 
-def other_start(problem: Problem, equations: StartEquations, forces: Array) -> InitialMotion | None:
+def nonrest_solution(problem: Problem, equations: StartEquations, forces: Array) -> InitialMotion | None:
     """Return an unproven start near forces (points, 3); None if only rest is near, or a point has several normals."""
     if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
@@ -306,26 +306,26 @@ def _violation(point: tuple[Vec3, ContactLaw, Vec3, Vec3], fastest: float, stron
 MOST_EXACT_POINTS = 100  # of contacts: with more, making a start exact takes seconds
 
 
-def lets_go(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
+def find_start(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:
     """Return a proven start of bricks that can rest, for any number of bricks; None if a short search finds none."""
     if sum(len(contact.points_W) for contact in problem.contacts) > MOST_EXACT_POINTS:
         return _without_forces(problem, tolerances)
     return _found(problem, start_equations(problem), tolerances)
 
 
-def first_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
+def find_any_start(problem: Problem, equations: StartEquations, tolerances: Tolerances) -> InitialMotion | None:
     """Return a proven start of a small group; the search includes starts near zero forces."""
     start = _found(problem, equations, tolerances)
     if start is not None:
         return start
-    return start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
+    return find_start_near(problem, equations, np.zeros((len(equations.normals), 3)), tolerances)
 
 
-def start_near(
+def find_start_near(
     problem: Problem, equations: StartEquations, forces: Array, tolerances: Tolerances
 ) -> InitialMotion | None:
     """Return a proven start near forces (points, 3), in the units of the equations."""
-    start = other_start(problem, equations, forces)
+    start = nonrest_solution(problem, equations, forces)
     return start if start is not None and check_start(problem, start, tolerances).holds else None
 
 
@@ -336,7 +336,7 @@ def _found(problem: Problem, equations: StartEquations, tolerances: Tolerances) 
     start = _without_forces(problem, tolerances)
     if start is not None:
         return start
-    return start_near(problem, equations, load_induced_forces(problem) / equations.units[0], tolerances)
+    return find_start_near(problem, equations, load_induced_forces(problem) / equations.units[0], tolerances)
 
 
 def _without_forces(problem: Problem, tolerances: Tolerances) -> InitialMotion | None:

@@ -14,7 +14,7 @@ from stability.statics.journal import JournaledDict
 from stability.statics.ledger import Ledger, LedgerState, ProofGroup
 from stability.statics.structure import Structure, StructureState
 
-DEAREST_FIRST = tuple(reversed(Stage))
+COSTLIEST_FIRST = tuple(reversed(Stage))
 LARGE = 60  # bricks: with more, judging each brick would solve nearly the same program again
 
 
@@ -47,13 +47,13 @@ class Prover:
                 self.take([each.brick.id for each in parted])
             for each in (placed, *parted):
                 self.structure.put(each)
-                self._ask_core(each.brick.id)
-        self._doubt_anew([placed.brick.id for placed in bricks])
+                self._prove_by_core(each.brick.id)
+        self._discard_verdicts([placed.brick.id for placed in bricks])
 
     def take(self, bricks: Sequence[BodyId]) -> list[BodyId]:
         """Remove bricks and the proofs that depended on them; return the bricks to be judged again."""
         structure = self.structure
-        self._doubt_anew(bricks)
+        self._discard_verdicts(bricks)
         affected = structure.with_all_above(bricks)
         while True:
             larger = structure.with_all_above(affected | self.ledger.strike(affected))
@@ -63,12 +63,12 @@ class Prover:
         for name in bricks:
             structure.take(name)
         again = structure.upwards(affected.difference(bricks))
-        self._prove_no_more(bricks)
+        self._mark_proven(bricks)
         for name in again:
             del structure.cores[name]
         for name in again:
             structure.find_core(name)
-            self._ask_core(name)
+            self._prove_by_core(name)
         return again
 
     def state(self) -> ProverState:
@@ -92,23 +92,23 @@ class Prover:
         found: Verdict | None = None
         together = True
         for name in self.structure.upwards(self._unproven):
-            together = together and self._asked_together(name)
+            together = together and self._prove_component(name)
             if name not in self._unproven:
                 continue
-            verdict = self._in_doubt.get(name) or self._asked(name, names_smallest)
+            verdict = self._in_doubt.get(name) or self._judge_alone(name, names_smallest)
             found = verdict or found
             if found is not None and found.stability is Stability.UNSTABLE:
                 break  # falling bricks must be removed before others can be judged
         return found
 
-    def dearest(self, bricks: Sequence[BodyId]) -> Stage | None:
+    def costliest_stage(self, bricks: Sequence[BodyId]) -> Stage | None:
         """Return the most expensive stage among the proofs of these bricks; None without a proof."""
         if len(bricks) == 1:
             return self.ledger.stage(bricks[0])
         stages = {self.ledger.stage(name) for name in bricks}
-        return next((stage for stage in DEAREST_FIRST if stage in stages), None)
+        return next((stage for stage in COSTLIEST_FIRST if stage in stages), None)
 
-    def _ask_core(self, name: BodyId) -> None:
+    def _prove_by_core(self, name: BodyId) -> None:
         """Prove a brick by its load core if its weight lies in it."""
         if self.structure.cores[name].carries(self.structure.weights[name].at):
             self.ledger.prove_by_core(name)
@@ -116,7 +116,7 @@ class Prover:
         else:
             self._unproven[name] = None
 
-    def _asked(self, name: BodyId, names_smallest: bool) -> Verdict | None:
+    def _judge_alone(self, name: BodyId, names_smallest: bool) -> Verdict | None:
         """Return the verdict of the cascade on a brick without a proof, cached until something near it changes."""
         answer = judge(self.structure, name, self._partners, names_smallest, self._unproven)
         if answer.group is not None:
@@ -129,7 +129,7 @@ class Prover:
             self._in_doubt |= dict.fromkeys(self._unproven.keys() & about, answer.verdict)
         return answer.verdict
 
-    def _asked_together(self, name: BodyId) -> bool:
+    def _prove_component(self, name: BodyId) -> bool:
         """Try to prove all bricks around a brick with a large program at once; return False if that fails."""
         if name not in self._unproven or name in self._in_doubt:
             return True
@@ -142,13 +142,13 @@ class Prover:
 
     def _enter(self, group: ProofGroup) -> None:
         self.ledger.enter(group)
-        self._prove_no_more(group.members)
+        self._mark_proven(group.members)
 
-    def _prove_no_more(self, bricks: Iterable[BodyId]) -> None:
+    def _mark_proven(self, bricks: Iterable[BodyId]) -> None:
         for name in bricks:
             self._unproven.pop(name, None)
 
-    def _doubt_anew(self, names: Iterable[BodyId]) -> None:
+    def _discard_verdicts(self, names: Iterable[BodyId]) -> None:
         """Discard the results for all bricks connected with these."""
         left = set(names) if self._in_doubt else set()
         while left:

@@ -338,7 +338,7 @@ def _one_after_the_other(name: str, design: Assembly, bricks: Sequence[BodyId], 
         yield Part(name, list(longest_lines(longest)), whole=told)
         if stopped is not None:
             raise stopped
-        parts.asked = 0
+        parts.verdict_count = 0
         soonest = soonest_fall(parts, may_go, most, known)
     told = {"falls_soonest": list(soonest.order), "falls_at_least": soonest.at_least}
     yield Part(name, [soonest_line(soonest)], whole=told)

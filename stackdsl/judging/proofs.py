@@ -17,7 +17,7 @@ from stability.problem import Motion, Placed, Problem, Stability, Stage, Toleran
 from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
 from stability.statics.fall_description import described
-from stability.statics.initial_motion import lets_go
+from stability.statics.initial_motion import find_start
 from stackdsl.timeline import HandAction, PushAction, Removal, ShakeAction, Timeline, leaves_to_engine
 from stackdsl.trace import Trace, VerdictMargins
 
@@ -91,7 +91,7 @@ def compare_with_statics(trace: Trace, timeline: Timeline) -> Trace:
     verdict = proofs.verdict
     if verdict.stability is Stability.UNSTABLE:
         return replace(trace, disproof=verdict)
-    if verdict.stability is Stability.UNDECIDED or lets_go(proofs.assembly.problem(), Tolerances()) is not None:
+    if verdict.stability is Stability.UNDECIDED or find_start(proofs.assembly.problem(), Tolerances()) is not None:
         return trace
     return replace(trace, numerical=DISPROVED)
 

@@ -11,7 +11,7 @@ from stability.geometry.solid_making import prism
 from stability.model import EARTH, Brick, Pose
 from stability.problem import Placed, Stability, Tolerances
 from stability.statics.assembly import LEVEL_GROUND, Assembly
-from stability.statics.initial_motion import check_start, lets_go
+from stability.statics.initial_motion import check_start, find_start
 from tests.stability.analysis.leaning_scenes import (
     aslant_between_walls,
     box,
@@ -47,7 +47,7 @@ def test_a_row_between_upright_walls_is_not_proven_to_stand_and_falls_freely_if_
     made = Assembly(walls, friction)
     verdict = made.add_all([box(f"b{i}", (0.1, 0.1, 0.1), 0.1 * (i + 0.5), 1.0) for i in range(count)])
     assert verdict.stability is Stability.UNDECIDED
-    start = lets_go(made.problem(), Tolerances())
+    start = find_start(made.problem(), Tolerances())
     assert start is not None
     assert [velocity for velocity, _ in start.acceleration.velocity.values()] == [
         pytest.approx((0.0, 0.0, -EARTH), rel=1e-12)

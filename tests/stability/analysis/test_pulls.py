@@ -97,9 +97,9 @@ def test_a_fall_that_settles_another_part_is_what_a_cold_verdict_says() -> None:
     settled = 0
     for _ in range(60):
         part = parts.part_of(name for name in parts.names if draw.random() < 0.7)
-        asked = parts.asked
+        asked = parts.verdict_count
         said = parts.ask(part).stability
-        if parts.asked == asked:
+        if parts.verdict_count == asked:
             settled += 1
             cold = Assembly(friction=FRICTION)
             assert cold.add_all([design.bricks[name] for name in parts.names_of(part)]).stability is said

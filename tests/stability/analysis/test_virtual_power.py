@@ -13,7 +13,7 @@ from stability.analysis.uniqueness_program import (
     Multipliers,
     ProvenBranch,
     check_branch,
-    leave_nothing_out,
+    cover_every_case,
 )
 from stability.contact_law import Coulomb
 from stability.statics.initial_motion import start_equations
@@ -96,11 +96,11 @@ def test_the_force_of_every_point_counts(point: int) -> None:
 
 
 def test_branches_leave_nothing_out_if_each_question_has_both_answers() -> None:
-    assert leave_nothing_out([()])
-    assert leave_nothing_out([(OPENS,), (SHUT, UPHILL), (SHUT, UPHILL.opposite)])
-    assert not leave_nothing_out([(SHUT, UPHILL), (SHUT, UPHILL.opposite)])
-    assert not leave_nothing_out([(OPENS,), (SHUT, UPHILL)])
-    assert not leave_nothing_out([])
+    assert cover_every_case([()])
+    assert cover_every_case([(OPENS,), (SHUT, UPHILL), (SHUT, UPHILL.opposite)])
+    assert not cover_every_case([(SHUT, UPHILL), (SHUT, UPHILL.opposite)])
+    assert not cover_every_case([(OPENS,), (SHUT, UPHILL)])
+    assert not cover_every_case([])
 
 
 def test_a_proof_without_one_of_its_branches_is_none() -> None:
