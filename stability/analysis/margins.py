@@ -23,10 +23,10 @@ from stability.statics.wrench_matrix import wrench_matrix
 # The least factor on all friction coefficients for which contact forces balance the loads.
 #
 # Less friction means smaller cones, so an assembly that stands with a factor stands with any larger one. Each step
-# computes for one factor k the least prestress s (see `least_prestress`); it is positive if forces within the cones cannot
-# balance the loads. By the envelope theorem ds/dk is the power of tangential forces on slips, over k. So each step
-# gives a verdict with its proof, forces or a motion, and by Newton's method the next factor, a little beyond the root,
-# so that proofs close in on the root from both sides.
+# computes for one factor k the least prestress s (see `least_prestress`); it is positive if forces within the cones
+# cannot balance the loads. By the envelope theorem ds/dk is the power of tangential forces on slips, over k. So each
+# step gives a verdict with its proof, forces or a motion, and by Newton's method the next factor, a little beyond the
+# root, so that proofs close in on the root from both sides.
 
 
 MOST_STEPS = 60

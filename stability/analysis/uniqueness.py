@@ -45,10 +45,10 @@ from stability.statics.initial_motion import (
 
 # Branch and bound over the contact conditions of a small group: proves rest unique, or finds another motion.
 #
-# For each branch a program computes multipliers that prove that no motion starts in it (see `Multipliers`). If there are
-# none, the dual of the program suggests a start, which Newton's method makes exact; else the branch is split where the
-# suggestion violates the laws of contact most: at a point that both opens and is under pressure, then where friction
-# does not oppose the slip.
+# For each branch a program computes multipliers that prove that no motion starts in it (see `Multipliers`). If there
+# are none, the dual of the program suggests a start, which Newton's method makes exact; else the branch is split where
+# the suggestion violates the laws of contact most: at a point that both opens and is under pressure, then where
+# friction does not oppose the slip.
 
 
 ACCURACY = 1e-10
@@ -186,8 +186,8 @@ def _way(
 # Rest of a balanced group is either guaranteed or only possible.
 #
 # If forces along normals alone balance a group, rest is guaranteed at any friction (`margins.guarantee`). In a small
-# group that needs friction, every other start is proven impossible, or one is found (`search_start`). Otherwise rest stays
-# possible, without a further statement.
+# group that needs friction, every other start is proven impossible, or one is found (`search_start`). Otherwise rest
+# stays possible, without a further statement.
 
 
 MOST_BRICKS = 5  # of a group that is decided by its contact modes
