@@ -195,9 +195,9 @@ class Friction:
     def __post_init__(self) -> None:
         """Raise for invalid types. `admit_friction` checks the coefficients when the law is used."""
         admit_number("the usual friction is", self.usual, "write a coefficient of 0 or more")
-        for what, given in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
-            if not isinstance(given, Mapping):
-                raise TypeError(f"`{what}` of a Friction is {told(given)}; write a mapping, such as {_SUCH_AS[what]}")
+        for what, entries in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
+            if not isinstance(entries, Mapping):
+                raise TypeError(f"`{what}` of a Friction is {told(entries)}; write a mapping, such as {_SUCH_AS[what]}")
 
     @property
     def differs(self) -> bool:
@@ -256,16 +256,16 @@ class Friction:
             return None
         a, b = self.kinds.get(one), self.kinds.get(other)
         for pairs in (((one, other),), ((one, b), (a, other)), ((a, b),)):
-            found = [
+            coefficients = [
                 each for x, y in pairs if x is not None and y is not None and (each := self._entry(x, y)) is not None
             ]
-            if found:
-                return min(found)
+            if coefficients:
+                return min(coefficients)
         return None
 
     def _entry(self, one: str, other: str) -> float | None:
-        said = self.between.get((one, other))
-        return self.between.get((other, one)) if said is None else said
+        entry = self.between.get((one, other))
+        return self.between.get((other, one)) if entry is None else entry
 
 
 GivenFriction: TypeAlias = float | Friction

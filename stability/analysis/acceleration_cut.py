@@ -243,9 +243,9 @@ def proven_reach(
     balanced = corrected_forces(system, rows)
     shares = list(_shares(case, balanced))
     at_the_brink = not shares or shares[0] > TOO_MUCH
-    reach, found = _at_the_brink(case, along, value, balanced) if at_the_brink else (0.0, case.rest)
+    reach, proven = _at_the_brink(case, along, value, balanced) if at_the_brink else (0.0, case.rest)
     if reach > 0.0:
-        return reach, found
+        return reach, proven
     for share in shares:
         mixed = balanced + share * (case.rest - balanced)
         reach = value * (1.0 - share)
@@ -345,9 +345,9 @@ def groups_apart(problem: Problem) -> list[Problem]:
         if contact.lower in touching and contact.upper in touching:
             touching[contact.lower].add(contact.upper)
             touching[contact.upper].add(contact.lower)
-    found = []
+    groups = []
     for members in components(problem.bricks, touching.__getitem__):
-        found.append(
+        groups.append(
             replace(
                 problem,
                 bricks={name: placed for name, placed in problem.bricks.items() if name in members},
@@ -355,4 +355,4 @@ def groups_apart(problem: Problem) -> list[Problem]:
                 loads={name: load for name, load in problem.loads.items() if name in members},
             )
         )
-    return found
+    return groups

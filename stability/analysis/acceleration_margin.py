@@ -132,9 +132,9 @@ def centred(system: WrenchMatrix, rows: Array, slips: Array) -> Array:
 
 
 def _face(cones: ConeRows, rows: Array, slips: Array) -> _Face:
-    """Return the forces that remain for the state of each contact: sticking, slipping or open.
+    """Return the remaining forces: all of a sticking contact, a ray of its cone of a slipping one, none of an open one.
 
-    Of force and slip, exactly one is inside its cone.
+    The state of a contact follows from its force and its slip, which are complementary.
     """
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import, and most verdicts need no solver
 
@@ -491,10 +491,10 @@ def acceleration(
     """
     weakest: AccelerationMargin | None = None
     for part in groups_apart(problem):
-        found = _of_one_group(part, tolerance, gravity, tolerances)
-        if found is None:
+        margin = _of_one_group(part, tolerance, gravity, tolerances)
+        if margin is None:
             return None
-        weakest = found if weakest is None else _weaker(weakest, found)
+        weakest = margin if weakest is None else _weaker(weakest, margin)
     return weakest
 
 
@@ -555,8 +555,8 @@ def _margin(
 def _first_alike(case: AcceleratedProblem, nearest: Cut, upper: float, solved: Sequence[Heading]) -> Cut:
     """Return the first counter-clockwise from +x of equally near cuts, such as those of a symmetric structure."""
     most = upper * (1.0 + ALIKE)
-    found = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
-    alike = [nearest, *(cut for cut in found if proven_distance(case, cut) <= most)]
+    near = [one.cut for one in solved if one.cut is not None and one.cut.distance <= most]
+    alike = [nearest, *(cut for cut in near if proven_distance(case, cut) <= most)]
     return min(alike, key=_turn)
 
 

@@ -219,8 +219,8 @@ def symmetries(case: AcceleratedProblem) -> Sequence[Symmetry]:
     centres = np.array([case.problem.bricks[name].pose.position_W for name in names])
     centre = 0.5 * (centres.min(axis=0) + centres.max(axis=0))
     size = float(np.abs(centres - centre).max()) or 1.0
-    found = (_symmetry(case, matrix, (centres - centre) / size, centre, size) for matrix in _candidates(case.problem))
-    return tuple(one for one in found if one is not None)
+    results = (_symmetry(case, matrix, (centres - centre) / size, centre, size) for matrix in _candidates(case.problem))
+    return tuple(one for one in results if one is not None)
 
 
 def _candidates(problem: Problem) -> Iterator[Array]:
@@ -282,8 +282,8 @@ def _onto(rows: Array, others: Array) -> Indices | None:
     from scipy.spatial import cKDTree  # noqa: PLC0415 -- slow to import, and few need it
 
     distance, which = cKDTree(others).query(rows, distance_upper_bound=IMAGE_ACCURACY)
-    found: Indices = np.asarray(which, dtype=np.int64)
-    return found if np.isfinite(distance).all() and len(np.unique(found)) == len(found) else None
+    indices: Indices = np.asarray(which, dtype=np.int64)
+    return indices if np.isfinite(distance).all() and len(np.unique(indices)) == len(indices) else None
 
 
 # The greatest horizontal acceleration that an assembly survives, by bearing, and its first mechanism.
@@ -344,9 +344,9 @@ def along_bearings(
         case = shaken(part, gravity, Tolerances(), ROUGHLY) or shaken(part, gravity, Tolerances())
         if case is None:
             return None
-        found = _Found(case, {bearing: one.upper for bearing, one in zip(around, weakest, strict=True)})
-        found.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
-        own = [found.survived(bearing) for bearing in bearings]
+        bounds = _Found(case, {bearing: one.upper for bearing, one in zip(around, weakest, strict=True)})
+        bounds.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
+        own = [bounds.survived(bearing) for bearing in bearings]
         weakest = [_weaker(one, other) for one, other in zip(weakest, own, strict=True)]
     return tuple(weakest)
 
@@ -359,9 +359,9 @@ def along_bearing(problem: Problem, bearing: float, gravity: float | None = None
         case = shaken(part, gravity, Tolerances())
         if case is None:
             return None
-        found = _Found(case)
-        found.add(heading(case, bearing))
-        weakest = _weaker(weakest, found.survived(bearing))
+        bounds = _Found(case)
+        bounds.add(heading(case, bearing))
+        weakest = _weaker(weakest, bounds.survived(bearing))
     return weakest
 
 
@@ -421,8 +421,8 @@ class _Found:
         self, angles: Sequence[float], headings: RoughHeadings, images: Sequence[Symmetry], bearings: Sequence[float]
     ) -> None:
         """Solve the directions without a result, and add their images that are proven."""
-        asked = [angle for angle in angles if not self._is_solved(angle)]
-        for one in headings.solve_all(asked) if asked else ():
+        unsolved = [angle for angle in angles if not self._is_solved(angle)]
+        for one in headings.solve_all(unsolved) if unsolved else ():
             self.add(one)
             for symmetry in images:
                 turned = symmetry.angle(one.angle)
@@ -450,11 +450,11 @@ class _Found:
         return Survived(bearing, value if upper > NOTHING else 0.0, upper, motion)
 
     def _furthest(self, bearing: float, left: Sequence[float], tolerance: float) -> float:
-        """Return the largest step from the solved direction before a bearing to the next direction to solve.
+        """Return the farthest useful bearing to solve next, beyond the last solved direction before `bearing`.
 
-        With this step the chord to the new direction leaves nothing between unknown, if the reach there is as large as
-        possible: along an edge the steps go to its end, and along an arc they are even. Without a known limit the step
-        goes half the way.
+        It is the last one for which the chord to it would leave no bearing between unknown, if the reach there were as
+        large as possible: along an edge the steps go to its end, and along an arc they are even. Without a known limit
+        it is the middle one.
         """
         before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
         turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)

@@ -103,15 +103,15 @@ class OrderSearch:
         """Search for an order with these props. Return the failed searches; without any, `best` holds the order."""
         parts = self._parts
         parts.propped = propped
-        found = [descend(parts, piece, 0, self._last - parts.verdict_count, self._known) for piece in self._pieces]
-        failed = [each for each in found if each.order is None]
+        searches = [descend(parts, piece, 0, self._last - parts.verdict_count, self._known) for piece in self._pieces]
+        failed = [each for each in searches if each.order is None]
         if self.best.without is None:
-            self.best = replace(self.best, without=next(iter(failed), found[0]))
+            self.best = replace(self.best, without=next(iter(failed), searches[0]))
             if failed:
                 self._under_all()
             parts.propped = propped
         if not failed:
-            order = [name for each in found for name in reversed(each.order or ())]
+            order = [name for each in searches for name in reversed(each.order or ())]
             self.best = replace(self.best, steps=_with_props(parts, order, self._known))
         return failed
 
@@ -150,8 +150,8 @@ class OrderSearch:
     def _brief(self) -> list[BodyId] | None:
         """Return an order with the current props from a short search; None if it finds none."""
         most = BRIEFLY * len(self._parts.names)
-        found = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
-        return None if None in found else [name for order in found for name in reversed(order or ())]
+        orders = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
+        return None if None in orders else [name for order in orders for name in reversed(order or ())]
 
 
 def least_props(
@@ -189,10 +189,10 @@ def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple
 
 def _would_help(parts: Subsets, search: Descent) -> Part:
     """Return the bricks whose prop could resist one of the falls at which a search ended."""
-    every, found = parts.part_of(parts.props), 0
+    every, helpful = parts.part_of(parts.props), 0
     for part, answer in search.ends:
-        found |= answer.fall.resisting if answer.fall is not None else every & part
-    return found & ~parts.propped
+        helpful |= answer.fall.resisting if answer.fall is not None else every & part
+    return helpful & ~parts.propped
 
 
 def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step, ...]:

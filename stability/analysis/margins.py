@@ -109,10 +109,10 @@ def _asked(problem: Problem, factor: float, tolerances: Tolerances) -> _Step:
     """Return the proof at one factor, with the next estimate of the least factor."""
     scaled = _with_friction(problem, factor)
     system = wrench_matrix(scaled)
-    found = least_prestress(system)
-    guess = factor * (1.0 - found.least / found.sliding) if found.sliding < 0.0 else inf
-    forces = proven_forces(scaled, system, found.rows, tolerances) if found.least <= 0.0 else None
-    motion = None if forces else proven_motion(scaled, system, found.columns, tolerances)
+    prestress = least_prestress(system)
+    guess = factor * (1.0 - prestress.least / prestress.sliding) if prestress.sliding < 0.0 else inf
+    forces = proven_forces(scaled, system, prestress.rows, tolerances) if prestress.least <= 0.0 else None
+    motion = None if forces else proven_motion(scaled, system, prestress.columns, tolerances)
     return _Step(forces, motion, guess)
 
 
@@ -238,8 +238,8 @@ def counterweight(
 @one_thread()
 def least_counterweight(problem: Problem, bricks: Collection[BodyId]) -> Counterweight | None:
     """Return the least of the weights on these bricks that balance a problem, ties by name; None if no weight does."""
-    found = [weight for brick in sorted(bricks) if (weight := counterweight(problem, brick)) is not None]
-    return min(found, key=lambda each: (each.weight, each.brick), default=None)
+    weights = [weight for brick in sorted(bricks) if (weight := counterweight(problem, brick)) is not None]
+    return min(weights, key=lambda each: (each.weight, each.brick), default=None)
 
 
 def _with_weight(problem: Problem, brick: BodyId, weight: float) -> Problem:
@@ -287,8 +287,8 @@ def guarantee(
         same = Forces(tuple(_without(known.of_contacts[number], problem.contacts[number]) for number in kept))
         if check_forces(smooth, same, tolerances).holds:
             return same
-    found = balance(touching, tolerances).forces
-    return found if found is None or touching is smooth else _at_all_points(found, touching, smooth)
+    forces = balance(touching, tolerances).forces
+    return forces if forces is None or touching is smooth else _at_all_points(forces, touching, smooth)
 
 
 def without_gaps(problem: Problem) -> Problem:
@@ -314,9 +314,11 @@ def _without(forces: ConeForces, contact: Contact) -> ConeForces:
     )
 
 
-def _at_all_points(found: Forces, touching: Problem, smooth: Problem) -> Forces:
+def _at_all_points(forces: Forces, touching: Problem, smooth: Problem) -> Forces:
     """Return forces at the points without a gap, and zero at the others."""
-    of_pair = {(c.lower, c.upper): iter(forces) for c, forces in zip(touching.contacts, found.of_contacts, strict=True)}
+    of_pair = {
+        (c.lower, c.upper): iter(at_points) for c, at_points in zip(touching.contacts, forces.of_contacts, strict=True)
+    }
 
     def of(contact: Contact) -> ConeForces:
         own = of_pair.get((contact.lower, contact.upper), iter(()))

@@ -265,8 +265,8 @@ def _edges(rule: Recourse, error: float) -> _Edges:
         entries.put(edge, 3 * k, np.column_stack([depth, p.inward]))
         edge += len(depth)
     rows = entries.matrix(len(patch), 3 * len(rule.patches))
-    taken = _lengths(rule, rows @ rule.answer)
-    return _Edges(patch, rows, taken[:, ~rule.planar] @ np.abs(rule.loads[~rule.planar, 0]), taken[:, rule.planar])
+    effects = _lengths(rule, rows @ rule.answer)
+    return _Edges(patch, rows, effects[:, ~rule.planar] @ np.abs(rule.loads[~rule.planar, 0]), effects[:, rule.planar])
 
 
 def _lengths(rule: Recourse, of_moments: Array) -> Array:
@@ -368,10 +368,10 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
     left = rule.balance @ x[:count] + frictional.upright @ forces + rule.loads.ravel()
     patches = x[:count] + rule.answer @ left
     spare = edges.rows @ patches
-    taken = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
-    worst = int(np.argmin(_share(spare, taken))) if len(spare) else -1
+    decrease = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
+    worst = int(np.argmin(_share(spare, decrease))) if len(spare) else -1
     balanced = np.abs(frictional.sideways @ forces).max(initial=0.0) <= BALANCED
-    survives = bool(balanced and (spare - taken >= -BALANCED).all())
+    survives = bool(balanced and (spare - decrease >= -BALANCED).all())
     limit = rule.patches[edges.patch[worst]] if worst >= 0 else None
     displacement = float(x[-1])
     return PlacementAnswer(
@@ -394,8 +394,8 @@ def _inside(frictional: _Frictional, forces: Array) -> Array:
     return triples.ravel()
 
 
-def _share(spare: Array, taken: Array) -> Array:
-    return np.where(taken > 0.0, spare / np.where(taken > 0.0, taken, 1.0), inf)
+def _share(spare: Array, decrease: Array) -> Array:
+    return np.where(decrease > 0.0, spare / np.where(decrease > 0.0, decrease, 1.0), inf)
 
 
 def _carried(rule: Recourse, patches: Array, error: float) -> Array:
@@ -403,9 +403,9 @@ def _carried(rule: Recourse, patches: Array, error: float) -> Array:
     planar, on_plane = rule.planar, rule.on_plane
     bound = np.zeros(np.count_nonzero(planar))
     if len(bound):
-        taken = error * _lengths(rule, on_plane @ rule.answer)
-        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + taken[:, ~planar] @ np.abs(rule.loads[~planar, 0])
-        feedback = taken[:, planar]
+        effect = error * _lengths(rule, on_plane @ rule.answer)
+        still = np.abs(on_plane @ patches + rule.loads[planar, 0]) + effect[:, ~planar] @ np.abs(rule.loads[~planar, 0])
+        feedback = effect[:, planar]
         bound = np.linalg.solve(np.eye(len(feedback)) - feedback, still)
     return bound if (bound >= 0.0).all() else np.full(len(bound), inf)
 

@@ -173,10 +173,10 @@ class LongestSearch:
         self.descents += 1
         if self.descents > MOST_DESCENTS:
             self.reason = "what may stay was found, but no way there"
-        found = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.known)
-        self.bounded &= found.order is not None or found.impossible
-        self.order = found.order or self.order
-        return found.order is not None
+        search = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.known)
+        self.bounded &= search.order is not None or search.impossible
+        self.order = search.order or self.order
+        return search.order is not None
 
 
 def _learn_of_rows(parts: Subsets, last: int) -> None:

@@ -55,8 +55,8 @@ class Piling:
 
     def there(self, turn: int) -> frozenset[BodyId]:
         """Return the bricks present at a stage."""
-        gone = {name for before, names in self.pulled.items() if before <= turn for name in names}
-        return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - gone
+        removed = {name for before, names in self.pulled.items() if before <= turn for name in names}
+        return frozenset(placed.brick.id for stage in self.stages[: turn + 1] for placed in stage) - removed
 
     def carried(self) -> dict[BodyId, frozenset[BodyId]]:
         """Return each brick with all bricks that rest on it."""
@@ -102,8 +102,8 @@ class Piling:
         Then the build falls at the last stage or before.
         """
         assembly = self.assembly()
-        gone = {name for names in self.pulled.values() for name in names}
-        last = [placed for placed in self.bricks if placed.brick.id not in gone]
+        removed = {name for names in self.pulled.values() for name in names}
+        last = [placed for placed in self.bricks if placed.brick.id not in removed]
         return assembly.add_all(last, names_smallest=False).stability is Stability.UNSTABLE
 
     def first_fall(self, upto: int | None = None, *, names_smallest: bool = False) -> tuple[int, Verdict] | None:
@@ -148,9 +148,9 @@ class Piling:
 
     def _times(self) -> dict[BodyId, tuple[int, int]]:
         """Return the stage at which each brick is placed, and the stage before which it is removed."""
-        gone = {name: turn for turn, names in self.pulled.items() for name in names}
+        removal_of = {name: turn for turn, names in self.pulled.items() for name in names}
         return {
-            placed.brick.id: (turn, gone.get(placed.brick.id, len(self.stages)))
+            placed.brick.id: (turn, removal_of.get(placed.brick.id, len(self.stages)))
             for turn, stage in enumerate(self.stages)
             for placed in stage
         }
@@ -197,15 +197,15 @@ def propping(piling: Piling, known: Known = ignore_verdict_count) -> Propping | 
     first = next((turn for turn, part in enumerate(states) if not _stands(parts, part)), None)
     if first is None:
         return None
-    found = least_props(parts, states[:first:-1] + states[first : first + 1], known)
-    if found:
-        return Propping(tuple(in_order(found)))
-    found = least_props(parts, states[first : first + 1], known)
-    if not found:
+    props = least_props(parts, states[:first:-1] + states[first : first + 1], known)
+    if props:
+        return Propping(tuple(in_order(props)))
+    props = least_props(parts, states[first : first + 1], known)
+    if not props:
         return None
     last = next(part for part in states[first:] if not _stands(parts, part))
     fall = parts.ask(last).fall
-    return Propping(tuple(in_order(found)), tuple(parts.names_of(fall.moving)) if fall is not None else ())
+    return Propping(tuple(in_order(props)), tuple(parts.names_of(fall.moving)) if fall is not None else ())
 
 
 def _stands(parts: Subsets, part: Part) -> bool:
@@ -302,18 +302,18 @@ class Shifting:
             length = step * self._lengths[brick]
             if most is not None and fails and min(fails.values()) > most:
                 break
-            found = []
+            halved = []
             for bearing in bearings:
                 held = holds(length, bearing)
                 if held:
-                    found.append(self._halved(fails[bearing], length, bearing, holds))
+                    halved.append(self._halved(fails[bearing], length, bearing, holds))
                 elif held is False:
                     fails[bearing] = length
-            if found:
-                low, high, bearing = self._turned(min(found, key=lambda each: each[1]), holds)
-                told, round_bearing = rounded_up(high), round(bearing, ANGLE_DIGITS)
-                shift = bearing_shift(told, round_bearing)
-                if told > self._lengths[brick] or not holds(told, round_bearing):
+            if halved:
+                low, high, bearing = self._turned(min(halved, key=lambda each: each[1]), holds)
+                length_shown, round_bearing = rounded_up(high), round(bearing, ANGLE_DIGITS)
+                shift = bearing_shift(length_shown, round_bearing)
+                if length_shown > self._lengths[brick] or not holds(length_shown, round_bearing):
                     shift = bearing_shift(high, bearing)
                 ring = sum(holds(RING * high, 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
                 return BrickShift(brick, shift, low, ring)
@@ -369,9 +369,9 @@ class Shifting:
             turn, verdict = fall
             best: BrickShift | None = None
             for brick in self.candidates(turn, verdict):
-                found = self.least(brick, shifts, turn + 1, best.length if best else None)
-                if found is not None and (best is None or found.length < best.length):
-                    best = found
+                candidate = self.least(brick, shifts, turn + 1, best.length if best else None)
+                if candidate is not None and (best is None or candidate.length < best.length):
+                    best = candidate
             if best is None:
                 return None
             x, y = shifts.get(best.brick, (0.0, 0.0))
@@ -401,8 +401,8 @@ class Shifting:
 
         low, high, _ = self._halved(0.0, 1.0, 0.0, holds)
         least = {name: (high * x, high * y) for name, (x, y) in needed.items()}
-        told = {name: _longer(shift) for name, shift in least.items()}
-        return SeveralShifts(list((told if self.stands(told) else least).items()), low / high)
+        longer = {name: _longer(shift) for name, shift in least.items()}
+        return SeveralShifts(list((longer if self.stands(longer) else least).items()), low / high)
 
 
 def _foot(one: Shift, other: Shift) -> float:

@@ -38,10 +38,10 @@ def falls_as_one(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleS
     border = _between(moving, rest, site)
     for placed in moving:
         own, name = solid(placed), placed.brick.id
-        found = [
+        contacts = [
             contact_with_plane(own, p, site.tolerances, as_friction(site.friction).on(name, p)) for p in site.planes
         ]
-        border += [contact for contact in found if contact is not None]
+        border += [contact for contact in contacts if contact is not None]
     fall = tipping(bricks, border)
     if fall is None:
         return None
@@ -58,13 +58,13 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite)
     places = [np.array([(*p.pose.position_W, p.brick.shape.bounding_radius) for p in part]) for part in (moving, rest)]
     away = places[0][:, None, :3] - places[1][None, :, :3]
     limit = places[0][:, None, 3] + places[1][None, :, 3] + reach
-    found = []
+    contacts = []
     for one, other in zip(*np.nonzero((away**2).sum(axis=2) <= limit**2), strict=True):
         friction = as_friction(site.friction).of(moving[one].brick.id, rest[other].brick.id)
         contact = contact_between(solid(moving[one]), solid(rest[other]), friction, site.tolerances)
         if contact is not None:
-            found.append(contact)
-    return found
+            contacts.append(contact)
+    return contacts
 
 
 # Bricks that lie flat, in many samples of one design at once: their places and overlaps in plan.
@@ -220,9 +220,9 @@ class PassedDown:
         """
         keys = sorted(self._changed)
         self._changed.clear()
-        found = np.full(self.carried.shape, GROUND)
+        highest = np.full(self.carried.shape, GROUND)
         if not keys:
-            return found
+            return highest
         forces = np.stack([self._forces[key] for key in keys])
         uppers, lowers = [key[0] for key in keys], [self.supports[upper][number].lower for upper, number in keys]
         size = forces[:, 0]
@@ -238,8 +238,8 @@ class PassedDown:
         for upper in sorted(self._off.keys() & set(uppers)):
             good[uppers.index(upper)] &= self._off[upper] <= BALANCED * carried[upper]
         for row, upper in enumerate(uppers):  # in ascending order, so that the highest number is stored last
-            found[~good[row]] = upper
-        return found
+            highest[~good[row]] = upper
+        return highest
 
     def _handed(self, upper: int, load: Array) -> list[Array]:
         """Return the share of a load on each support of a brick."""

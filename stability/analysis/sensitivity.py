@@ -66,7 +66,7 @@ def acceleration_limits(
     margin = acceleration(problem, tolerance, gravity)
     if margin is None or margin.motion is None:
         return (0.0 if margin is None else margin.value), ()
-    found: dict[tuple[int, float], MarginLimit] = {}
+    limits: dict[tuple[int, float], MarginLimit] = {}
     for number, part in enumerate(groups_apart(problem)):
         case = shaken(part, gravity, Tolerances())
         assert case is not None  # the margin of the whole problem is known
@@ -74,8 +74,8 @@ def acceleration_limits(
             for one in _aligned(case, margin.bearing + 0.5 * pi * quarter):
                 assert one.cut is not None
                 if proven_distance(case, one.cut) <= margin.upper * (1.0 + NEAR):
-                    found.setdefault((number, round(one.angle, 5) % (2.0 * pi)), _limit(case, one))
-    return margin.value, tuple(found.values())
+                    limits.setdefault((number, round(one.angle, 5) % (2.0 * pi)), _limit(case, one))
+    return margin.value, tuple(limits.values())
 
 
 def _aligned(case: AcceleratedProblem, angle: float) -> Iterator[Heading]:

@@ -63,18 +63,18 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
         least.append(1.0 - clause.away.bit_count())
     matrix = csr_matrix((values, (rows, columns)), shape=(len(clauses), bits))
     tie = min(TIE, 0.1 * SLACK / max(1, bits * bits))
-    found = milp(
+    result = milp(
         1.0 + tie * np.arange(bits),
         constraints=LinearConstraint(matrix, np.array(least), np.inf),
         integrality=np.ones(bits),
         bounds=Bounds(0.0, 1.0),
         options={"node_limit": most_nodes, "mip_rel_gap": 0.0},
     )
-    bound = found.mip_dual_bound
+    bound = result.mip_dual_bound
     at_least = max(0, ceil(bound - SLACK)) if bound is not None and np.isfinite(bound) else 0
-    if found.x is None:
+    if result.x is None:
         return SmallestSet(None, at_least)
-    chosen = sum(1 << bit for bit in range(bits) if found.x[bit] > 0.5)  # noqa: PLR2004 -- either 0 or 1
+    chosen = sum(1 << bit for bit in range(bits) if result.x[bit] > 0.5)  # noqa: PLR2004 -- either 0 or 1
     return SmallestSet(chosen if all(clause.is_satisfied_by(chosen) for clause in clauses) else None, at_least)
 
 
@@ -129,7 +129,7 @@ class Prop:
 
 def props_of(design: Assembly) -> dict[BodyId, Prop]:
     """Return the prop of each brick of a design whose underside is not completely covered."""
-    found, law = {}, as_friction(design.friction)
+    props, law = {}, as_friction(design.friction)
     for name in sorted(design.bricks):
         body = f"prop under {name}"
         while body in design.bricks:
@@ -139,8 +139,8 @@ def props_of(design: Assembly) -> dict[BodyId, Prop]:
             for normal, piece in _free(design, name)
         )
         if contacts:
-            found[name] = Prop(name, contacts)
-    return found
+            props[name] = Prop(name, contacts)
+    return props
 
 
 def _free(design: Assembly, name: BodyId) -> Iterator[tuple[Vec3, tuple[Vec3, ...]]]:
@@ -182,14 +182,14 @@ def _beside(patch: Sequence[Flat], pieces: Sequence[Sequence[Flat]], least: floa
     """Return convex pieces that cover the parts of `pieces` outside a patch, the largest first, without empty ones."""
     if doubled_area(patch)[0] < 0.0:
         patch = patch[::-1]
-    found = []
+    covering = []
     for piece in pieces:
         for (ax, ay), (bx, by) in zip(patch, [*patch[1:], patch[0]], strict=True):
             outside = [(by - ay) * (x - ax) - (bx - ax) * (y - ay) for x, y in piece]
             kept = cut(piece, outside)
             if len(kept) > 2 and doubled_area(kept)[0] > least:  # noqa: PLR2004 -- a polygon has three
-                found.append(kept)
-    return sorted(found, key=lambda each: -doubled_area(each)[0])[:MOST_PIECES]
+                covering.append(kept)
+    return sorted(covering, key=lambda each: -doubled_area(each)[0])[:MOST_PIECES]
 
 
 # Verdicts on subsets of a design, cached. Each proven fall excludes further subsets.
@@ -261,22 +261,22 @@ class Subsets:
 
     def touching(self, part: Part) -> Part:
         """Return all bricks that touch a brick of a part."""
-        found = 0
+        touching = 0
         for name in self.names_of(part):
-            found |= self._touching[name]
-        return found
+            touching |= self._touching[name]
+        return touching
 
     def components(self, part: Part) -> list[Part]:
         """Return the pieces of a part without contact to each other."""
-        found = []
+        pieces = []
         while part:
             piece, front = 0, part & -part
             while front:
                 piece |= front
                 front = self.touching(front) & part & ~piece
-            found.append(piece)
+            pieces.append(piece)
             part &= ~piece
-        return found
+        return pieces
 
     def ask(self, part: Part, larger: Part | None = None) -> SubsetAnswer:
         """Return whether a part stands, with its propped bricks on their props.
@@ -293,16 +293,16 @@ class Subsets:
 
     def assembly(self, part: Part, larger: Part | None = None) -> Assembly:
         """Return an assembly of the bricks of a part, without props."""
-        found = self._assemblies.get(part)
-        if found is None:
+        assembly = self._assemblies.get(part)
+        if assembly is None:
             beside = self.assembly(larger) if larger is not None and larger != self.whole else self.design
             source = self.whole if beside is self.design else larger
-            found = beside.copied()
-            found.remove(self.names_of((source or 0) & ~part), names_smallest=False)
-            self._assemblies[part] = found
+            assembly = beside.copied()
+            assembly.remove(self.names_of((source or 0) & ~part), names_smallest=False)
+            self._assemblies[part] = assembly
             if len(self._assemblies) > KEPT:
                 del self._assemblies[next(iter(self._assemblies))]
-        return found
+        return assembly
 
     def _judged(self, part: Part, propped: Part, larger: Part | None) -> SubsetAnswer:
         self.verdict_count += 1
@@ -324,11 +324,11 @@ class Subsets:
         held = [contact for name in self.names_of(propped) for contact in self.props[name].contacts]
         problem = replace(problem, contacts=[*problem.contacts, *held])
         tolerances = rounded(problem, Tolerances())
-        found = balance(problem, tolerances)
-        if found.forces is not None and forces_without_self_stress(problem, found.forces, tolerances) is not None:
+        result = balance(problem, tolerances)
+        if result.forces is not None and forces_without_self_stress(problem, result.forces, tolerances) is not None:
             return SubsetAnswer(Stability.STABLE)
-        if found.motion is not None:
-            return SubsetAnswer(Stability.UNSTABLE, self._learned(part, found.motion))
+        if result.motion is not None:
+            return SubsetAnswer(Stability.UNSTABLE, self._learned(part, result.motion))
         return SubsetAnswer(Stability.UNDECIDED)
 
     def _learned(self, part: Part, motion: Motion) -> SubsetFall:

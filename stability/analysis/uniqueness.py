@@ -79,20 +79,20 @@ def search_start(
         return StartSearch(None, start, 0)
     waiting: list[Branch] = [()]
     proven: list[ProvenBranch] = []
-    for asked in range(1, 2 + most // _columns(equations)):
+    for count in range(1, 2 + most // _columns(equations)):
         branch = waiting.pop()
-        found, guessed = _asked(equations, branch, solver)
-        if found is not None:
-            proven.append(ProvenBranch(branch, found))
+        proof, guessed = _asked(equations, branch, solver)
+        if proof is not None:
+            proven.append(ProvenBranch(branch, proof))
         else:
             start = find_start_near(problem, equations, guessed.forces, tolerances) if guessed is not None else None
             split = _split(equations, branch, guessed if guessed is not None else _any_guess(equations))
             if start is not None or split is None:
-                return StartSearch(None, start, asked)
+                return StartSearch(None, start, count)
             waiting += [(*branch, split.opposite), (*branch, split)]
         if not waiting:
-            return StartSearch(tuple(proven), None, asked)
-    return StartSearch(None, None, asked)
+            return StartSearch(tuple(proven), None, count)
+    return StartSearch(None, None, count)
 
 
 def _columns(equations: StartEquations) -> int:
@@ -112,10 +112,10 @@ def _asked(equations: StartEquations, branch: Branch, solver: Solver) -> tuple[M
 
 
 def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, point: SolverPoint) -> Multipliers | None:
-    for found in multipliers(program, point):
-        lacking = proof_error(equations, ProvenBranch(branch, found))
+    for candidate in multipliers(program, point):
+        lacking = proof_error(equations, ProvenBranch(branch, candidate))
         if lacking <= STILL:
-            return found
+            return candidate
         if lacking > HOPELESS:
             return None
     return None
@@ -124,11 +124,11 @@ def _proven(equations: StartEquations, branch: Branch, program: PowerProgram, po
 def _split(equations: StartEquations, branch: Branch, guessed: Guess) -> Condition | None:
     """Return the condition that the suggestion violates most; None if there is none left."""
     pressed = np.sqrt((guessed.forces**2).sum(axis=1))
-    asked = {each.point for each in branch if each.how is not ContactMode.TOWARDS}
+    decided = {each.point for each in branch if each.how is not ContactMode.TOWARDS}
     opening = {
         point: _strength(guessed, _normal(equations, point)) * pressed[point]
         for point, normals in enumerate(equations.normals)
-        if len(normals) == 1 and point not in asked
+        if len(normals) == 1 and point not in decided
     }
     most = max(opening, key=opening.__getitem__, default=-1)
     if most >= 0 and opening[most] > 0.0:
@@ -261,11 +261,11 @@ def outcome(
 def _of_leaning(problem: Problem, tolerances: Tolerances, most: int) -> RestOutcome:
     """Return the possible motions of a problem of which some groups need friction."""
     leaning = [group for group in groups_apart(problem) if guarantee(group, None, tolerances) is None]
-    found = [_of_group(group, tolerances, most) for group in leaning]
-    if not found:
+    outcomes = [_of_group(group, tolerances, most) for group in leaning]
+    if not outcomes:
         return RestOutcome(guaranteed=True)
-    worst = min(found, key=lambda each: (each.guaranteed, not each.lets_go))
-    return replace(worst, braced=tuple(group for each in found for group in each.braced))
+    worst = min(outcomes, key=lambda each: (each.guaranteed, not each.lets_go))
+    return replace(worst, braced=tuple(group for each in outcomes for group in each.braced))
 
 
 def _of_group(group: Problem, tolerances: Tolerances, most: int) -> RestOutcome:

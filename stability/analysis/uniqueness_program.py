@@ -204,40 +204,40 @@ def _equalities(equations: StartEquations, places: ColumnOffsets) -> Sparse:
     from scipy.sparse import csc_matrix, vstack  # noqa: PLC0415 -- slow to import
 
     left = places.left
-    found = np.zeros((left.basis.shape[1], places.columns))
-    _put_virtual(found, places, equations.loads)
-    found[:, places.of_loads : places.of_parts] = left.rows.T
-    blocks = [csc_matrix(found)]
+    coefficients = np.zeros((left.basis.shape[1], places.columns))
+    _put_virtual(coefficients, places, equations.loads)
+    coefficients[:, places.of_loads : places.of_parts] = left.rows.T
+    blocks = [csc_matrix(coefficients)]
     for point in left.pressed:
         blocks += [csc_matrix(_of_force(equations, places, point, axis)) for axis in range(3)]
     return vstack(blocks, format="csc")
 
 
-def _put_virtual(found: Array, places: ColumnOffsets, row: Array) -> None:
+def _put_virtual(coefficients: Array, places: ColumnOffsets, row: Array) -> None:
     """Add the coefficients of `row @ virtual`."""
     size = places.left.basis.shape[1]
     for part in range(size):
-        found[part, places.virtual + part : places.of_loads : size] = row
+        coefficients[part, places.virtual + part : places.of_loads : size] = row
 
 
 def _of_force(equations: StartEquations, places: ColumnOffsets, point: int, axis: int) -> Array:
     """Return (d, columns) the coefficients of a point's force along an axis; zero across one without friction."""
     left = places.left
-    found = np.zeros((left.basis.shape[1], places.columns))
+    coefficients = np.zeros((left.basis.shape[1], places.columns))
     several, friction = len(equations.normals[point]) > 1, equations.law_at(point).friction
     if axis > 0 and friction == 0.0 and not several:
-        return found
+        return coefficients
     slip = equations.axes[point] @ equations.slips[point]
-    _put_virtual(found, places, slip[axis])
+    _put_virtual(coefficients, places, slip[axis])
     for row, values in enumerate(left.rows):
-        found[:, places.force(point, row) + axis] = values
+        coefficients[:, places.force(point, row) + axis] = values
     first = places.of_contacts + 3 * places.contacts.index(int(equations.contact[point]))
     on_basis = slip @ left.basis
     if several or axis > 0:
-        found[:, first] = -on_basis[axis]
+        coefficients[:, first] = -on_basis[axis]
     elif friction > 0.0:
-        found[:, first + 1 : first + 3] = -on_basis[1:].T
-    return found
+        coefficients[:, first + 1 : first + 3] = -on_basis[1:].T
+    return coefficients
 
 
 def _round(equations: StartEquations, places: ColumnOffsets) -> Sparse:
@@ -271,17 +271,17 @@ def _definite(equations: StartEquations, places: ColumnOffsets) -> tuple[Sparse,
     left = places.left
     rows, columns, scale = upper_triangle(left.basis.shape[1])
     on_basis = equations.mass @ left.basis
-    found = np.zeros((len(rows), places.columns))
+    coefficients = np.zeros((len(rows), places.columns))
     size = left.basis.shape[1]
     for place, (i, j, factor) in enumerate(zip(rows, columns, scale, strict=True)):
-        found[place, places.virtual + i : places.of_loads : size] -= 0.5 * factor * on_basis[:, j]
-        found[place, places.virtual + j : places.of_loads : size] -= 0.5 * factor * on_basis[:, i]
+        coefficients[place, places.virtual + i : places.of_loads : size] -= 0.5 * factor * on_basis[:, j]
+        coefficients[place, places.virtual + j : places.of_loads : size] -= 0.5 * factor * on_basis[:, i]
     for number, (one, other) in enumerate(places.pairs):
         product = np.outer(left.rows[one], left.rows[other])
-        found[:, places.of_parts + number] = scale * 0.5 * (product + product.T)[rows, columns]
+        coefficients[:, places.of_parts + number] = scale * 0.5 * (product + product.T)[rows, columns]
     from scipy.sparse import csc_matrix  # noqa: PLC0415 -- slow to import
 
-    return csc_matrix(found), -scale * (left.basis.T @ on_basis)[rows, columns]
+    return csc_matrix(coefficients), -scale * (left.basis.T @ on_basis)[rows, columns]
 
 
 def upper_triangle(size: int) -> tuple[Indices, Indices, Array]:
@@ -481,9 +481,9 @@ def guess(program: PowerProgram, point: SolverPoint) -> Guess | None:
     return Guess(left.basis @ moments @ left.basis.T, left.basis @ own * (strength / abs(float(means[0]))), forces)
 
 
-def _in_range(program: PowerProgram, given: Array) -> tuple[Array, Array]:
+def _in_range(program: PowerProgram, values: Array) -> tuple[Array, Array]:
     """Return the columns moved into their ranges, and the largest change of each."""
-    places, columns = program.places, given.copy()
+    places, columns = program.places, values.copy()
     signed = slice(places.of_loads, places.of_contacts)
     columns[signed] = np.maximum(columns[signed], 0.0)
     room = np.ones(len(columns))
@@ -524,6 +524,6 @@ def _of_contacts(program: PowerProgram, columns: Array) -> tuple[Array, Array]:
 
 def _unpacked(packed: Array, size: int) -> Array:
     rows, columns, scale = upper_triangle(size)
-    found = np.zeros((size, size))
-    found[rows, columns] = found[columns, rows] = packed / scale
-    return found
+    matrix = np.zeros((size, size))
+    matrix[rows, columns] = matrix[columns, rows] = packed / scale
+    return matrix

@@ -95,12 +95,12 @@ def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
     Raises TypeError for anything but an assembly.
     """
     _admit_assembly(assembly)
-    found = assembly.forces()
-    if found is None:
+    forces = assembly.forces()
+    if forces is None:
         return None
     rows = [
         (contact.lower, contact.upper, point, np.sum(in_cones, axis=0))
-        for contact, at_points in zip(assembly.all_contacts(), found.of_contacts, strict=True)
+        for contact, at_points in zip(assembly.all_contacts(), forces.of_contacts, strict=True)
         for point, in_cones in zip(contact.points_W, at_points, strict=True)
     ]
     return ForceArrays(
@@ -116,19 +116,19 @@ def _admit_assembly(assembly: object) -> None:
         raise TypeError(f"expected an Assembly, not {told(assembly)}")
 
 
-def _shapes(given: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:
-    if not isinstance(given, Sequence) or not any(hasattr(each, "least_thickness") for each in given):
-        sizes: ArrayLike = given  # type: ignore[assignment]  # as no shape is among them
+def _shapes(shapes: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:
+    if not isinstance(shapes, Sequence) or not any(hasattr(each, "least_thickness") for each in shapes):
+        sizes: ArrayLike = shapes  # type: ignore[assignment]  # as no shape is among them
         return [Box(_vector(size)) for size in _rows("sizes", sizes, count, (3,))]
-    if len(given) != count:
-        raise ValueError(f"there are {count} names and {len(given)} shapes; give one shape a brick")
-    return given  # type: ignore[return-value]  # `add_all` refuses other types
+    if len(shapes) != count:
+        raise ValueError(f"there are {count} names and {len(shapes)} shapes; give one shape a brick")
+    return shapes  # type: ignore[return-value]  # `add_all` refuses other types
 
 
-def _rows(what: str, given: ArrayLike, count: int, shape: tuple[int, ...]) -> Array:
+def _rows(what: str, values: ArrayLike, count: int, shape: tuple[int, ...]) -> Array:
     """Return an array with one row per brick, also if one value is given for all bricks."""
     try:
-        rows = np.asarray(given, dtype=float)
+        rows = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(f"{what} are no numbers: {error}") from error
     if rows.shape not in (shape, (count, *shape)):

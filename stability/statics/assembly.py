@@ -639,15 +639,15 @@ class Assembly(AssemblyAnswers):
         self, prover: Prover, started: float, changed: Sequence[BodyId], names_smallest: bool, keep: bool = True
     ) -> Verdict:
         """Prove the unproven bricks as far as possible, and commit the change if requested."""
-        found = None if prover.all_proven() else prover.prove(names_smallest)
-        if found is None:
-            found = Verdict(
+        verdict = None if prover.all_proven() else prover.prove(names_smallest)
+        if verdict is None:
+            verdict = Verdict(
                 Stability.STABLE, prover.costliest_stage(changed), gaps=self._gap_question(prover.structure)
             )
-        said = self._last_verdict[LAST] = replace(found, seconds=perf_counter() - started)
+        verdict_now = self._last_verdict[LAST] = replace(verdict, seconds=perf_counter() - started)
         if keep:
             prover.structure.journal.keep()
-        return said
+        return verdict_now
 
     def _gap_question(self, structure: Structure) -> tuple[CountedGaps, ...]:
         """Return the question whether the proof of all bricks depends on gaps as contact; none without gaps."""

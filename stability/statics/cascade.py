@@ -39,8 +39,8 @@ def small_fall(
 
     parts = {frozenset(structure.with_all_above([name])) for name in doubted}
     own = frozenset(structure.with_all_above([first]))
-    asked = [part for part in parts if len(part) <= (most if part == own else LITTLE)]
-    for part in sorted(asked, key=lambda part: (len(part), sorted(part))):
+    small_enough = [part for part in parts if len(part) <= (most if part == own else LITTLE)]
+    for part in sorted(small_enough, key=lambda part: (len(part), sorted(part))):
         problem = structure.problem(sorted(part), structure.contacts_of(sorted(part)))
         if len(part) == 1 and lies_over(problem.bricks, problem.contacts):
             continue
@@ -176,21 +176,21 @@ def _grown(structure: Structure, group: set[BodyId], downwards: Collection[BodyI
 def _programs(structure: Structure, brick: BodyId, group: set[BodyId], partners: "Partners") -> StageAnswer | _Falling:
     """Run the stages that need a solver, on groups that grow from a brick up to all connected bricks."""
     whole = partners.of(structure.component(brick))
-    asked = partners.of({brick} | structure.below([brick]))
+    current = partners.of({brick} | structure.below([brick]))
     while True:
-        last = len(asked) >= len(whole)
-        group_asked = sorted(asked)
-        standing = upright_group(structure, group_asked)
-        answer = StageAnswer(standing) if standing is not None else _cones(structure, group_asked, last)
+        last = len(current) >= len(whole)
+        members = sorted(current)
+        standing = upright_group(structure, members)
+        answer = StageAnswer(standing) if standing is not None else _cones(structure, members, last)
         if answer is not None:
             return answer
-        if len(asked) < len(group) <= SMALL:
-            asked = asked | group
+        if len(current) < len(group) <= SMALL:
+            current = current | group
         else:
-            asked = partners.of(structure.spread(asked, at_least=max(SMALL, SPREAD * len(asked))))
-        if len(asked) > MUCH_LESS * len(whole):
+            current = partners.of(structure.spread(current, at_least=max(SMALL, SPREAD * len(current))))
+        if len(current) > MUCH_LESS * len(whole):
             # a group with nearly all bricks costs as much as all, and its restriction to cores may be indecisive
-            asked = whole
+            current = whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +226,7 @@ def _tips(structure: Structure, brick: BodyId) -> StageAnswer | None:
 def _reason(structure: Structure, problem: Problem, motion: Motion) -> str:
     """Return the moving bricks and their motion in words; note an unsupported brick that overlaps a body."""
     loose = [name for name in sorted(motion.velocity)[:TOLD] if not structure.supports[name]]
-    overlaps = [told for name in loose if (told := overlap_in_words(structure, name))]
+    overlaps = [text for name in loose if (text := overlap_in_words(structure, name))]
     return "; ".join([described(problem, motion), *overlaps[:1]])
 
 
@@ -322,12 +322,12 @@ def _falls(structure: Structure, falling: _Falling, names_smallest: bool) -> Sta
 def _in_doubt(structure: Structure, careful: _Careful) -> StageAnswer:
     from stability.statics.initial_motion import find_start  # noqa: PLC0415 -- it brings numpy
 
-    problem, found = careful.problem, careful.balance
-    if found.forces is not None:
+    problem, balance = careful.problem, careful.balance
+    if balance.forces is not None:
         reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
         start = find_start(problem, structure.tolerances)
         if start is not None:
             reason += f"; if they are not, {described(problem, start.acceleration)}"
     else:
-        reason = f"too close to its limit to prove either way ({found.note})"
+        reason = f"too close to its limit to prove either way ({balance.note})"
     return StageAnswer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(problem.bricks)))

@@ -162,25 +162,25 @@ def brick_graph(structure: Structure, ledger: Ledger, bricks: Collection[BodyId]
     loads: dict[BodyId, VerticalLoad | None] = {
         name: structure.weights[name] for name in group
     }  # None for an unknown share
-    found: dict[BodyId, Shares] = {}
+    shares: dict[BodyId, Shares] = {}
     order = from_the_top(structure.rests_on(group))
     for name in (*order, *sorted(group.difference(order))):  # bricks that rest on one another in a ring come last
         load = loads[name] if name not in leaning else None
         patches = [(contact, plan(contact)) for contact in structure.supports[name]]
         handed = shared(load, patches) if load is not None else None
         if handed is None or load is None:
-            found[name] = _of_unknown(structure, name, leaning.get(name, ()))
-            loads |= dict.fromkeys(loads.keys() & found[name].keys())
+            shares[name] = _of_unknown(structure, name, leaning.get(name, ()))
+            loads |= dict.fromkeys(loads.keys() & shares[name].keys())
             continue
-        given = {force.contact.lower: force.load for force in handed}
-        found[name] = {
-            on: given[on].weight / load.weight if on in given else 0.0 for on in supports_of(structure, name)
+        loads_on = {force.contact.lower: force.load for force in handed}
+        shares[name] = {
+            on: loads_on[on].weight / load.weight if on in loads_on else 0.0 for on in supports_of(structure, name)
         }
-        for lower, load in given.items():
+        for lower, load in loads_on.items():
             carried = loads.get(lower)
             if carried is not None:
                 loads[lower] = carried.plus(load)
-    return found
+    return shares
 
 
 def supports_of(structure: Structure, brick: BodyId) -> list[BodyId]:

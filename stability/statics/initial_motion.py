@@ -101,26 +101,26 @@ def _units(placed: list[Placed], wrenches: list[Wrench]) -> tuple[float, float, 
 def _mass(placed: list[Placed], units: tuple[float, float, float]) -> Array:
     """Return (D, D) masses and inertias about the centres, along the axes of W."""
     _, mass, length = units
-    found = np.zeros((6 * len(placed), 6 * len(placed)))
+    matrix = np.zeros((6 * len(placed), 6 * len(placed)))
     for number, each in enumerate(placed):
         first = 6 * number
         inertia = np.array(inertia_about_axes(each.brick, each.pose.orientation))
-        found[first : first + 3, first : first + 3] = each.brick.mass / mass * np.identity(3)
-        found[first + 3 : first + 6, first + 3 : first + 6] = inertia / (mass * length**2)
-    return found
+        matrix[first : first + 3, first : first + 3] = each.brick.mass / mass * np.identity(3)
+        matrix[first + 3 : first + 6, first + 3 : first + 6] = inertia / (mass * length**2)
+    return matrix
 
 
 def _slip_row(problem: Problem, names: tuple[BodyId, ...], contact: Contact, point: Vec3, length: float) -> Array:
     """Return the matrix (3, D) from the accelerations of all bricks to the relative acceleration at a point."""
-    found = np.zeros((3, 6 * len(names)))
+    matrix = np.zeros((3, 6 * len(names)))
     for name, sign in _bodies(contact):
         if name in problem.bricks:
             first = 6 * names.index(name)
             x, y, z = (np.array(point) - problem.bricks[name].pose.position_W) / length
             turned = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # of the spin: its cross product with the arm
-            found[:, first : first + 3] += sign * np.identity(3)
-            found[:, first + 3 : first + 6] += sign * turned
-    return found
+            matrix[:, first : first + 3] += sign * np.identity(3)
+            matrix[:, first + 3 : first + 6] += sign * turned
+    return matrix
 
 
 def _bodies(contact: Contact) -> Iterator[tuple[BodyId, float]]:
@@ -183,10 +183,10 @@ def nonrest_solution(problem: Problem, equations: StartEquations, forces: Array)
     if not np.isfinite(forces).all() or any(len(normals) > 1 for normals in equations.normals):
         return None
     root, caused = _root(equations)
-    found = _solved(root, np.einsum("pij,pj->pi", equations.axes, forces))
-    if found is None:
+    solution = _solved(root, np.einsum("pij,pj->pi", equations.axes, forces))
+    if solution is None:
         return None
-    pressed = np.einsum("pi,pij->pj", found, equations.axes)
+    pressed = np.einsum("pi,pij->pj", solution, equations.axes)
     acceleration = caused @ (equations.loads + np.einsum("pij,pi->j", equations.slips, pressed))
     if np.abs(acceleration).max() < SLOWEST:
         return None

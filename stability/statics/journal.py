@@ -91,9 +91,9 @@ class JournaledDict(dict[K, V]):
         """Remove an item as from any dict and return its value."""
         if key not in self and default:
             return default[0]  # type: ignore[return-value]
-        found = self[key]
+        value = self[key]
         del self[key]
-        return found
+        return value
 
     # All other writing methods call those above.
     popitem = MutableMapping.popitem
@@ -107,11 +107,11 @@ def _refill(held: dict[K, V], items: Mapping[K, V]) -> None:
     dict.update(held, items)
 
 
-def _reorder(held: dict[K, V], order: Sequence[K], found: list[Mapping[K, V]]) -> None:
-    """Restore the order of a dict; `found` keeps its items from the first call, so that it can be repeated."""
-    if not found:
-        found.append({key: held[key] for key in order})
-    _refill(held, found[0])
+def _reorder(held: dict[K, V], order: Sequence[K], items: list[Mapping[K, V]]) -> None:
+    """Restore the order of a dict; `items` keeps its items from the first call, so that it can be repeated."""
+    if not items:
+        items.append({key: held[key] for key in order})
+    _refill(held, items[0])
 
 
 @dataclass(slots=True)

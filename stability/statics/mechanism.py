@@ -106,8 +106,8 @@ class _Search:
         """
         if not FEW < len(motion.velocity) <= LARGE:
             return motion
-        found = self._least(motion, by_brick=True)
-        return self.alone(found) if found is not None else motion
+        least = self._least(motion, by_brick=True)
+        return self.alone(least) if least is not None else motion
 
     def started(self, motion: Motion) -> Motion:
         """Return the initial motion of the same bricks."""
@@ -125,9 +125,9 @@ class _Search:
             point = solve(program, accuracy, self.solver)
             if isinstance(point, str):
                 continue
-            found = proven_motion(self.problem, system, point.x[: len(columns)], self.tolerances, QUIET)
-            if found is not None:
-                return found
+            proven = proven_motion(self.problem, system, point.x[: len(columns)], self.tolerances, QUIET)
+            if proven is not None:
+                return proven
         return None
 
     def held(self, motion: Motion) -> Motion:
@@ -154,10 +154,10 @@ class _Search:
         rest = set(motion.velocity) - set(fixed)
         if not rest or any(rest <= standing for standing in self.standing):
             return None
-        found = falling_motion(self.of(rest), self.tolerances, self.quick)
-        if found is None:
+        fewer = falling_motion(self.of(rest), self.tolerances, self.quick)
+        if fewer is None:
             self.standing.append(rest)
-        return self.alone(found) if found is not None and self._proven(found) else None
+        return self.alone(fewer) if fewer is not None and self._proven(fewer) else None
 
     def upwards(self, motion: Motion) -> list[BodyId]:
         """Return the moving bricks, the lowest centre first."""

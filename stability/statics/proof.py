@@ -83,10 +83,10 @@ class PointLaws:
         return self._each(opening, sliding, lambda law, *own: law.support(*own, press))
 
     def _each(self, one: Array, other: Array, of: Callable[[ContactLaw, Array, Array], Array]) -> Array:
-        found = np.zeros(len(one))
+        values = np.zeros(len(one))
         for where, law in self.of_kinds:
-            found[where] = of(law, one[where], other[where])
-        return found
+            values[where] = of(law, one[where], other[where])
+        return values
 
 
 def _stacked(laws: Sequence[ContactLaw], points: Indices) -> ContactLaw:

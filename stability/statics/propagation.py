@@ -91,13 +91,13 @@ def _patches(
     supports: Sequence[Contact], group: Collection[BodyId], cores: Mapping[BodyId, LoadCore]
 ) -> list[tuple[Contact, tuple[Point2, ...]]]:
     """Return the contacts of a brick, with the corners at which each may be loaded."""
-    found = []
+    patches = []
     for contact in supports:
         below = None if contact.lower in group else cores.get(contact.lower)
         points = piece(plan(contact), below)
         if points:
-            found.append((contact, points))
-    return found
+            patches.append((contact, points))
+    return patches
 
 
 def shared(load: VerticalLoad, patches: Patches) -> list[VerticalForce] | None:

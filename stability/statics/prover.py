@@ -89,17 +89,17 @@ class Prover:
 
     def prove(self, names_smallest: bool) -> Verdict | None:
         """Judge the bricks without a proof, from the lowest on; None if all are proven now."""
-        found: Verdict | None = None
+        worst: Verdict | None = None
         together = True
         for name in self.structure.upwards(self._unproven):
             together = together and self._prove_component(name)
             if name not in self._unproven:
                 continue
             verdict = self._in_doubt.get(name) or self._judge_alone(name, names_smallest)
-            found = verdict or found
-            if found is not None and found.stability is Stability.UNSTABLE:
+            worst = verdict or worst
+            if worst is not None and worst.stability is Stability.UNSTABLE:
                 break  # falling bricks must be removed before others can be judged
-        return found
+        return worst
 
     def costliest_stage(self, bricks: Sequence[BodyId]) -> Stage | None:
         """Return the most expensive stage among the proofs of these bricks; None without a proof."""

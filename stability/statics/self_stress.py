@@ -41,9 +41,9 @@ def forces_without_self_stress(
     if widest is None:
         return None
     for left_out in _choices(problem, forces, widest):
-        found = _without(problem, left_out, tolerances, solver)
-        if found is not None and separating_motion(_less(problem, left_out), solver) is not None:
-            return found
+        remaining = _without(problem, left_out, tolerances, solver)
+        if remaining is not None and separating_motion(_less(problem, left_out), solver) is not None:
+            return remaining
     unforced = _along_normals(problem, tolerances, solver) or elastic_rest(problem, tolerances)
     return unforced or _one_by_one(problem, _shut(problem, widest), tolerances, solver)
 
@@ -73,12 +73,12 @@ def _one_by_one(problem: Problem, shut: list[int], tolerances: Tolerances, solve
     left_out: frozenset[int] = frozenset()
     for contact in shut[:MOST_TRIALS]:
         tried = left_out | {contact}
-        found = _without(problem, tried, tolerances, solver)
-        if found is None:
+        remaining = _without(problem, tried, tolerances, solver)
+        if remaining is None:
             continue
         left_out = tried
         if separating_motion(_less(problem, left_out), solver) is not None:
-            return found
+            return remaining
     return None
 
 
@@ -99,10 +99,10 @@ def _less(problem: Problem, left_out: Collection[int]) -> Problem:
 
 def _without(problem: Problem, left_out: Collection[int], tolerances: Tolerances, solver: Solver) -> Forces | None:
     """Return forces that balance a problem without some of its contacts."""
-    found = balance(_less(problem, left_out), tolerances, solver).forces
-    if found is None:
+    balancing = balance(_less(problem, left_out), tolerances, solver).forces
+    if balancing is None:
         return None
-    rest = iter(found.of_contacts)
+    rest = iter(balancing.of_contacts)
     whole = Forces(tuple(_nothing(c) if i in left_out else next(rest) for i, c in enumerate(problem.contacts)))
     return whole if check_forces(problem, whole, tolerances).holds else None
 

@@ -93,13 +93,13 @@ class Structure:
         """Place a brick, with its contacts and its core; contacts across a gap that it fills are removed."""
         name, (x, y, _) = placed.brick.id, placed.pose.position_W
         own = solid(placed)
-        found = self._found(own)
-        filled = self._filled_by(own, found)
+        contacts = self._found(own)
+        filled = self._filled_by(own, contacts)
         self.bricks[name] = placed
         self.weights[name] = VerticalLoad(placed.brick.mass * self.gravity, (x, y))
         self.touching[name], self.supports[name], self.carried[name] = {}, [], []
         self._show(own)
-        for contact in self._unfilled(found, found):
+        for contact in self._unfilled(contacts, contacts):
             self._join(contact)
         self.find_core(name)
         self._part(filled)
@@ -107,11 +107,11 @@ class Structure:
     def _found(self, own: Solid) -> list[Contact]:
         """Return the contacts of a body within the reach of contact."""
         law, near = self._law, self.tolerances
-        found = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
+        contacts = [contact_with_plane(own, plane, near, law.on(own.id, plane)) for plane in self.planes]
         for other in self._neighbours.around(own.low_W, own.high_W, reach_between(own.shortest, share=near.gap)):
             if other != own.id:
-                found.append(contact_between(own, self._solids[other], law.of(own.id, other), near))
-        return [contact for contact in found if contact is not None]
+                contacts.append(contact_between(own, self._solids[other], law.of(own.id, other), near))
+        return [contact for contact in contacts if contact is not None]
 
     def _unfilled(self, contacts: Iterable[Contact], coming: Sequence[Contact]) -> list[Contact]:
         """Return the old and new contacts whose gaps no body fills."""
@@ -282,11 +282,11 @@ class Structure:
 
     def contacts_of(self, group: Collection[BodyId]) -> list[Contact]:
         """Return all contacts of a group, each once, in the order of the group."""
-        found: dict[tuple[BodyId, BodyId], Contact] = {}
+        contacts: dict[tuple[BodyId, BodyId], Contact] = {}
         for brick in group:
             for contact in self.touching[brick].values():
-                found.setdefault((contact.lower, contact.upper), contact)
-        return list(found.values())
+                contacts.setdefault((contact.lower, contact.upper), contact)
+        return list(contacts.values())
 
     def problem(self, group: Sequence[BodyId], contacts: Sequence[Contact]) -> Problem:
         """Return the equilibrium problem of a group under its weight."""
@@ -310,14 +310,14 @@ def overlap_in_words(structure: Structure, brick: BodyId) -> str:
     placed = structure.bricks[brick]
     shape, pose, share = placed.brick.shape, placed.pose, structure.tolerances.gap
     thickness = shape.least_thickness
-    found = [
+    overlaps = [
         (-apart_from_plane(shape, pose, plane).gap, plane.id, reach_between(thickness, share=share))
         for plane in structure.planes
     ]
     for other in structure.neighbours(brick):
         reach = reach_between(thickness, other.brick.shape.least_thickness, share)
-        found.append((-apart(shape, pose, other.brick.shape, other.pose).gap, other.brick.id, reach))
-    depth, deepest = max(((depth, other) for depth, other, reach in found if depth > reach), default=(0.0, ""))
+        overlaps.append((-apart(shape, pose, other.brick.shape, other.pose).gap, other.brick.id, reach))
+    depth, deepest = max(((depth, other) for depth, other, reach in overlaps if depth > reach), default=(0.0, ""))
     if not deepest:
         return ""
     return f"{brick} is {MILLIMETRES * depth:.3g} mm deep in {deepest}, so they are not taken to touch"
