@@ -101,16 +101,16 @@ def main() -> None:
     Compas(Programme.CRA).load()
     names = ("sample", "blocks", "interfaces", "exact", "ms", "error", "lets go", "cra", "ms", "times slower", "own")
     table = Table(*names)
-    kept: dict[str, Row] = {}
+    rows: dict[str, Row] = {}
     for sample in SAMPLES:
         row = measured(sample)
-        kept[sample.name] = row
-        told = {key: f"{value:.3g}" if isinstance(value, float) else str(value) for key, value in row.items()}
-        table.add_row(sample.name, *told.values())
-        Console(stderr=True).print(sample.name, *told.values())
+        rows[sample.name] = row
+        cells = {key: f"{value:.3g}" if isinstance(value, float) else str(value) for key, value in row.items()}
+        table.add_row(sample.name, *cells.values())
+        Console(stderr=True).print(sample.name, *cells.values())
     Console(width=180).print(table)
     if write:
-        record("compas-samples", "python -m benchmarks.compas_samples --write", {"samples": kept})
+        record("compas-samples", "python -m benchmarks.compas_samples --write", {"samples": rows})
 
 
 def measured(sample: Sample) -> Row:
@@ -206,20 +206,20 @@ def contact(one: str, other: str, interface: Any, friction: float) -> Contact:  
 def judged_exactly(problem: Problem) -> Answer:
     """Judge these contacts by exact statics, with the certificate of a stable assembly."""
     started = processor_time()
-    found = balance(problem, Tolerances())
-    honest = forces_without_self_stress(problem, found.forces, Tolerances()) if found.forces is not None else None
+    balanced = balance(problem, Tolerances())
+    honest = forces_without_self_stress(problem, balanced.forces, Tolerances()) if balanced.forces is not None else None
     certain = guarantee(problem, honest) is not None if honest is not None else False
     seconds = processor_time() - started
     limits = rounded(problem, Tolerances())
     if honest is not None:
         check = check_forces(problem, honest, limits)
         return Answer("guaranteed" if certain else "possible", seconds, check.residual if check.holds else float("inf"))
-    if found.motion is not None:
-        fall = check_motion(problem, found.motion, limits)
+    if balanced.motion is not None:
+        fall = check_motion(problem, balanced.motion, limits)
         return Answer("unstable", seconds, fall.violation if fall.holds else float("inf"))
-    if found.forces is None:
+    if balanced.forces is None:
         return Answer("undecided", seconds)
-    squeezed, start = check_forces(problem, found.forces, limits), find_start(problem, Tolerances())
+    squeezed, start = check_forces(problem, balanced.forces, limits), find_start(problem, Tolerances())
     error = squeezed.residual if squeezed.holds else float("inf")
     return Answer("self-stress", seconds, error, described(problem, start.acceleration) if start is not None else "")
 
@@ -240,8 +240,8 @@ def judged_by_peer(assembly: Any, friction: float) -> Answer:  # noqa: ANN401 --
 def as_its_file_says(assembly: Any) -> Answer:  # noqa: ANN401 -- the peer is untyped
     """Return the result that the file of a large sample holds: forces at all interfaces mean that it stands."""
     edges = [assembly.graph.edge_attribute(edge, "interfaces") for edge in assembly.graph.edges()]
-    known = all(interface.forces for interfaces in edges for interface in interfaces)
-    return Answer("stands, in its file" if known else "not run", 0.0)
+    has_forces = all(interface.forces for interfaces in edges for interface in interfaces)
+    return Answer("stands, in its file" if has_forces else "not run", 0.0)
 
 
 def judged_with_own_contacts(sample: Sample, assembly: Any) -> str:  # noqa: ANN401 -- the peer is untyped

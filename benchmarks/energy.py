@@ -112,16 +112,16 @@ def played(number: int, system: str) -> Played:
     return Played(number, system, gain, wrong, process_time() - started)
 
 
-def summed_up(found: Sequence[Played]) -> Row:
+def summed_up(results: Sequence[Played]) -> Row:
     """Return the numbers of heaps by energy gain, and the heap with the largest gain."""
-    worst = max(found, key=lambda each: each.gain)
+    worst = max(results, key=lambda each: each.gain)
     return {
-        "heaps": len(found),
-        "gained": sum(each.gain > NOTABLE_GAIN for each in found),
+        "heaps": len(results),
+        "gained": sum(each.gain > NOTABLE_GAIN for each in results),
         "worst_percent": 100.0 * worst.gain,
         "worst_heap": worst.number,
-        "with_wrong_normals": sum(each.wrong_normals > 0 for each in found),
-        "seconds": sum(each.seconds for each in found),
+        "with_wrong_normals": sum(each.wrong_normals > 0 for each in results),
+        "seconds": sum(each.seconds for each in results),
     }
 
 
@@ -158,13 +158,13 @@ def main() -> None:
     all_kinds: dict[str, Row] = {}
     for system in chosen.systems:
         steps = all_played(numbers, system, chosen.keep, chosen.jobs)
-        found = list(track(steps, system, len(numbers), console=Console(stderr=True), transient=True))
-        all_kinds[system] = summed_up(found)
+        results = list(track(steps, system, len(numbers), console=Console(stderr=True), transient=True))
+        all_kinds[system] = summed_up(results)
         for kind in KINDS:
             name = f"{system}, {kind}"
-            rows[name] = row = summed_up([each for each in found if each.kind == kind])
+            rows[name] = row = summed_up([each for each in results if each.kind == kind])
             table.add_row(name, *(f"{value:.3g}" for value in row.values()))
-        gained = ", ".join(f"{e.number} ({100.0 * e.gain:.3g} %)" for e in found if e.gain > NOTABLE_GAIN)
+        gained = ", ".join(f"{e.number} ({100.0 * e.gain:.3g} %)" for e in results if e.gain > NOTABLE_GAIN)
         Console(stderr=True).print(f"{system}: {gained or 'none'} over 1 %")
     Console(width=120).print(table)
     if chosen.write:

@@ -89,21 +89,21 @@ def at_begun(time: Array, turned: Array, position: Array) -> tuple[float, Array]
     return moment, np.array(where)
 
 
-def errors(found: Structure, friction: float, system: System) -> Row | None:
+def errors(falling: Structure, friction: float, system: System) -> Row | None:
     """Return the errors of one fall; None if no body rotates by 5 deg."""
-    starts = np.array([bar.centre for bar in found.bars])
-    runs = [course(boxes(found, friction), step, LONGEST, turned=1.05 * BEGUN) for step in STEPS]
+    starts = np.array([bar.centre for bar in falling.bars])
+    runs = [course(boxes(falling, friction), step, LONGEST, turned=1.05 * BEGUN) for step in STEPS]
     if any(run.turned.max() < BEGUN for run in runs):
         return None
     coarse, fine = (at_begun(run.time, run.turned, run.position) for run in runs)
     due, due_ways = 2.0 * fine[0] - coarse[0], ways(fine[1], starts)
-    time, turned, position, known = [0.0], [np.zeros(len(starts))], [starts], True
-    before = {one.brick.id: one.pose for one in placed(found)}
-    for now, states, followed in seen(found, friction, system):
+    time, turned, position, followed_so_far = [0.0], [np.zeros(len(starts))], [starts], True
+    before = {one.brick.id: one.pose for one in placed(falling)}
+    for now, states, followed in seen(falling, friction, system):
         time.append(now)
         turned.append(np.array([turn_between(pose, states[name].pose) for name, pose in before.items()]))
         position.append(np.array([states[name].pose.position_W for name in before]))
-        known = followed
+        followed_so_far = followed
         if turned[-1].max() > BEGUN or now > 3.0 * due:
             break
     moment, where = at_begun(np.array(time), np.array(turned), np.array(position))
@@ -114,7 +114,7 @@ def errors(found: Structure, friction: float, system: System) -> Row | None:
         "direction_deg": degrees(direction),
         "proportions_percent": 100.0 * share,
         "reference_apart_percent": 100.0 * abs(due / fine[0] - 1.0),
-        "without_engine": known,
+        "without_engine": followed_so_far,
     }
 
 
@@ -124,21 +124,21 @@ def main() -> None:
     arguments.add_argument("--each", type=int, default=5, help="how many of each family")
     chosen = arguments.parse_args()
     table = Table("", "5 deg after ms", "late %", "direction deg", "proportions %", "reference apart %", "no engine")
-    kept: dict[str, Row] = {}
+    rows: dict[str, Row] = {}
     for family in FAMILIES:
         for number in range(chosen.each):
-            found = structure(family, number)
-            needed = needed_friction(found)
+            falling = structure(family, number)
+            needed = needed_friction(falling)
             friction = WOOD if needed is None else TOO_LITTLE * needed
-            row = errors(found, friction, SYSTEMS["exact"])
+            row = errors(falling, friction, SYSTEMS["exact"])
             if row is None:
                 continue
-            kept[f"{found.family}, {number}"] = row
+            rows[f"{falling.family}, {number}"] = row
             print_row = [f"{value:.3g}" for value in list(row.values())[:-1]]
-            table.add_row(f"{found.family}, {number}", *print_row, "yes" if row["without_engine"] else "no")
+            table.add_row(f"{falling.family}, {number}", *print_row, "yes" if row["without_engine"] else "no")
     Console(width=140).print(table)
     if chosen.write:
-        record("falls-in-parts", "python -m benchmarks.falls_in_parts --write", {"falls": kept})
+        record("falls-in-parts", "python -m benchmarks.falls_in_parts --write", {"falls": rows})
 
 
 if __name__ == "__main__":

@@ -166,25 +166,25 @@ def true_median(curve: Curve) -> float:
 
 def row(curve: Curve, workers: int) -> Row:
     """Return the figures of a curve and of its closed form."""
-    found, median = drawn(curve, curve.samples, workers), true_median(curve)
-    shown = found.intensity.shown
-    points = [(point.within, curve.truth(point.value)) for point in found.points]
-    fitted, half = found.curve.median if found.curve is not None else inf, found.half or inf
-    verdicts = curve.samples if found.intensity.kind in ("acceleration", "tilt") else curve.samples * len(points)
+    result, median = drawn(curve, curve.samples, workers), true_median(curve)
+    shown = result.intensity.shown
+    points = [(point.within, curve.truth(point.value)) for point in result.points]
+    fitted, half = result.curve.median if result.curve is not None else inf, result.half or inf
+    verdicts = curve.samples if result.intensity.kind in ("acceleration", "tilt") else curve.samples * len(points)
     return {
-        "unit": found.intensity.shown_unit,
+        "unit": result.intensity.shown_unit,
         "samples": curve.samples,
         "true_median": shown(median),
         "fitted_median": shown(fitted),
         "off_percent": 100.0 * (fitted / median - 1.0),
         "half": shown(half),
         "half_off_percent": 100.0 * (half / median - 1.0),
-        "dispersion": float(found.curve.dispersion) if found.curve is not None else inf,
+        "dispersion": float(result.curve.dispersion) if result.curve is not None else inf,
         "points": len(points),
         "points_that_hold_the_truth": sum(within.low <= truth <= within.high for within, truth in points),
-        "points_that_the_curve_misses": len(found.missed),
-        "open": found.left_out,
-        "cpu_ms_a_verdict": 1000.0 * found.cpu_time / verdicts,
+        "points_that_the_curve_misses": len(result.missed),
+        "open": result.left_out,
+        "cpu_ms_a_verdict": 1000.0 * result.cpu_time / verdicts,
     }
 
 
@@ -194,10 +194,10 @@ def main(arguments: Namespace) -> None:
     console = Console(width=200)
     for name, curve in CURVES.items():
         rows[name] = row(curve, arguments.workers)
-        told = (
+        cells = (
             f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in rows[name].items()
         )
-        console.print(f"{name}: {', '.join(told)}")
+        console.print(f"{name}: {', '.join(cells)}")
     if arguments.write:
         record("fragility", "python -m benchmarks.fragility --write", {"curves": rows})
 

@@ -80,9 +80,9 @@ def played(settings: PyBulletSettings, tower: Iterable[Placed], throw: Throw | N
         fastest = max(norm(state.velocity_W) for state in world.states(world.masses()).values())
         world.set_max_speed(fastest)
         world.step()
-    found = {name: state.pose for name, state in world.states(world.masses()).items()}
+    poses = {name: state.pose for name, state in world.states(world.masses()).items()}
     world.close()
-    return found
+    return poses
 
 
 def outcome(settings: PyBulletSettings, throw: Throw, drift: float) -> Outcome:
@@ -130,19 +130,19 @@ def main() -> None:
     console.print(table)
 
 
-def _row(throw: Throw, settings: PyBulletSettings, found: Outcome) -> list[str]:
+def _row(throw: Throw, settings: PyBulletSettings, outcome: Outcome) -> list[str]:
     return [
         f"{throw.level}",
         f"{throw.bearing}",
         f"{throw.speed:g}",
         "yes" if settings.friction_anchor else "no",
         f"{1.0 / settings.time_step:.0f}",
-        f"{1000.0 * found.hit:.1f}",
-        f"{found.displaced}",
-        f"{1000.0 * found.largest:.0f}",
-        f"{found.standing}",
-        f"{1000.0 * found.drift:.2f}",
-        f"{found.wall:.2f}",
+        f"{1000.0 * outcome.hit:.1f}",
+        f"{outcome.displaced}",
+        f"{1000.0 * outcome.largest:.0f}",
+        f"{outcome.standing}",
+        f"{1000.0 * outcome.drift:.2f}",
+        f"{outcome.wall:.2f}",
     ]
 
 

@@ -54,46 +54,46 @@ def vec(values: Array) -> Vec3:
     return (x, y, z)
 
 
-def placed(found: Structure) -> list[Placed]:
+def placed(leaning: Structure) -> list[Placed]:
     """Return the bricks of a structure."""
     return [
         Placed(Brick(bar.name, Box(vec(bar.size)), bar.mass), Pose(vec(bar.centre), quaternion(bar.turn)))
-        for bar in found.bars
+        for bar in leaning.bars
     ]
 
 
-def planes(found: Structure, friction: float) -> tuple[Plane, ...]:
+def planes(leaning: Structure, friction: float) -> tuple[Plane, ...]:
     """Return the planes that a structure stands on and leans against."""
     return tuple(
         Plane(wall.name, vec(wall.point), vec(wall.normal), friction if wall.friction is None else wall.friction)
-        for wall in found.walls
+        for wall in leaning.walls
     )
 
 
-def stands(found: Structure, friction: float) -> Stability:
+def stands(leaning: Structure, friction: float) -> Stability:
     """Return the verdict of statics."""
-    return Assembly(planes(found, friction), friction, GRAVITY).add_all(placed(found)).stability
+    return Assembly(planes(leaning, friction), friction, GRAVITY).add_all(placed(leaning)).stability
 
 
-def needed_friction(found: Structure) -> float | None:
+def needed_friction(leaning: Structure) -> float | None:
     """Return the least friction with which a structure stands; None if it never or always does."""
     low, high = 0.0, MOST_FRICTION
-    if stands(found, high) is not Stability.STABLE or stands(found, low) is Stability.STABLE:
+    if stands(leaning, high) is not Stability.STABLE or stands(leaning, low) is Stability.STABLE:
         return None
     while high - low > CLOSE * high:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if stands(found, middle) is Stability.STABLE else (middle, high)
+        low, high = (low, middle) if stands(leaning, middle) is Stability.STABLE else (middle, high)
     return high
 
 
-def boxes(found: Structure, friction: float) -> Boxes:
+def boxes(leaning: Structure, friction: float) -> Boxes:
     """Return the structure for the reference."""
-    walls = found.walls
+    walls = leaning.walls
     return Boxes(
-        0.5 * np.array([bar.size for bar in found.bars]),
-        np.array([bar.mass for bar in found.bars]),
-        np.array([bar.centre for bar in found.bars]),
-        np.array([bar.turn for bar in found.bars]),
+        0.5 * np.array([bar.size for bar in leaning.bars]),
+        np.array([bar.mass for bar in leaning.bars]),
+        np.array([bar.centre for bar in leaning.bars]),
+        np.array([bar.turn for bar in leaning.bars]),
         np.array([wall.point for wall in walls]),
         np.array([wall.normal for wall in walls]),
         np.array([friction if wall.friction is None else wall.friction for wall in walls]),
@@ -118,11 +118,11 @@ class Truth(NamedTuple):
     unsettled: int  # steps whose impulses did not converge
 
 
-def reference(found: Structure, friction: float) -> Truth:
+def reference(leaning: Structure, friction: float) -> Truth:
     """Return the times of the displacements, with steps halved until they converge."""
     coarse, unsettled = [inf] * len(WAYS), 0
     for step in STEPS:
-        run: Course = course(boxes(found, friction), step, LONGEST, 1.02 * WAYS[-1])
+        run: Course = course(boxes(leaning, friction), step, LONGEST, 1.02 * WAYS[-1])
         fine, unsettled = reached(run.time, run.moved), unsettled + run.unsettled
         both = list(zip(coarse, fine, strict=True))
         apart = [0.0 if a == b else abs(1.0 - a / b) if isfinite(a) and isfinite(b) else inf for a, b in both]
@@ -133,15 +133,17 @@ def reference(found: Structure, friction: float) -> Truth:
     return Truth(due, apart, step, unsettled)
 
 
-def timeline(found: Structure, friction: float) -> Timeline:
+def timeline(leaning: Structure, friction: float) -> Timeline:
     """Return the timeline of a structure."""
-    placements = (Placement(0.0, one.brick, 1, one.pose) for one in placed(found))
-    return Timeline(FixedWorld(GRAVITY, friction, planes(found, friction)), tuple(placements), hold=1.0)
+    placements = (Placement(0.0, one.brick, 1, one.pose) for one in placed(leaning))
+    return Timeline(FixedWorld(GRAVITY, friction, planes(leaning, friction)), tuple(placements), hold=1.0)
 
 
-def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:
+def seen(
+    leaning: Structure, friction: float, system: System
+) -> Iterator[tuple[float, Mapping[BodyId, BodyState], bool]]:
     """Yield time [s], all states and whether no engine was needed so far, after every step on a system."""
-    scene = timeline(found, friction)
+    scene = timeline(leaning, friction)
     world: World = opened_world(scene, system)
     try:
         for one in scene.placements:
@@ -155,20 +157,20 @@ def seen(found: Structure, friction: float, system: System) -> Iterator[tuple[fl
             if not extension.awake():
                 return
             falling.woken(extension.awake(), verdict.motion if verdict else None)
-        names, known = [one.brick.id for one in scene.placements], True
+        names, follows = [one.brick.id for one in scene.placements], True
         while True:
             _step(world, extension, falling)
-            known = known and falling.follows
-            yield world.time(), world.states(names), known
+            follows = follows and falling.follows
+            yield world.time(), world.states(names), follows
     finally:
         world.close()
 
 
-def played(found: Structure, friction: float, system: System, until: float) -> tuple[list[float], float]:
+def played(leaning: Structure, friction: float, system: System, until: float) -> tuple[list[float], float]:
     """Return the times of the displacements [s], and the displacement at which an engine took over [m]."""
-    starts = {one.brick.id: (one, corners_W(one.brick.shape, one.pose)) for one in placed(found)}
+    starts = {one.brick.id: (one, corners_W(one.brick.shape, one.pose)) for one in placed(leaning)}
     time, moved, known_way = [0.0], [[0.0]], 0.0
-    for now, states, known in seen(found, friction, system):
+    for now, states, follows in seen(leaning, friction, system):
         far = max(
             norm(subtract(after, before))
             for name, (one, corners) in starts.items()
@@ -176,30 +178,30 @@ def played(found: Structure, friction: float, system: System, until: float) -> t
         )
         time.append(now)
         moved.append([far])
-        known_way = max(known_way, far) if known else known_way
+        known_way = max(known_way, far) if follows else known_way
         if far > WAYS[-1] or now > until:
             break
     return reached(np.array(time), np.array(moved)), known_way
 
 
-def case(found: Structure, system: System) -> dict[str, Any] | None:
+def case(leaning: Structure, system: System) -> dict[str, Any] | None:
     """Return the figures of a structure; None if it does not slip for lack of friction."""
-    needed = needed_friction(found)
+    needed = needed_friction(leaning)
     if needed is None:
         return None
-    share = float(np.random.default_rng([found.number, *found.family.encode()]).uniform(*SHARES))
+    share = float(np.random.default_rng([leaning.number, *leaning.family.encode()]).uniform(*SHARES))
     friction = share * needed
     started = process_time()
-    truth = reference(found, friction)
-    stays = course(boxes(found, 1.01 * needed), STEPS[0], STAYS)
+    truth = reference(leaning, friction)
+    stays = course(boxes(leaning, 1.01 * needed), STEPS[0], STAYS)
     referred = process_time() - started
     if not isfinite(truth.due[0]):
         return None
-    times, known_way = played(found, friction, system, LONGEST)
-    known = [apart <= 0.01 * WANTED for apart in truth.apart]
+    times, known_way = played(leaning, friction, system, LONGEST)
+    certain = [apart <= 0.01 * WANTED for apart in truth.apart]
     return {
-        "family": found.family,
-        "number": found.number,
+        "family": leaning.family,
+        "number": leaning.number,
         "share": share,
         "needed": needed,
         "due": truth.due,
@@ -208,7 +210,7 @@ def case(found: Structure, system: System) -> dict[str, Any] | None:
         "unsettled": truth.unsettled,
         "stays_mm": 1e3 * float(stays.moved.max()),
         "times": times,
-        "errors": [_error(*pair) if sure else None for *pair, sure in zip(times, truth.due, known, strict=True)],
+        "errors": [_error(*pair) if sure else None for *pair, sure in zip(times, truth.due, certain, strict=True)],
         "known_mm": 1e3 * known_way,
         "reference_s": referred,
         "played_s": process_time() - started - referred,
@@ -229,12 +231,12 @@ def cases(numbers: Sequence[int], system: System, keep: Path | None) -> Iterator
     yield from rows
     for number in numbers:
         for family in LEANING:
-            found, tried = structure(family, number), number
-            if (found.family, number) in done:
+            leaning, tried = structure(family, number), number
+            if (leaning.family, number) in done:
                 continue
-            while (row := case(found, system)) is None:
+            while (row := case(leaning, system)) is None:
                 tried += 1000
-                found = structure(family, tried)
+                leaning = structure(family, tried)
             row |= {"number": number, "tried": tried}
             if keep:
                 with keep.open("a") as file:
@@ -250,20 +252,20 @@ def main() -> None:
     arguments.add_argument("--keep", type=Path, help="file of rows, which is gone on with")
     chosen = arguments.parse_args()
     steps = cases(range(chosen.each), SYSTEMS[chosen.system], chosen.keep)
-    found = list(track(steps, "slips", len(LEANING) * chosen.each, console=Console(stderr=True), transient=True))
+    rows = list(track(steps, "slips", len(LEANING) * chosen.each, console=Console(stderr=True), transient=True))
     by_family = defaultdict(list)
-    for row in found:
+    for row in rows:
         by_family[row["family"]].append(row)
-    by_family["all"] = found
+    by_family["all"] = rows
     heads = ("", "cases", "times judged", "without truth", "median %", "worst %", "over 3 %", "to an engine before")
     table = Table(*heads)
-    kept: dict[str, Row] = {}
+    figures: dict[str, Row] = {}
     for family, rows in by_family.items():
-        kept[family] = values(rows)
-        table.add_row(family, *(f"{value:.3g}" for value in list(kept[family].values())[: len(heads) - 1]))
+        figures[family] = values(rows)
+        table.add_row(family, *(f"{value:.3g}" for value in list(figures[family].values())[: len(heads) - 1]))
     Console(width=140).print(table)
     if chosen.write:
-        record("leaning-slips", "python -m benchmarks.leaning_slips --write", {chosen.system: kept})
+        record("leaning-slips", "python -m benchmarks.leaning_slips --write", {chosen.system: figures})
 
 
 def values(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:

@@ -118,8 +118,8 @@ def ladder(rng: Rng, twist: float = 0.0) -> Structure | None:
 
 def askew(rng: Rng) -> Structure | None:
     """Return a ladder that is not square to its wall: a corner leans."""
-    found = ladder(rng, radians(rng.uniform(4.0, 30.0)) * rng.choice((-1.0, 1.0)))
-    return found and replace(found, family="askew ladder")
+    leaning = ladder(rng, radians(rng.uniform(4.0, 30.0)) * rng.choice((-1.0, 1.0)))
+    return leaning and replace(leaning, family="askew ladder")
 
 
 def against_block(rng: Rng) -> Structure | None:
@@ -171,21 +171,21 @@ def unlike_v(rng: Rng, twist: float = 0.0) -> Structure | None:
 
 def askew_v(rng: Rng) -> Structure | None:
     """Return the same with one plank rotated against the other: a corner leans."""
-    found = unlike_v(rng, radians(rng.uniform(3.0, 12.0)) * rng.choice((-1.0, 1.0)))
-    return found and replace(found, family="askew V")
+    leaning = unlike_v(rng, radians(rng.uniform(3.0, 12.0)) * rng.choice((-1.0, 1.0)))
+    return leaning and replace(leaning, family="askew V")
 
 
 def chain(rng: Rng) -> Structure | None:
     """Return such a V with a third plank that leans on its back."""
-    found = unlike_v(rng)
-    if found is None:
+    leaning = unlike_v(rng)
+    if leaning is None:
         return None
     third = mirrored(plank(rng, "c", radians(rng.uniform(30.0, 50.0)), length=float(rng.uniform(0.06, 0.09))))
-    point, normal = face(found.bars[1], np.array([1.0, 0.0, 0.5]))
+    point, normal = face(leaning.bars[1], np.array([1.0, 0.0, 0.5]))
     third = up_to(third, point, normal)
-    if not touches_within(third, found.bars[1], np.array([1.0, 0.0, 0.5])):
+    if not touches_within(third, leaning.bars[1], np.array([1.0, 0.0, 0.5])):
         return None
-    return Structure("V under load", 0, [*found.bars, third], [GROUND])
+    return Structure("V under load", 0, [*leaning.bars, third], [GROUND])
 
 
 def rider(rng: Rng) -> Structure | None:
@@ -213,13 +213,13 @@ LEANING: Sequence[Callable[[Rng], Structure | None]] = (
 def structure(family: Callable[[Rng], Structure | None], number: int) -> Structure:
     """Return the structure of a family with a number, always the same, rotated as a whole about the vertical."""
     rng = np.random.default_rng([number, len(family.__name__), sum(map(ord, family.__name__))])
-    found = None
-    while found is None:
-        found = family(rng)
+    leaning = None
+    while leaning is None:
+        leaning = family(rng)
     yaw = about_z(float(rng.uniform(0.0, 2.0 * pi)))
-    bars = [replace(bar, centre=yaw @ bar.centre, turn=yaw @ bar.turn) for bar in found.bars]
-    walls = [replace(wall, normal=yaw @ wall.normal) for wall in found.walls]
-    return replace(found, number=number, bars=bars, walls=walls)
+    bars = [replace(bar, centre=yaw @ bar.centre, turn=yaw @ bar.turn) for bar in leaning.bars]
+    walls = [replace(wall, normal=yaw @ wall.normal) for wall in leaning.walls]
+    return replace(leaning, number=number, bars=bars, walls=walls)
 
 
 def quaternion(turn: Array) -> tuple[float, float, float, float]:

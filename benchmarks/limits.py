@@ -68,14 +68,16 @@ def main() -> None:
     system = ENGINES[chosen.system]
     table = Table("", "long", *(f"{angle:g} deg" for angle in chosen.angles))
     rows = list(product(("V", "ladder"), chosen.lengths))
-    kept: dict[str, list[float]] = {"V": [], "ladder": []}
+    errors_of: dict[str, list[float]] = {"V": [], "ladder": []}
     for kind, length in track(rows, "limits", console=Console(stderr=True), transient=True):
-        found = [errors(kind, angle, scaled(length), system) for angle in chosen.angles]
-        kept[kind] += [one for each in found for one in each]
-        table.add_row(kind, f"{100.0 * length:g} cm", *(_range(kind, each) for each in found))
+        by_angle = [errors(kind, angle, scaled(length), system) for angle in chosen.angles]
+        errors_of[kind] += [one for each in by_angle for one in each]
+        table.add_row(kind, f"{100.0 * length:g} cm", *(_range(kind, each) for each in by_angle))
     Console(width=140).print("Friction from which it stands / needed (ladder: error of the angle), all yaws.", table)
     if chosen.write:
-        rows_kept: Rows = {kind: _values(kind, found, chosen.angles, chosen.lengths) for kind, found in kept.items()}
+        rows_kept: Rows = {
+            kind: _values(kind, of_kind, chosen.angles, chosen.lengths) for kind, of_kind in errors_of.items()
+        }
         record("limits", " ".join(["python -m benchmarks.limits", *sys.argv[1:]]), {chosen.system: rows_kept})
 
 
@@ -89,19 +91,19 @@ def errors(kind: str, angle: float, size: Vec3, system: System) -> list[float]:
     return shares if kind == "V" else [too_flat(case, share) for case, share in zip(cases, shares, strict=True)]
 
 
-def _range(kind: str, found: Sequence[float]) -> str:
+def _range(kind: str, values: Sequence[float]) -> str:
     if kind == "V":
-        return f"{min(found):.3f} .. {max(found):.3f}"
-    return f"{min(found):+.2f} .. {max(found):+.2f} deg"
+        return f"{min(values):.3f} .. {max(values):.3f}"
+    return f"{min(values):+.2f} .. {max(values):+.2f} deg"
 
 
-def _values(kind: str, found: Sequence[float], angles: Sequence[float], lengths: Sequence[float]) -> Row:
-    worst = max(abs(each - 1.0) * 100.0 if kind == "V" else abs(each) for each in found)
+def _values(kind: str, values: Sequence[float], angles: Sequence[float], lengths: Sequence[float]) -> Row:
+    worst = max(abs(each - 1.0) * 100.0 if kind == "V" else abs(each) for each in values)
     return {
-        "least": min(found),
-        "most": max(found),
+        "least": min(values),
+        "most": max(values),
         "worst_percent" if kind == "V" else "worst_deg": worst,
-        "asked": len(found),
+        "asked": len(values),
         "least_angle_deg": min(angles),
         "most_angle_deg": max(angles),
         "shortest_cm": 100.0 * min(lengths),

@@ -72,7 +72,7 @@ def main() -> None:
 def measured(*steps: str) -> Row:
     """Return the times from the save of each step to the frame that shows it."""
     seen: list[float] = []
-    taken: list[float] = []
+    processor_times: list[float] = []
     with tempfile.TemporaryDirectory() as folder, browser() as page:
         file = Path(folder) / "tower.yaml"
         file.write_text(STACK.format(step="0.5 mm"), encoding="utf-8")
@@ -84,9 +84,9 @@ def measured(*steps: str) -> Row:
                 before, began = processor_ms(process), time()
                 file.write_text(STACK.format(step=steps[turn % len(steps)]), encoding="utf-8")
                 wait(page, "window.seen")
-                taken.append(processor_ms(process) - before)
+                processor_times.append(processor_ms(process) - before)
                 seen.append(page.execute_script("return window.seen") - 1000.0 * began)
-    return {"median_ms": median(seen), "worst_ms": max(seen), "processor_ms": min(taken)}
+    return {"median_ms": median(seen), "worst_ms": max(seen), "processor_ms": min(processor_times)}
 
 
 def wait(page: webdriver.Chrome, until: str) -> None:
@@ -111,9 +111,9 @@ def served(file: Path) -> Iterator[tuple[int, str]]:
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stderr is not None
-            found = re.search(r"http://\S+", process.stderr.readline())
-            assert found is not None
-            yield process.pid, found[0]
+            address = re.search(r"http://\S+", process.stderr.readline())
+            assert address is not None
+            yield process.pid, address[0]
         finally:
             process.kill()
 
@@ -125,11 +125,11 @@ def browser() -> Iterator[webdriver.Chrome]:
     options.binary_location = "/usr/bin/chromium"
     for each in OPTIONS:
         options.add_argument(each)
-    found = webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
+    chromium = webdriver.Chrome(options=options, service=webdriver.ChromeService("/usr/bin/chromedriver"))
     try:
-        yield found
+        yield chromium
     finally:
-        found.quit()
+        chromium.quit()
 
 
 if __name__ == "__main__":

@@ -34,14 +34,14 @@ GAP = 0.001  # [m] between blocks side by side
 def jenga(levels: int, gap: float = 0.0) -> list[Placed]:
     """Return a tower of three blocks per level, each level across the one below."""
     length, width, thickness = BLOCK
-    found = []
+    blocks = []
     for level in range(levels):
         for number in range(3):
             aside, height = (number - 1) * width, (level + 0.5) * thickness
             size = (length, width - gap, thickness) if level % 2 == 0 else (width - gap, length, thickness)
             at = (0.0, aside, height) if level % 2 == 0 else (aside, 0.0, height)
-            found.append(Placed(Brick(f"L{level + 1}.{number + 1}", Box(size), 0.02), Pose(at)))
-    return found
+            blocks.append(Placed(Brick(f"L{level + 1}.{number + 1}", Box(size), 0.02), Pose(at)))
+    return blocks
 
 
 def thinned(levels: int, seed: int) -> Assembly:
@@ -61,28 +61,28 @@ def thinned(levels: int, seed: int) -> Assembly:
 def pulls(design: Assembly) -> dict[str, float | int]:
     """Pull every single brick of a tower, and count the verdicts that a linear program confirms."""
     started = process_time()
-    found = list(single_pulls(design))
+    pulls_judged = list(single_pulls(design))
     spent = process_time() - started
     wrong = open_ = 0
-    for pull in found:
+    for pull in pulls_judged:
         rest = [upright(placed) for name, placed in design.bricks.items() if name != pull.brick]
         truth = answer(rest, FRICTION)
         open_ += truth is None
-        said = pull.verdict.stability
-        wrong += truth is not None and said is not (Stability.STABLE if truth else Stability.UNSTABLE)
-    stands = sum(pull.verdict.stability is Stability.STABLE for pull in found)
-    falls = sum(pull.verdict.stability is Stability.UNSTABLE for pull in found)
+        stability = pull.verdict.stability
+        wrong += truth is not None and stability is not (Stability.STABLE if truth else Stability.UNSTABLE)
+    stands = sum(pull.verdict.stability is Stability.STABLE for pull in pulls_judged)
+    falls = sum(pull.verdict.stability is Stability.UNSTABLE for pull in pulls_judged)
     parts = Subsets(design)
     may_go = parts.part_of(carrying(design))
     started = process_time()
     longest, soonest = longest_order(parts, may_go, 5000), soonest_fall(parts, may_go, 5000)
     return {
-        "pulls": len(found),
+        "pulls": len(pulls_judged),
         "stand": stands,
         "fall": falls,
         "wrong": wrong,
         "not_said": open_,
-        "pull_ms": 1e3 * spent / len(found),
+        "pull_ms": 1e3 * spent / len(pulls_judged),
         "longest": len(longest.order),
         "at_most": longest.at_most,
         "soonest": len(soonest.order),
@@ -104,12 +104,12 @@ def main() -> None:
     console = Console(stderr=True)
     of_towers: Rows = {name: pulls(tower) for name, tower in track(towers.items(), "towers", console=console)}
     drawn = {seed: islice(piles(seed), chosen.piles) for seed in chosen.seeds}
-    found = {
+    mended_piles = {
         seed: [mended(pile) for pile in track(each, f"piles of seed {seed}", chosen.piles, console=console)]
         for seed, each in drawn.items()
     }
-    of_seeds: Rows = {f"seed {seed}": _mended(each) for seed, each in found.items()}
-    every = [one for each in found.values() for one in each]
+    of_seeds: Rows = {f"seed {seed}": _mended(each) for seed, each in mended_piles.items()}
+    every = [one for each in mended_piles.values() for one in each]
     kinds = {kind: [one for mending in every for one in mending.checked if one.kind == kind] for kind in MENDING}
     of_kinds: Rows = {kind: _told(each) for kind, each in kinds.items()}
     console.print(of_towers, of_seeds, of_kinds)
@@ -118,29 +118,29 @@ def main() -> None:
         record("mending", " ".join(["python -m benchmarks.mending", *sys.argv[1:]]), tables)
 
 
-def _mended(found: Sequence[Mended]) -> Row:
+def _mended(piles: Sequence[Mended]) -> Row:
     """Return the number of repaired piles, by kind of remedy, the cheapest first."""
-    hows = {kind.replace(" ", "_"): sum(one.how == kind for one in found) for kind in (*MENDING, "nothing")}
-    verified = sum(any(each.whole and each.stands and each.falls_with_less for each in one.checked) for one in found)
+    hows = {kind.replace(" ", "_"): sum(one.how == kind for one in piles) for kind in (*MENDING, "nothing")}
+    verified = sum(any(each.whole and each.stands and each.falls_with_less for each in one.checked) for one in piles)
     return {
-        "piles": len(found),
-        "mended": sum(one.how != "nothing" for one in found),
+        "piles": len(piles),
+        "mended": sum(one.how != "nothing" for one in piles),
         "verified": verified,
         **hows,
-        "median_s": median(one.seconds for one in found),
-        "worst_s": max(one.seconds for one in found),
+        "median_s": median(one.seconds for one in piles),
+        "worst_s": max(one.seconds for one in piles),
     }
 
 
-def _told(found: Sequence[Checked]) -> Row:
+def _told(suggestions: Sequence[Checked]) -> Row:
     """Return the verdicts of linear programs on all suggestions of a kind."""
     return {
-        "told": len(found),
-        "of_all": sum(one.whole for one in found),
-        "stand": sum(one.stands is True for one in found),
-        "fall": sum(one.stands is False for one in found),
-        "not_said": sum(one.stands is None for one in found),
-        "fall_with_less": sum(one.falls_with_less for one in found),
+        "told": len(suggestions),
+        "of_all": sum(one.whole for one in suggestions),
+        "stand": sum(one.stands is True for one in suggestions),
+        "fall": sum(one.stands is False for one in suggestions),
+        "not_said": sum(one.stands is None for one in suggestions),
+        "fall_with_less": sum(one.falls_with_less for one in suggestions),
     }
 
 

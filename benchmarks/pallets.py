@@ -64,11 +64,12 @@ def main() -> None:
     whole: Row = {"boxes": sum(len(load.boxes) for load, _ in loads), "other": sum(other for _, other in loads)}
     rows: dict[str, Row] = {}
     for way in WAYS:
-        asked = Import.model_validate({"file": "-", "settle": way}).settle
-        found = [
-            judged(settled(load, asked).load) for load, _ in track(loads, description=way, console=Console(stderr=True))
+        settle = Import.model_validate({"file": "-", "settle": way}).settle
+        results = [
+            judged(settled(load, settle).load)
+            for load, _ in track(loads, description=way, console=Console(stderr=True))
         ]
-        rows[way] = _row(found)
+        rows[way] = _row(results)
     table = Table("settled", *KEYS)
     for name, row in rows.items():
         table.add_row(name, *(f"{row[key]:.4g}" for key in KEYS))
@@ -81,8 +82,8 @@ def main() -> None:
 def read(order: Order) -> Iterator[tuple[ImportedLoad, int]]:
     """Yield each pallet of an order, and the number of boxes that differ in the package's own reader."""
     for (number, data), (_, *theirs) in zip(order.pallets(), read_by_package(order), strict=True):
-        asked = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
-        load = read_load(data, order.name, asked)
+        options = Import.model_validate({"file": order.name, "format": "pallet-sim", "load": number})
+        load = read_load(data, order.name, options)
         pairs = zip(load.boxes, theirs, strict=True)
         yield load, sum(not _is_same(box.centre, box.size, box.mass, other) for box, other in pairs)
 
@@ -133,21 +134,21 @@ def _placed(load: ImportedLoad, number: int) -> Placed:
     return Placed(Brick(f"box-{number + 1:03}", Box((length, width, height)), float(box.mass)), Pose((x, y, z)))
 
 
-def _row(found: Sequence[Judged]) -> Row:
-    count = Counter(each.stability for each in found)
-    seconds = [each.seconds for each in found]
-    placements = [1000.0 * time for each in found for time in each.placements]
+def _row(results: Sequence[Judged]) -> Row:
+    count = Counter(each.stability for each in results)
+    seconds = [each.seconds for each in results]
+    placements = [1000.0 * time for each in results for time in each.placements]
     return {
-        "pallets": len(found),
-        "boxes": sum(each.boxes for each in found),
+        "pallets": len(results),
+        "boxes": sum(each.boxes for each in results),
         **{word: count[word] for word in ("stable", "unstable", "undecided")},
-        "guaranteed": sum(each.guaranteed for each in found),
-        "possible": count["stable"] - sum(each.guaranteed for each in found),
-        "guarantee_s": sum(each.guarantee_s for each in found),
+        "guaranteed": sum(each.guaranteed for each in results),
+        "possible": count["stable"] - sum(each.guaranteed for each in results),
+        "guarantee_s": sum(each.guarantee_s for each in results),
         "seconds": sum(seconds),
         "worst_s": max(seconds),
-        "named_most": max(each.named for each in found),
-        "named": sum(each.named for each in found),
+        "named_most": max(each.named for each in results),
+        "named": sum(each.named for each in results),
         "placements": len(placements),
         "placement_99_ms": quantiles(placements, n=100)[-1],
     }

@@ -22,26 +22,26 @@ def plank_at(name: str, at: Point2, level: int, yaw: float = 0.0, length: float 
 
 def four_stack(planks: int, spacing: float = LENGTH - WIDTH) -> list[Placed]:
     """Return two parallel planks per level, a `spacing` [m] apart, rotated by 90 degrees at each level."""
-    found = []
+    planks_placed = []
     for number in range(planks):
         level, side = number // 2 + 1, (number % 2 - 0.5) * spacing
         x, y, yaw = (0.0, side, 0.0) if level % 2 else (side, 0.0, 0.5 * pi)
-        found.append(plank_at(f"t{number:05}", (x, y), level, yaw))
-    return found
+        planks_placed.append(plank_at(f"t{number:05}", (x, y), level, yaw))
+    return planks_placed
 
 
 def wall(planks: int, across: int) -> list[Placed]:
     """Return a wall in running bond, `across` planks per level, every other level with half a plank at both ends."""
-    found: list[Placed] = []
+    placed: list[Placed] = []
     level = 0
-    while len(found) < planks:
+    while len(placed) < planks:
         level += 1
         lengths = [LENGTH] * across if level % 2 else [_half(), *[LENGTH] * (across - 1), _half()]
         x = 0.0
         for length in lengths:
-            found.append(plank_at(f"w{len(found):05}", (x + 0.5 * length, 0.0), level, length=length))
+            placed.append(plank_at(f"w{len(placed):05}", (x + 0.5 * length, 0.0), level, length=length))
             x += length + GAP
-    return found[:planks]
+    return placed[:planks]
 
 
 def _half() -> float:
@@ -51,9 +51,9 @@ def _half() -> float:
 def stepped_columns(planks: int, high: int = 10, share: float = 0.9) -> list[Placed]:
     """Return separate columns, each stepped to a share of its limit: no plank's support is below its load."""
     step = share * LENGTH / high
-    found = []
+    placed = []
     for number in range(planks):
         column, level = divmod(number, high)
         x, y = divmod(column, 32)
-        found.append(plank_at(f"c{number:05}", (0.4 * x + level * step, 0.05 * y), level + 1))
-    return found
+        placed.append(plank_at(f"c{number:05}", (0.4 * x + level * step, 0.05 * y), level + 1))
+    return placed

@@ -50,8 +50,8 @@ class Mended:
     @property
     def how(self) -> str:
         """Return the first kind of suggestion that claims to repair the whole pile."""
-        told = {one.kind for one in self.checked if one.whole}
-        return next((kind for kind in MENDING if kind in told), "nothing")
+        kinds = {one.kind for one in self.checked if one.whole}
+        return next((kind for kind in MENDING if kind in kinds), "nothing")
 
 
 def piles(seed: int) -> Iterator[Piling]:
@@ -107,21 +107,21 @@ def mended(piling: Piling) -> Mended:
     cases, mistakes = cases_of(parse(as_scenario(piling), "pile.yaml"))
     assert not mistakes, mistakes
     timeline = cases[0].timeline
-    started, asked = process_time(), 0
+    started, reports = process_time(), 0
 
-    def known() -> None:
-        nonlocal asked
-        asked += 1
+    def count_report() -> None:
+        nonlocal reports
+        reports += 1
 
-    found = list(suggestions(FallingBuild(timeline, proofs_of(timeline)), piling_of(timeline), known))
-    return Mended([checked(piling, each) for each in found], process_time() - started, asked)
+    remedies = list(suggestions(FallingBuild(timeline, proofs_of(timeline)), piling_of(timeline), count_report))
+    return Mended([checked(piling, each) for each in remedies], process_time() - started, reports)
 
 
-def checked(piling: Piling, told: Suggestion) -> Checked:
+def checked(piling: Piling, suggestion: Suggestion) -> Checked:
     """Check a suggestion by linear programs."""
-    match told:
+    match suggestion:
         case BrickShift(brick, shift):
-            share = (1.0 - LESS_SHIFT) * told.too_little / told.length
+            share = (1.0 - LESS_SHIFT) * suggestion.too_little / suggestion.length
             enough, less = (_fall(_shifted(piling, {brick: shift}, part)) for part in (1.0, share))
             return Checked("one shift", True, enough.stands, less.falls)
         case SeveralShifts(shifts, too_little):
@@ -153,11 +153,11 @@ class _Fall:
     """First fall of a pile while it is built, by the linear program."""
 
     at: int | None  # index of the box; None if no fall, or undecided
-    said: bool  # whether every box before it is decided
+    is_decided: bool  # whether every box before it is decided
 
     @property
     def stands(self) -> bool | None:
-        return None if not self.said else self.at is None
+        return None if not self.is_decided else self.at is None
 
     @property
     def falls(self) -> bool:
@@ -171,13 +171,13 @@ class _Fall:
 def _fall(bricks: Sequence[Placed], friction: float = FRICTION, props: Sequence[BodyId] = (), sides: int = 16) -> _Fall:
     boxes = [upright(placed) for placed in bricks]
     held = prop_contacts(boxes, [turn for turn, placed in enumerate(bricks) if placed.brick.id in props])
-    said = True
+    decided = True
     for count in range(1, len(boxes) + 1):
-        found = answer(boxes[:count], friction, [each for each in held if each[1] < count], sides)
-        if found is False:
-            return _Fall(count - 1, said)
-        said = said and found is not None
-    return _Fall(None, said)
+        stands = answer(boxes[:count], friction, [each for each in held if each[1] < count], sides)
+        if stands is False:
+            return _Fall(count - 1, decided)
+        decided = decided and stands is not None
+    return _Fall(None, decided)
 
 
 def _shifted(piling: Piling, shifts: dict[str, Shift], share: float) -> list[Placed]:

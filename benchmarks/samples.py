@@ -47,20 +47,20 @@ def tower(layout: str, workers: int) -> Row:
     drawing = draw_samples(case, workers, LIMIT)
     wall = perf_counter() - started
     assert drawing is not None
-    found = drawing.ensemble()
+    ensemble = drawing.ensemble()
     cold_started = process_time()
     differing = sum(outcome != cold for outcome, cold in _cold(case, drawing))
     cold = process_time() - cold_started
     return {
-        "samples": found.drawn,
-        "stood": found.stood,
-        "undecided": found.unknown,
-        "forces_passed_on": found.ways.get(Way.FORCES, 0),
-        "a_fall_passed_on": found.ways.get(Way.FALL, 0),
-        "asked_anew": found.ways.get(Way.ANEW, 0),
+        "samples": ensemble.drawn,
+        "stood": ensemble.stood,
+        "undecided": ensemble.unknown,
+        "forces_passed_on": ensemble.ways.get(Way.FORCES, 0),
+        "a_fall_passed_on": ensemble.ways.get(Way.FALL, 0),
+        "asked_anew": ensemble.ways.get(Way.ANEW, 0),
         "wall_s": wall,
         "workers": workers,
-        "cpu_ms_a_sample": 1000.0 * found.cpu_time / found.drawn,
+        "cpu_ms_a_sample": 1000.0 * ensemble.cpu_time / ensemble.drawn,
         "cold_samples": COLD,
         "cold_ms_a_sample": 1000.0 * cold / COLD,
         "cold_verdicts_that_differ": differing,
@@ -105,10 +105,10 @@ def main(arguments: Namespace) -> None:
     console = Console()
     for rows in tables.values():
         for name, row in rows.items():
-            told = (
+            cells = (
                 f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
             )
-            console.print(f"{name}: {', '.join(told)}")
+            console.print(f"{name}: {', '.join(cells)}")
     if arguments.write:
         record("samples", f"python -m benchmarks.samples --write --engines {arguments.engines}", tables)
 

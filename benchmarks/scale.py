@@ -182,8 +182,8 @@ def _children(pid: int) -> list[int]:
 class Ready(Executor):
     """Returns stored results piece by piece: the remaining time is that of the sweep itself."""
 
-    def __init__(self, kept: Iterable[JudgedSamples]) -> None:
-        self.kept = iter(kept)
+    def __init__(self, results: Iterable[JudgedSamples]) -> None:
+        self.kept = iter(results)
 
     def submit(self, fn: object, /, *args: object, **kwargs: object) -> "Future[TaskResult]":  # type: ignore[override]
         del fn, args, kwargs
@@ -198,16 +198,16 @@ def costs(folder: Path) -> Row:
     plan = plan_of([case])
     size = 1000
     pieces = [judged_piece(packed(case), at, size, program_of(("exact",))) for at in range(0, ROWS, size)]
-    kept = [piece for piece in pieces if isinstance(piece, JudgedSamples)]
+    results = [piece for piece in pieces if isinstance(piece, JudgedSamples)]
     first, most = sweep.FIRST, sweep.MOST
     sweep.FIRST = sweep.MOST = size  # type: ignore[misc]
     try:
         lines = folder / "rows.jsonl"
         with JsonLines(lines, plan) as file:
-            writing = _taken(Sweep(plan, file, Ready(kept), lambda: 8).run)
+            writing = _taken(Sweep(plan, file, Ready(results), lambda: 8).run)
         counting = _taken(lambda: JsonLines(lines, plan).close())
         with ParquetFolder(folder / "rows.parquet", plan) as parquet:
-            sealing = _taken(Sweep(plan, parquet, Ready(kept), lambda: 8).run)
+            sealing = _taken(Sweep(plan, parquet, Ready(results), lambda: 8).run)
     finally:
         sweep.FIRST, sweep.MOST = first, most  # type: ignore[misc]
     whole = sum(file.stat().st_size for file in (folder / "rows.parquet").glob("*.parquet"))
@@ -240,8 +240,8 @@ def messages(folder: Path) -> Rows:
     with _dask(folder) as dask, dask_cluster(dask.address) as those:
         _message(those.executor, 100)  # so that the processes are running
         before = dask.scheduler_time()
-        found = _message(those.executor)
-        rows["Dask"] = {**found, "ms_of_the_scheduler": 1000.0 * (dask.scheduler_time() - before) / MESSAGES}
+        cost = _message(those.executor)
+        rows["Dask"] = {**cost, "ms_of_the_scheduler": 1000.0 * (dask.scheduler_time() - before) / MESSAGES}
     return rows
 
 
@@ -341,10 +341,10 @@ def main(arguments: Namespace) -> None:
         }
     for table, rows in tables.items():
         for row, values in rows.items():
-            told = (
+            cells = (
                 f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in values.items()
             )
-            console.print(f"{table}/{row}: {', '.join(told)}")
+            console.print(f"{table}/{row}: {', '.join(cells)}")
     assert tables["cluster"]["killed"]["same_bytes_as_one_process"]
     if arguments.write:
         record("scale", "python -m benchmarks.scale --write", tables)

@@ -201,12 +201,13 @@ def errors(case: Case, system: System) -> Errors:
     """Return the errors of a case on a system."""
     due = [truth for truth in map(case.truth, WAYS) if truth[0] < inf]
     started = perf_counter()
-    found = list(passed(case, system))
+    arrivals = list(passed(case, system))
     cost = perf_counter() - started
-    if len(found) < len(due):
+    if len(arrivals) < len(due):
         return Errors(case, inf, inf, cost)
     late, fast = (
-        max((now[which] / then[which] - 1.0 for now, then in zip(found, due, strict=True)), key=abs) for which in (0, 1)
+        max((now[which] / then[which] - 1.0 for now, then in zip(arrivals, due, strict=True)), key=abs)
+        for which in (0, 1)
     )
     return Errors(case, late, fast, cost)
 
@@ -222,40 +223,40 @@ def main() -> None:
     fine = {kind: _cost([errors(case, FINE) for case in _cases(kind) if case.yaw == 0.0]) for kind in chosen.kinds}
     headings = (f"{100.0 * (1.0 - share):.0f} % too little" for share in SHARES)
     table = Table("", "system", "step", *headings, "median", "speed", "stuck", "cost of 1/7680 s")
-    kept: dict[str, Row] = {}
+    errors_by_case: dict[str, Row] = {}
     for kind, name, part in track(rows, "slips", console=Console(stderr=True), transient=True):
         system = SYSTEMS[name].at_step(part)
-        found = [errors(case, system) for case in _cases(kind)]
-        cost = _cost([one for one in found if one.case.yaw == 0.0])
-        row = {**_values(found), "times_dearer": fine[kind] / cost}
-        kept[f"{kind}, {name}, step x {part:g}"] = row
+        results = [errors(case, system) for case in _cases(kind)]
+        cost = _cost([one for one in results if one.case.yaw == 0.0])
+        row = {**_values(results), "times_dearer": fine[kind] / cost}
+        errors_by_case[f"{kind}, {name}, step x {part:g}"] = row
         shown = (row["stuck"], f"{row['times_dearer']:.1f}")
         percents = [_percent(row[key]) for key in (*SHARE_KEYS, "median_percent", "speed_percent")]
         table.add_row(kind, name, f"1/{1.0 / system.engine.time_step:.0f} s", *percents, *(str(one) for one in shown))
     Console(width=140).print("Largest errors of time, of speed, over all angles and yaws; cost: times as dear.", table)
     if chosen.write:
-        record("slips", "python -m benchmarks.slips --write", {"errors": kept})
+        record("slips", "python -m benchmarks.slips --write", {"errors": errors_by_case})
 
 
 def _cases(kind: str) -> list[Case]:
     return [Case(kind, *which) for which in product(ANGLES[kind], SHARES, YAWS)]
 
 
-def _cost(found: Sequence[Errors]) -> float:
-    return sum(one.cost for one in found)
+def _cost(results: Sequence[Errors]) -> float:
+    return sum(one.cost for one in results)
 
 
-def _values(found: Sequence[Errors]) -> dict[str, float | None]:
+def _values(results: Sequence[Errors]) -> dict[str, float | None]:
     """Return the largest errors [%] by the lack of friction, and over all; None if nothing arrived."""
-    arrived = [one for one in found if one.time < inf]
+    arrived = [one for one in results if one.time < inf]
     by_share = [[one.time for one in arrived if one.case.share == share] for share in SHARES]
     return {
         **{key: _largest(times) for key, times in zip(SHARE_KEYS, by_share, strict=True)},
         "median_percent": 100.0 * median(abs(one.time) for one in arrived) if arrived else None,
         "speed_percent": _largest([one.speed for one in arrived]),
         "largest_percent": _largest([abs(one.time) for one in arrived]),
-        "stuck": len(found) - len(arrived),
-        "cases": len(found),
+        "stuck": len(results) - len(arrived),
+        "cases": len(results),
     }
 
 

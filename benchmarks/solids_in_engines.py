@@ -58,9 +58,9 @@ def cases(seeds: Sequence[int]) -> Iterator[Case | None]:
     for seed in seeds:
         scene = random_assembly(seed)
         made = Assembly(friction=scene.friction)
-        found = made.add_all(scene.bricks).stability
-        stands = found is Stability.STABLE
-        decided = found is not Stability.UNDECIDED and all(
+        stability = made.add_all(scene.bricks).stability
+        stands = stability is Stability.STABLE
+        decided = stability is not Stability.UNDECIDED and all(
             (balance(each).forces is not None) is stands for each in shaken(made.problem())
         )
         yield Case(seed, scene.friction, scene.bricks, stands) if decided else None
@@ -93,16 +93,16 @@ def played(case: Case, system: str) -> Played:
     return Played(case, trace.collapse is None and not moved, seconds)
 
 
-def summed_up(found: Sequence[Played]) -> Row:
+def summed_up(results: Sequence[Played]) -> Row:
     """Return how often an engine agrees with statics."""
-    wrong = [each for each in found if each.stands != each.case.stands]
+    wrong = [each for each in results if each.stands != each.case.stands]
     return {
-        "assemblies": len(found),
-        "stand": sum(each.case.stands for each in found),
+        "assemblies": len(results),
+        "stand": sum(each.case.stands for each in results),
         "falls_though_stable": sum(each.case.stands for each in wrong),
         "stands_though_unstable": sum(not each.case.stands for each in wrong),
         "seeds": " ".join(str(each.case.seed) for each in wrong) or "none",
-        "ms": 1e3 * sum(each.seconds for each in found) / max(len(found), 1),
+        "ms": 1e3 * sum(each.seconds for each in results) / max(len(results), 1),
     }
 
 
@@ -112,8 +112,8 @@ def main() -> None:
     arguments.add_argument("--assemblies", type=int, default=500)
     chosen = arguments.parse_args()
     console, asked = Console(stderr=True), range(chosen.assemblies)
-    found = list(track(cases(asked), "statics", len(asked), console=console, transient=True))
-    clear = [case for case in found if case is not None]
+    judged = list(track(cases(asked), "statics", len(asked), console=console, transient=True))
+    clear = [case for case in judged if case is not None]
     rows: dict[str, Row] = {}
     table = Table("system", "assemblies", "stand", "falls though stable", "stands though unstable", "seeds", "ms")
     for system in (name for name in SYSTEMS if system_named(name).engine.package.installed):

@@ -242,19 +242,19 @@ def _crossings(a: Solid, b: Solid, reach: float, miss: float) -> Iterator[tuple[
 
 def points(bodies: Sequence[Solid], planes: Sequence[Plane], friction: float, *, wide: bool) -> list[Point]:
     """Return all contacts, with the gaps that the rule bridges."""
-    found: list[Point] = []
+    contacts: list[Point] = []
     for index, body in enumerate(bodies):
         for plane in planes:
-            found += plane_points(index, body, plane)
+            contacts += plane_points(index, body, plane)
     for i, j in combinations(range(len(bodies)), 2):
-        found += pair_points(i, j, bodies, friction, 1.0 if wide else 0.0)
-    return _each_once(found)
+        contacts += pair_points(i, j, bodies, friction, 1.0 if wide else 0.0)
+    return _each_once(contacts)
 
 
-def _each_once(found: Sequence[Point]) -> list[Point]:
+def _each_once(contacts: Sequence[Point]) -> list[Point]:
     """Return points without duplicates, with the least gap of each."""
     least: dict[object, Point] = {}
-    for point in sorted(found, key=lambda each: each.gap):
+    for point in sorted(contacts, key=lambda each: each.gap):
         key = point.lower, point.upper, tuple(np.round(point.at, 8)), tuple(np.round(point.normal, 10))
         least.setdefault(key, point)
     return list(least.values())
@@ -263,20 +263,20 @@ def _each_once(found: Sequence[Point]) -> list[Point]:
 # --- balance ----------------------------------------------------------------------------------------------------------
 
 
-def balances(bodies: Sequence[Solid], found: Sequence[Point], *, wide: bool) -> bool:
+def balances(bodies: Sequence[Solid], contacts: Sequence[Point], *, wide: bool) -> bool:
     """Return whether forces at these points carry all weights.
 
     Friction pyramids are around the cones if `wide`, else inside.
     """
-    if not found:
+    if not contacts:
         return False
-    at = np.array([each.at for each in found])
-    normals = np.array([each.normal for each in found])
+    at = np.array([each.at for each in contacts])
+    normals = np.array([each.normal for each in contacts])
     helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     one = np.cross(normals, helper)
     one /= np.linalg.norm(one, axis=1)[:, None]
     other = np.cross(normals, one)
-    slope = np.array([each.friction for each in found]) / (cos(pi / SIDES) if wide else 1.0)
+    slope = np.array([each.friction for each in contacts]) / (cos(pi / SIDES) if wide else 1.0)
     weight = sum(body.mass for body in bodies) * GRAVITY / len(bodies)
     forces = np.concatenate(
         [
@@ -287,9 +287,9 @@ def balances(bodies: Sequence[Solid], found: Sequence[Point], *, wide: bool) -> 
     matrix = np.zeros((6 * len(bodies), len(forces)))
     for end, sign in (("upper", 1.0), ("lower", -1.0)):
         for number, body in enumerate(bodies):
-            own = np.array([getattr(each, end) == number for each in found])
-            places = np.flatnonzero(np.tile(own, len(forces) // len(found)))
-            arms = (at[places % len(found)] - body.centre) / float(np.ptp(body.corners, axis=0).max())
+            own = np.array([getattr(each, end) == number for each in contacts])
+            places = np.flatnonzero(np.tile(own, len(forces) // len(contacts)))
+            arms = (at[places % len(contacts)] - body.centre) / float(np.ptp(body.corners, axis=0).max())
             matrix[6 * number : 6 * number + 3, places] += sign * forces[places].T
             matrix[6 * number + 3 : 6 * number + 6, places] += sign * np.cross(arms, forces[places]).T
     loads = np.zeros(6 * len(bodies))
@@ -447,15 +447,15 @@ def scene(seed: int) -> Scene | None:
             made.neighbour()
         else:
             made.on_another()
-    found = Scene(tuple(made.planes), made.friction, tuple(made.placed))
-    return None if deep(found) else found
+    made_scene = Scene(tuple(made.planes), made.friction, tuple(made.placed))
+    return None if deep(made_scene) else made_scene
 
 
-def deep(found: Scene) -> bool:
+def deep(scene: Scene) -> bool:
     """Return whether bodies of a scene overlap by more than a micrometre."""
-    bodies = [solid(each) for each in found.bricks]
+    bodies = [solid(each) for each in scene.bricks]
     for body in bodies:
-        if any(((body.corners - np.array(p.point_W)) @ np.array(p.normal_W)).min() < -INSIDE for p in found.planes):
+        if any(((body.corners - np.array(p.point_W)) @ np.array(p.normal_W)).min() < -INSIDE for p in scene.planes):
             return True
     return any(_overlap(a, b) > INSIDE for a, b in combinations(bodies, 2))
 
@@ -506,8 +506,8 @@ def objection(made: Scene, verdict: Verdict) -> str:
     bodies = [solid(each) for each in made.bricks]
 
     def carry(*, wide: bool, gaps: bool) -> bool:
-        found = points(bodies, made.planes, made.friction, wide=wide)
-        return balances(bodies, [each for each in found if gaps or not each.is_across_gap], wide=wide)
+        contacts = points(bodies, made.planes, made.friction, wide=wide)
+        return balances(bodies, [each for each in contacts if gaps or not each.is_across_gap], wide=wide)
 
     if verdict.stability is Stability.UNSTABLE:
         return "unstable contradicted" if carry(wide=False, gaps=False) else ""
@@ -520,18 +520,18 @@ def objection(made: Scene, verdict: Verdict) -> str:
     return "gap told for nothing" if carry(wide=False, gaps=False) else ""
 
 
-def summed_up(found: Sequence[Judged]) -> Row:
+def summed_up(results: Sequence[Judged]) -> Row:
     """Return the number of verdicts of each kind, and the contradicted ones."""
-    said = Counter(each.verdict.stability for each in found)
-    objections = Counter(each.objection for each in found if each.objection)
+    verdicts = Counter(each.verdict.stability for each in results)
+    objections = Counter(each.objection for each in results if each.objection)
     return {
-        "assemblies": len(found),
-        "stable": said[Stability.STABLE],
-        "across_gaps": sum(each.is_across_gaps for each in found),
-        "unstable": said[Stability.UNSTABLE],
-        "undecided": said[Stability.UNDECIDED],
+        "assemblies": len(results),
+        "stable": verdicts[Stability.STABLE],
+        "across_gaps": sum(each.is_across_gaps for each in results),
+        "unstable": verdicts[Stability.UNSTABLE],
+        "undecided": verdicts[Stability.UNDECIDED],
         **{objection.replace(" ", "_"): objections[objection] for objection in OBJECTIONS},
-        "seeds": " ".join(str(each.seed) for each in found if each.objection) or "none",
+        "seeds": " ".join(str(each.seed) for each in results if each.objection) or "none",
     }
 
 
@@ -541,15 +541,15 @@ def main() -> None:
     arguments.add_argument("--assemblies", type=int, default=500)
     arguments.add_argument("--first", type=int, default=0, help="seed to begin with")
     chosen = arguments.parse_args()
-    console, found = Console(stderr=True), list[Judged]()
+    console, results = Console(stderr=True), list[Judged]()
     with Progress(console=console, transient=True) as progress:
         task, seed = progress.add_task("assemblies", total=chosen.assemblies), chosen.first
-        while len(found) < chosen.assemblies:
+        while len(results) < chosen.assemblies:
             each, seed = judged(seed), seed + 1
             if each is not None:
-                found.append(each)
+                results.append(each)
                 progress.advance(task)
-    row = summed_up(found)
+    row = summed_up(results)
     Console().print("\n".join(f"{name.replace('_', ' '):>24}  {value}" for name, value in row.items()))
     if chosen.write:
         command = f"python -m benchmarks.touching --assemblies {chosen.assemblies} --write"
