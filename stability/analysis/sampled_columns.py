@@ -76,7 +76,7 @@ def _between(moving: Sequence[Placed], rest: Sequence[Placed], site: SampleSite)
 Mask: TypeAlias = NDArray[np.bool_]
 
 SQUARE = sqrt(0.5)  # cosine of the angle from which the other side of a rectangle is nearer
-THIN = 0.01  # share of the smallest half length that a patch has at least as thickness
+THIN = 0.01  # share of the smallest half length: a patch has at least this thickness
 
 
 @dataclass(slots=True)

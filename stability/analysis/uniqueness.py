@@ -244,8 +244,8 @@ def outcome(
     """Return the possible motions of a problem proven to stand; `known` are balancing forces, if any are known.
 
     `most` limits the work for each group that needs friction, in unknowns of its programs. Rest is guaranteed only if
-    it is guaranteed without the contact points that have a gap as well. Raises TypeError if `problem` is not a Problem
-    or `known` is neither Forces nor None.
+    it is also guaranteed without the contact points that have a gap. Raises TypeError if `problem` is not a Problem or
+    `known` is neither Forces nor None.
     """
     admit_problem(problem)
     admit_forces(known)
