@@ -8,14 +8,14 @@ READY := $(VENV)/.ready
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help check check-all test test-slow without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
+.PHONY: help setup check check-all test test-slow without-pybullet check-without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
 
 # What a set-up installs are files that requirements.lock has the digests of, and what of it is built, is so with what is in
-# it: setuptools comes first, and nothing is fetched for a build.
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps
+# it: setuptools comes first, and nothing is fetched for a build. Python compiles the few modules that are imported.
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile
 
 $(READY): pyproject.toml requirements.lock setup.py
 	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
@@ -25,6 +25,8 @@ $(READY): pyproject.toml requirements.lock setup.py
 	$(PIP_INSTALL) --require-hashes --no-build-isolation --requirement requirements.lock
 	$(PIP_INSTALL) --no-build-isolation --editable .
 	touch $@
+
+setup: $(READY) ## set up, and do nothing else
 
 check: $(READY) ## set up, then play and judge the scenarios (without the long runs of the bare engine)
 	$(BIN)/stackdsl check scenarios --tag '!long'
@@ -73,8 +75,10 @@ bench-compas: $(READY) ## the same towers and walls with compas_cra, side by sid
 	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.against_compas
 
-without-pybullet: $(READY) ## statics, and all that exact plays, for Pythons that have no PyBullet
+without-pybullet: $(READY) check-without-pybullet ## statics, and all that exact plays, for Pythons that have no PyBullet
 	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
+
+check-without-pybullet: $(READY) ## of these, the scenarios alone
 	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large' --tag '!pybullet'
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory

@@ -16,7 +16,9 @@ def write_built_files(package: Path) -> None:
     for words in (CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS):
         made[f"api/{words.name}.pyi"] = words.stub()
     for name, text in made.items():
-        (package / name).write_bytes(text.encode())
+        file, content = package / name, text.encode()
+        if not file.exists() or file.read_bytes() != content:  # mypy may read it at the same time
+            file.write_bytes(content)
 
 
 if __name__ == "__main__":
