@@ -237,7 +237,7 @@ def test_proofs_are_not_added_on_a_contact_that_bears_no_sum_of_forces() -> None
     assert not carries_upright(replace(flat, law=Glue(0.5, 1.0)))
 
 
-def test_what_can_pull_may_be_under_stress_of_its_own_whatever_opens_it() -> None:
+def test_no_motion_separates_glued_contacts() -> None:
     lying = column([0.0, 0.0])
     rising = Motion({"p01": (UP, (0.0, 0.0, 0.0)), "p02": ((0.0, 0.0, 2.0), (0.0, 0.0, 0.0))})
     assert least_separating_speed(lying, rising) > 0.0

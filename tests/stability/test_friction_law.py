@@ -90,6 +90,6 @@ def test_coefficients_that_mean_nothing_are_refused_by_name(friction: float | Fr
     "friction",
     ["0.5", True, Friction(0.5, own={"a": "0.1"}), Friction(0.5, between={"ab": 0.1}), Friction(0.5, rule="lower")],  # type: ignore[dict-item, arg-type]
 )
-def test_what_is_no_coefficient_is_refused(friction: object) -> None:
+def test_an_invalid_friction_coefficient_is_refused(friction: object) -> None:
     with pytest.raises(TypeError):
         admit_friction(friction)  # type: ignore[arg-type]

@@ -22,7 +22,7 @@ def test_the_order_does_not_depend_on_how_the_graph_was_written() -> None:
     assert from_the_top(dict(reversed(DIAMOND.items()))) == from_the_top(DIAMOND) == ["d", "b", "c", "a", "e"]
 
 
-def test_what_is_above_a_brick_is_all_that_rests_on_it_through_others() -> None:
+def test_above_a_brick_are_all_bricks_that_it_carries_directly_or_indirectly() -> None:
     assert with_all_above(DIAMOND, ["b"]) == {"b", "d"}
     assert with_all_above(DIAMOND, ["a"]) == {"a", "b", "c", "d"}
     assert with_all_above(DIAMOND, []) == set()

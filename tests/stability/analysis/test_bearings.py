@@ -44,7 +44,7 @@ def test_a_box_slides_at_its_friction_and_tips_over_its_sides(friction: float, y
         assert each.upper == pytest.approx(truth, rel=1e-3)
 
 
-def test_what_is_about_to_tip_one_way_slides_at_its_friction_the_other_ways() -> None:
+def test_the_margin_of_a_top_at_the_point_of_tipping_is_zero_one_way_and_friction_the_other_ways() -> None:
     #     |  top  |      its centre is right above the end of the base
     #  | base |
     boxes = [box("base", (0.2, 0.2, 0.1), 0.0, 0.0, 0.05), box("top", (0.2, 0.2, 0.02), 0.1, 0.0, 0.11)]
@@ -52,7 +52,7 @@ def test_what_is_about_to_tip_one_way_slides_at_its_friction_the_other_ways() ->
         assert each.value == pytest.approx(0.5 if cos(each.bearing) < 0.5 else 0.0, abs=1e-4)
 
 
-def test_what_stands_apart_survives_what_each_part_does_and_what_is_weaker_moves() -> None:
+def test_the_margin_of_separate_parts_is_that_of_the_weakest() -> None:
     flat = (0.3, 0.3, 0.1)
     boxes = [box("tall", TALL, 0.0, 0.0, 0.25), box("flat", flat, 2.0, 0.0, 0.05)]
     for each in survived(boxes, 0.55):
@@ -129,7 +129,7 @@ def test_the_motion_lowers_what_is_pulled_a_little_harder() -> None:
         assert check_motion(harder, each.motion, Tolerances()).holds
 
 
-def test_what_is_held_on_all_sides_survives_everything() -> None:
+def test_the_margin_of_a_brick_held_on_all_sides_is_infinite() -> None:
     walls = [
         Plane(
             f"wall {k}",
@@ -146,7 +146,7 @@ def test_what_is_held_on_all_sides_survives_everything() -> None:
     assert [each.value for each in found] == [inf] * 8
 
 
-def test_what_does_not_stand_survives_nothing_that_is_proven() -> None:
+def test_a_falling_structure_has_no_margin_at_any_bearing() -> None:
     assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, sin(radians(40.0)), cos(radians(40.0))), 0.5),), 0.5)
     turned = Pose(
         (0.0, 0.05 * sin(radians(40.0)), 0.05 * cos(radians(40.0))), (-sin(radians(20.0)), 0.0, 0.0, cos(radians(20.0)))

@@ -62,7 +62,7 @@ def test_a_prop_stands_only_where_the_underside_is_free() -> None:
     assert min(xs) > 0.1 - 1e-9  # the base ends there
 
 
-def test_what_lies_on_a_plank_takes_none_of_the_room_under_it() -> None:
+def test_a_brick_on_a_plank_blocks_no_room_under_it() -> None:
     # The middle of the plank and of the weight flush on all of it is 50 mm beyond the base.
     design = Assembly()
     size = (0.4, 0.1, 0.02)
@@ -109,7 +109,7 @@ def test_a_search_that_is_interrupted_keeps_an_order_and_what_is_proven() -> Non
     assert search.best.steps[-1].struck == ("plank a", "plank b")
 
 
-def test_what_falls_stands_on_the_fewest_props() -> None:
+def test_a_falling_structure_gets_the_fewest_props() -> None:
     falling = Assembly()
     falling.add_all([box("base", (0.2, 0.1, 0.1), 0.0, 0.05), box("plank", (0.4, 0.1, 0.02), 0.15, 0.11)])
     parts = Subsets(falling, props_of(falling))

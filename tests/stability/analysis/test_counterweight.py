@@ -22,7 +22,7 @@ def column(levels: int, step: float) -> Assembly:
 
 
 @pytest.mark.parametrize("on", [2, 3, 4])
-def test_what_lies_inside_the_edge_holds_a_leaning_column_by_its_lever(on: int) -> None:
+def test_a_counterweight_inside_the_edge_holds_a_leaning_column_by_its_lever_arm(on: int) -> None:
     #   Nine planks hang over the edge of the first by 1.2 mm on average; plank n lies 58.8 - 12 (n - 1) mm inside it.
     found = counterweight(column(10, 0.012).problem(), f"L{on}")
     least = 9.0 * WEIGHT * 0.0012 / (LENGTH / 2.0 - 0.012 * (on - 1))
@@ -60,7 +60,7 @@ def test_a_beam_is_held_by_a_weight_at_its_short_end() -> None:
     assert found.weight == pytest.approx(0.3 * GRAVITY, rel=1e-6)
 
 
-def test_what_slides_is_held_by_no_weight_on_it() -> None:
+def test_no_counterweight_holds_a_sliding_brick() -> None:
     #   Friction and what drives it downhill grow alike.
     slope, friction = 0.6, 0.5  # tan 0.6 = 0.684
     assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (sin(slope), 0.0, cos(slope)), friction),), gravity=GRAVITY)

@@ -56,7 +56,7 @@ def test_a_wall_beside_a_cube_that_the_ground_carries_takes_no_guarantee_away() 
     assert guaranteed(assembly(cube("a", 0.05, 0.05), planes=groove))
 
 
-def test_what_does_not_stand_has_no_such_forces() -> None:
+def test_a_falling_structure_has_no_guarantee() -> None:
     falling = Assembly()
     assert falling.add_all([cube("a", 0.0, 0.05), cube("b", 0.051, 0.15)]).stability is Stability.UNSTABLE
     assert not guaranteed(falling)

@@ -66,7 +66,7 @@ SLIDING = {
 
 
 @pytest.mark.parametrize("name", SLIDING)
-def test_what_is_low_enough_not_to_tip_slides_at_its_friction_in_all_directions(name: str) -> None:
+def test_the_acceleration_margin_of_a_low_brick_is_its_friction_in_all_directions(name: str) -> None:
     problem, friction = SLIDING[name]
     margin = acceleration(problem)
     assert margin is not None
@@ -180,14 +180,14 @@ def pulled(problem: Problem, acceleration_g: float, bearing: float) -> Problem:
     return replace(problem, loads=loads)
 
 
-def test_what_only_just_stands_survives_no_acceleration() -> None:
+def test_the_acceleration_margin_at_the_limit_is_zero() -> None:
     margin = acceleration(column(10, LENGTH / 10.0))
     assert margin is not None
     assert margin.value == 0.0
     assert margin.upper < 1e-6
 
 
-def test_what_falls_has_no_margins() -> None:
+def test_a_falling_structure_has_no_margins() -> None:
     assert acceleration(column(20, 0.03)) is None
     assert margins(column(20, 0.03)) is None
 
@@ -240,7 +240,7 @@ def test_bricks_on_the_ground_may_sit_anywhere() -> None:
     assert placement(upright_boxes([("a", 0.0, 0.0, 0.0, size), ("b", 1.0, 0.0, 0.0, size)])).value == inf
 
 
-def test_what_stands_on_edges_survives_no_error_of_place() -> None:
+def test_the_placement_margin_of_bricks_on_edges_is_zero() -> None:
     margin = placement(leaning(1.0, mirrored=True))
     assert margin.value == 0.0
     assert "edges" in margin.reason

@@ -46,7 +46,7 @@ def test_rest_is_no_other_start() -> None:
 
 
 @pytest.mark.parametrize(("share", "lawful"), [(1.0, True), (0.9, False)])
-def test_what_slides_is_braked_by_all_the_friction_there_is(share: float, lawful: bool) -> None:
+def test_sliding_contacts_of_another_start_have_full_friction(share: float, lawful: bool) -> None:
     # On a slope of 20 degrees with half the friction that it needs: m a = m g (sin - mu cos), with N = m g cos.
     angle = radians(20.0)
     friction = 0.5 * tan(angle)

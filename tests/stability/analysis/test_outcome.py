@@ -29,7 +29,7 @@ def of(assembly: Assembly) -> RestOutcome:
     return outcome(assembly.problem(), assembly.forces())
 
 
-def test_what_only_self_stress_can_hold_says_how_it_falls_if_nothing_has_squeezed_it() -> None:
+def test_the_outcome_of_a_structure_held_by_self_stress_names_its_fall_without_it() -> None:
     made = Assembly((plane("left", 90.0, 0.8), plane("right", -90.0, 0.8, x=0.3)), 0.8)
     verdict = made.add(Brick("bar", Box((0.3, 0.2, 0.05)), 1.0), Pose((0.15, 0.0, 1.0)))
     assert verdict.stability is Stability.UNDECIDED
@@ -162,6 +162,6 @@ def test_a_thousandth_of_the_size_and_a_kilometre_away_changes_nothing() -> None
     assert of(standing(Placed(brick, pose), planes=(plane("ground", 20.0, 0.5, 1000.0),))).guaranteed
 
 
-def test_what_is_no_problem_is_refused_in_words() -> None:
+def test_an_invalid_problem_is_refused_with_a_message() -> None:
     with pytest.raises(TypeError, match=r"assembly\.problem\(\)"):
         outcome(standing(box("a", (1.0, 0.3, 0.06), 0.0, 0.03)))  # type: ignore[arg-type]

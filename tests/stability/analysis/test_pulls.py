@@ -87,7 +87,7 @@ def test_a_tower_falls_soonest_with_two_blocks_of_one_level_and_a_table_with_one
     assert (longest.order, longest.at_most) == ((), 0)
 
 
-def test_what_carries_nothing_is_told_apart_from_blocks_side_by_side() -> None:
+def test_pulls_distinguish_bricks_without_load_from_blocks_side_by_side() -> None:
     assert carrying(tower(2)) == ["L1.1", "L1.2", "L1.3"]
 
 

@@ -121,7 +121,7 @@ def test_a_force_is_brought_into_its_cone_by_no_more_of_one_on_its_axis_than_it_
     assert ConeRows(1, 1).least_share(rows, deep) == pytest.approx(share, rel=1e-12)
 
 
-def test_what_pulls_at_a_contact_without_friction_is_pressed_by_no_more_than_it_takes() -> None:
+def test_the_least_share_presses_a_frictionless_row_no_more_than_needed() -> None:
     rows, deep = np.array([1.0, 0.0, 0.0, -3.0]), np.array([1.0, 0.0, 0.0, 1.0])
     assert ConeRows(1, 1).least_share(rows, deep) == pytest.approx(0.75)
 
@@ -144,7 +144,7 @@ def test_motions_that_a_poor_solution_closes_are_opened(monkeypatch: pytest.Monk
 
 
 @pytest.mark.parametrize("rise", [0.49, 0.51, 0.8])
-def test_what_is_lifted_along_a_slope_rules_out_the_slope_if_friction_is_less(rise: float) -> None:
+def test_a_rising_motion_rules_out_accelerations_only_beyond_the_friction(rise: float) -> None:
     case = shaken_grid()
     cut = proven_cut(case, Motion(dict.fromkeys(case.system.names, ((1.0, 0.0, rise), (0.0, 0.0, 0.0)))))
     if rise < 0.5:
@@ -211,7 +211,9 @@ def swapped(symmetry: Symmetry) -> Symmetry:
     return replace(symmetry, cones=cones)
 
 
-def test_what_slides_alike_in_all_directions_fails_at_its_friction_along_each(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_acceleration_margin_of_isotropic_sliding_is_the_friction_at_each_bearing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     problem = problem_of(grid((1, 1, 2), (0.5, 0.5, 0.1)), 0.3)
     few, found = solved_for(monkeypatch, problem, 72)
     assert few == 24  # arcs of 15 deg leave 0.86 % between chord and arc, arcs of 20 deg 1.5 %

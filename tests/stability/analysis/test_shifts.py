@@ -27,7 +27,7 @@ def test_a_plank_goes_back_by_what_its_centre_is_beyond_the_edge() -> None:
     assert found.shorter == SIDES  # 3 % less is not enough in any direction
 
 
-def test_what_rests_on_a_brick_goes_with_it() -> None:
+def test_a_shift_moves_the_bricks_on_top_too() -> None:
     # Three planks 30 mm apart on the first: their centre is 60 mm from its middle, and 58.8 mm may be.
     shifting = Shifting(column([0.0, 0.03, 0.06, 0.09]))
     moved = {name: found for name in ("L2", "L3", "L4") if (found := shifting.least(name, {})) is not None}
@@ -55,7 +55,7 @@ def test_a_brick_is_not_shifted_into_another() -> None:
     assert found is None or abs(found.shift[1]) > 0.01  # past it, if at all
 
 
-def test_what_falls_as_a_brick_is_pulled_out_goes_back_over_what_is_left() -> None:
+def test_a_shift_mends_a_fall_after_a_pull() -> None:
     # Two planks across, 60 mm apart, and one on both: without the second its middle is 30 - 11.7 mm beyond the first.
     across = [Placed(plank(name), lying(1, x, 0.0, ACROSS)) for name, x in (("left", 0.0), ("right", 0.06))]
     on = Placed(plank("on"), lying(2, 0.03))
@@ -68,7 +68,7 @@ def test_what_falls_as_a_brick_is_pulled_out_goes_back_over_what_is_left() -> No
     assert found.shift == pytest.approx((-(0.03 - WIDTH / 2.0), 0.0), abs=1e-5)
 
 
-def test_what_was_pulled_out_by_then_is_in_nobodys_way() -> None:
+def test_a_removed_brick_blocks_no_shift() -> None:
     # As above, but what falls comes 50 mm beyond the post, and where another plank lay: back through its place.
     post = Placed(plank("post"), lying(1, 0.0, 0.0, ACROSS))
     first, late = (Placed(plank(name), lying(2, x)) for name, x in (("first", 0.0), ("late", WIDTH / 2.0 + 0.05)))

@@ -164,7 +164,7 @@ def test_a_part_is_one_body_only_until_it_strikes_a_brick() -> None:
     assert clear_until(part, [post], []) == pytest.approx(degrees(touches), abs=1.0)
 
 
-def test_what_slides_or_falls_straight_down_does_not_turn() -> None:
+def test_a_sliding_or_freely_falling_part_does_not_rotate() -> None:
     assembly = Assembly()
     loose = Placed(Brick("loose", Box((LENGTH, WIDTH, THICKNESS)), 0.012), Pose((1.0, 0.0, 0.5)))
     first = assembly.add_all([loose])

@@ -37,7 +37,7 @@ def test_a_thin_ladder_without_friction_leaves_the_wall_at_two_thirds_of_its_hei
 
 @pytest.mark.parametrize("share", [0.5, 0.9, 0.99])
 @pytest.mark.parametrize("wall", [0.0, 0.05])
-def test_what_a_ladder_loses_in_height_goes_into_motion_and_friction(share: float, wall: float) -> None:
+def test_energy_of_a_slipping_ladder_is_conserved_up_to_friction(share: float, wall: float) -> None:
     angle = radians(70.0)
     down = slip(Leaning(*KAPLA, angle, share * needed_friction(*KAPLA, angle) - wall / 4.0, wall))
     energies = [down.energy(down.ends * tenth / 10.0) for tenth in range(11)]
@@ -141,7 +141,7 @@ def test_half_the_step_leaves_a_quarter_of_the_error() -> None:
 
 
 @pytest.mark.parametrize("slope", [10.0, 35.0])
-def test_what_lies_on_a_slope_slides_down_it_and_does_not_lift_off_by_its_friction(slope: float) -> None:
+def test_a_brick_on_a_slope_slides_without_lifting_off(slope: float) -> None:
     angle, share = radians(slope), 0.6
     floor = Plane(GROUND, (0.0, 0.0, 0.0), (sin(angle), 0.0, cos(angle)), share * tan(angle))
     pose = Pose((0.5 * THICKNESS * sin(angle), 0.0, 0.5 * THICKNESS * cos(angle)), about((0.0, 1.0, 0.0), angle))
@@ -268,7 +268,7 @@ def replace_size(one: Placed, size: Vec3) -> Placed:
     return Placed(Brick(one.brick.id, Box(size), MASS), Pose((1.0 + (x - 1.0) * size[0] / LENGTH, y, z)))
 
 
-def test_it_is_not_known_how_a_brick_begins_that_would_take_along_one_that_is_to_stand() -> None:
+def test_frictional_motion_is_unknown_if_it_would_move_a_standing_brick() -> None:
     floor = Plane(GROUND, (0.0, 0.0, 0.0), UP, 0.5)
     low, high = stepped(0.0)
     on_top = Placed(Brick("rider", Box(SIZE), MASS), Pose((0.6 * LENGTH, 0.0, 2.5 * THICKNESS)))

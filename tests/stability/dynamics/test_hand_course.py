@@ -12,7 +12,7 @@ ROUND = HandCourse(((0.02, 0.0, 0.0), (0.02, 0.01, 0.0), (0.0, 0.0, 0.03)), spee
 
 
 @pytest.mark.parametrize("course", [STRAIGHT, ROUND])
-def test_it_begins_and_ends_at_rest_in_its_places(course: HandCourse) -> None:
+def test_a_hand_course_begins_and_ends_at_rest_in_its_places(course: HandCourse) -> None:
     assert course.at(0.0) == (0.0, 0.0, 0.0)
     assert course.at(course.duration) == pytest.approx(course.places_W[-1], abs=1e-15)
     assert course.at(course.duration + 1.0) == course.at(float("inf")) == course.end_W
@@ -21,7 +21,7 @@ def test_it_begins_and_ends_at_rest_in_its_places(course: HandCourse) -> None:
     assert dist(course.at(course.duration - soon), course.end_W) < 1e-6 * course.length
 
 
-def test_it_takes_15_eighths_of_the_way_by_its_speed_which_it_has_half_way() -> None:
+def test_a_hand_course_takes_15_eighths_of_way_over_speed_and_reaches_its_speed_half_way() -> None:
     assert STRAIGHT.duration == pytest.approx(15.0 / 8.0 * 0.05 / 0.05)
     half, step = 0.5 * STRAIGHT.duration, 1e-6
     assert dist(STRAIGHT.at(half - step), STRAIGHT.at(half + step)) / (2.0 * step) == pytest.approx(0.05, rel=1e-6)
@@ -37,13 +37,13 @@ def test_its_most_acceleration_is_that_of_the_least_jerk() -> None:
     assert STRAIGHT.most_acceleration == pytest.approx(10.0 / sqrt(3.0) * 0.05 / duration**2)
 
 
-def test_it_passes_through_every_place_on_its_way() -> None:
+def test_a_hand_course_passes_through_every_place_of_its_path() -> None:
     first = 15.0 / 8.0 * 0.02 / 0.1
     assert ROUND.at(first) == pytest.approx((0.02, 0.0, 0.0))
     assert ROUND.at(first + 15.0 / 8.0 * 0.01 / 0.1) == pytest.approx((0.02, 0.01, 0.0))
     assert ROUND.length == pytest.approx(0.02 + 0.01 + dist((0.02, 0.01, 0.0), (0.0, 0.0, 0.03)))
 
 
-def test_one_that_goes_nowhere_is_over_at_once() -> None:
+def test_a_hand_course_of_no_length_has_no_duration() -> None:
     assert HandCourse((), speed=0.05).duration == 0.0
     assert HandCourse((), speed=0.05).at(1.0) == (0.0, 0.0, 0.0)

@@ -93,13 +93,13 @@ def test_a_crumb_on_a_plank_that_tips_falls_behind_where_the_plank_is_faster_tha
         assert hypot(velocity[0], velocity[1]) < 1e-3 * abs(velocity[2])
 
 
-def test_what_stands_has_no_beginning() -> None:
+def test_a_standing_structure_has_no_onset_of_motion() -> None:
     assembly = Assembly()
     verdict = assembly.add_all(stacked(0.0, 0.0))
     assert as_it_begins(assembly, verdict) is verdict
 
 
-def test_what_nothing_holds_begins_to_fall_freely() -> None:
+def test_the_onset_without_contacts_is_a_free_fall() -> None:
     assembly = Assembly()
     first = assembly.add_all([*stacked(0.0), Placed(Brick("loose", Box(SIZE), 0.012), Pose((1.0, 0.0, 0.5)))])
     found = as_it_begins(assembly, first)

@@ -37,7 +37,7 @@ def test_a_rod_let_go_level_swings_down_in_the_time_of_a_quarter_of_a_large_swin
 
 
 @pytest.mark.parametrize("lean", [1e-3, 1e-2])
-def test_what_hangs_over_by_little_takes_a_time_that_grows_with_the_logarithm_of_that(lean: float) -> None:
+def test_time_to_topple_grows_with_the_logarithm_of_a_small_overhang(lean: float) -> None:
     # Near the upright the angle from it grows as lean cosh(k t) with k^2 = m g c / I.
     inertia, pull = 5e-4, 4.6e-2
     k = sqrt(pull / inertia)

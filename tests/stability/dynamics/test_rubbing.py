@@ -33,27 +33,27 @@ def after(state: BodyState, pressed: list[AppliedForce]) -> BodyState:
     return state
 
 
-def test_what_slides_fast_is_slowed_by_friction_times_load() -> None:
+def test_friction_slows_a_fast_slide_by_coefficient_times_load() -> None:
     impulses = friction_impulses(BRICK, moving((2.0, 0.0, 0.0)), corners(3.0), STEP)
     assert [sum(parts) for parts in zip(*impulses, strict=True)] == pytest.approx(
         [-FRICTION * 3.0 * STEP, 0.0, 0.0], abs=1e-8
     )
 
 
-def test_what_slides_slowly_is_stopped_and_not_thrown_back() -> None:
+def test_friction_stops_a_slow_slide_without_reversing_it() -> None:
     slow = 0.5 * FRICTION * 3.0 * STEP / MASS
     assert norm(after(moving((0.0, slow, 0.0)), corners(3.0)).velocity_W) < 0.01 * slow
 
 
-def test_what_rests_is_not_rubbed() -> None:
+def test_no_friction_acts_on_a_brick_at_rest() -> None:
     assert friction_impulses(BRICK, moving((0.0, 0.0, 0.0)), corners(3.0), STEP) == [(0.0, 0.0, 0.0)] * 4
 
 
-def test_what_comes_straight_up_is_not_rubbed() -> None:
+def test_no_friction_acts_on_a_vertical_motion() -> None:
     assert friction_impulses(BRICK, moving((0.0, 0.0, 1.0)), corners(3.0), STEP) == [(0.0, 0.0, 0.0)] * 4
 
 
-def test_what_spins_about_the_upright_is_slowed_by_the_friction_at_each_arm() -> None:
+def test_friction_slows_a_spin_about_the_vertical_by_its_moment_arms() -> None:
     fast = 100.0
     spin = after(moving((0.0, 0.0, 0.0), (0.0, 0.0, fast)), corners(3.0)).angular_velocity_W[2]
     moment = FRICTION * 3.0 * hypot(0.5 * LENGTH, 0.5 * WIDTH)

@@ -60,7 +60,7 @@ def test_a_block_slides_down_its_sheet_by_the_friction_of_the_two(thick: float) 
     assert gone == {"block": pytest.approx(way(sin(SLOPE) - 0.1 * cos(SLOPE)), rel=1e-6)}
 
 
-def test_what_only_slides_lands_nowhere_and_so_takes_whole_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sliding_brick_has_no_landings_and_takes_whole_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     taken: list[float] = []
     steps = FrictionalMotion._steps
 
@@ -79,7 +79,7 @@ def test_a_sheet_slides_with_its_load_by_its_friction_on_the_ground() -> None:
     assert gone == {"block": expected, "sheet": expected}
 
 
-def test_both_slide_each_by_its_own_law() -> None:
+def test_sheet_and_brick_each_slide_by_their_own_friction_law() -> None:
     # The block, as heavy as the sheet, pulls it downhill by 0.15, and the ground holds both back by 0.2 of both.
     gone = ways(Friction(0.9, between={("sheet", GROUND): 0.2, ("sheet", "block"): 0.15}))
     assert gone["block"] == pytest.approx(way(sin(SLOPE) - 0.15 * cos(SLOPE)), rel=1e-6)

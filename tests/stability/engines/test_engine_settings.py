@@ -73,7 +73,7 @@ def test_every_engine_is_stepped_by_the_time_that_a_brick_takes_to_topple(
 
 
 @pytest.mark.parametrize("settings", [HELD, STOCK])
-def test_what_comes_as_it_is_or_as_published_is_not_scaled(settings: EngineSettings) -> None:
+def test_settings_of_stock_and_published_engines_are_not_scaled(settings: EngineSettings) -> None:
     assert settings.scaled(scale_of(1 / 12)) is settings
 
 

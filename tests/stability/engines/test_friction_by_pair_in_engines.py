@@ -68,7 +68,7 @@ SLIPS = {
 
 @ENGINES
 @pytest.mark.parametrize("case", SLIPS)
-def test_what_lies_on_a_sheet_slides_down_a_slope_by_the_friction_of_the_two(system: str, case: str) -> None:
+def test_a_brick_on_a_sheet_slides_by_the_friction_of_that_pair(system: str, case: str) -> None:
     if case == "by another rule":  # the root of 0.25 and 0.04 is 0.1, and of 0.04 and 0.9 is 0.19
         gone = slid(system, SLIPS[case], {"sheet": 0.02, "low": 0.02})
         high = 0.0
@@ -87,7 +87,7 @@ def test_a_sheet_that_is_smooth_on_both_sides_takes_all_on_it_along(system: str)
 
 
 @ENGINES
-def test_what_has_no_friction_on_one_brick_has_it_on_another(system: str) -> None:
+def test_friction_differs_between_pairs_of_one_brick(system: str) -> None:
     gone = slid(system, Friction(0.5, between={("low", "high"): 0.0}), STACK)
     assert gone["low"] == pytest.approx(0.0, abs=1e-4)
     assert gone["high"] == pytest.approx(way(0.0), rel=0.02)
@@ -142,7 +142,7 @@ def test_a_ring_with_exact_factors_records_no_friction_error() -> None:
     assert told is None
 
 
-def test_one_coefficient_for_all_asks_nothing_of_pairs() -> None:
+def test_a_single_friction_coefficient_needs_no_pairs() -> None:
     told = pair_frictions(Friction(0.5), [FLOOR], ["a", "b"])
     assert told.shapes == {GROUND: GeomFriction(ROUGH, 1), "a": GeomFriction(0.5), "b": GeomFriction(0.5)}
     assert told.pairs == ()

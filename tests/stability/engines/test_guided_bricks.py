@@ -47,7 +47,7 @@ def test_a_carried_brick_has_no_weight_and_pushes_others(system: str) -> None:
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
+def test_a_released_guided_brick_falls_freely(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.3))
     passed(world, 0.2, b0=Guided((0.0, 0.0, 0.0)))
     assert centre(world, "b0")[2] == pytest.approx(0.3, abs=1e-5)
@@ -57,7 +57,7 @@ def test_what_is_no_longer_guided_falls_like_any_other(system: str) -> None:
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
+def test_a_released_carried_brick_has_its_own_mass_again(system: str) -> None:
     #   Two cubes of equal mass: after a hit at v both move at v / 2 and slide v^2 / 8 mu g.
     world = world_of(system, (0.0, 0.0, 0.02), (0.0401, 0.0, 0.02))
     passed(world, 0.05, b0=Guided((0.0, 0.0, 0.0)))
@@ -68,7 +68,7 @@ def test_what_was_carried_has_its_own_mass_again(system: str) -> None:
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_what_is_slid_keeps_its_weight_and_falls_off_an_edge(system: str) -> None:
+def test_a_guided_sliding_brick_keeps_its_weight_and_falls_off_an_edge(system: str) -> None:
     world = world_of(system, (0.0, 0.0, 0.3))
     passed(world, 0.1, b0=Guided((0.05, 0.0, 0.0), free_W=UP))
     x, _, z = centre(world, "b0")

@@ -66,7 +66,7 @@ def test_how_fast_bodies_will_be_is_passed_on_to_an_engine_that_is_opened_later(
     world.close()
 
 
-def test_what_is_put_in_motion_before_there_is_an_engine_goes_on_so_in_it() -> None:
+def test_velocities_set_before_the_engine_starts_are_kept_in_it() -> None:
     opened = Opened()
     world = opened.world()
     world.add_brick(Brick("a", Box(SIZE), 0.012), Pose((0.0, 0.0, 1.0)))

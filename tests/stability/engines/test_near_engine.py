@@ -55,7 +55,7 @@ def go(world: RestingWorld, seconds: float, fastest: float) -> None:
         world.step()
 
 
-def test_what_stands_far_away_is_not_in_the_engine() -> None:
+def test_bricks_far_from_any_motion_are_not_in_the_engine() -> None:
     opened = Opened()
     world = opened.world()
     row(world, 1000)
@@ -116,7 +116,7 @@ def test_a_thin_brick_far_away_changes_no_settings_and_near_it_does_while_all_go
     world.close()
 
 
-def test_what_comes_to_stand_while_something_moves_is_met_as_well() -> None:
+def test_bricks_placed_during_a_motion_enter_the_near_engine() -> None:
     opened = Opened()
     world = opened.world()
     world.add_plane(Plane(GROUND, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), 0.5))
@@ -144,7 +144,7 @@ def test_a_group_is_unwelded_in_a_reopened_engine() -> None:
     world.close()
 
 
-def test_what_is_set_down_elsewhere_and_frozen_before_a_step_never_comes_in() -> None:
+def test_bricks_frozen_elsewhere_before_a_step_never_enter_the_near_engine() -> None:
     opened = Opened()
     world = opened.world()
     world.add_brick(cube("moving"), Pose((0.0, 0.0, 0.0)), (1.0, 0.0, 0.0))

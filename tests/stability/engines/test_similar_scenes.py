@@ -70,7 +70,7 @@ def test_steps_go_with_the_time_that_a_brick_takes_to_topple(
 
 
 @pytest.mark.parametrize("system", ["stock", "thesis"])
-def test_what_comes_as_it_is_is_stepped_as_it_is(system: str) -> None:
+def test_engine_settings_of_stock_and_thesis_are_not_scaled(system: str) -> None:
     assert settings_of(system, 0.01, 100.0) == SYSTEMS[system].engine
 
 

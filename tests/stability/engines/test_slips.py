@@ -59,7 +59,7 @@ def test_planks_that_lean_slip_on_exact_as_newton_says(kind: str, angle: float, 
 
 
 @pytest.mark.parametrize("scale", [0.5, pytest.param(3.0, marks=pytest.mark.slow), 10.0])
-def test_so_do_planks_of_other_sizes(scale: float) -> None:
+def test_leaning_planks_of_other_sizes_slip_on_exact_as_newton_says(scale: float) -> None:
     length, width, thickness = (scale * side for side in KAPLA)
     assert abs(errors(Case("V", 60.0, 0.97, 30.0, (length, width, thickness)), SYSTEMS["exact"]).time) < PROVEN
 
@@ -103,14 +103,18 @@ def test_the_bare_engine_knows_the_friction_of_a_v_within_1_percent_in_every_dir
 @pytest.mark.parametrize("yaw", quick(product((0.0, 30.0)), (30.0,)))
 @pytest.mark.parametrize("angle", [60.0, 80.0])
 @pytest.mark.parametrize("length", quick(product((0.01, 0.03, 1.2)), (0.01,), (1.2,)))
-def test_within_2_percent_of_bricks_of_1_cm_and_of_beams(length: float, angle: float, yaw: float, share: float) -> None:
+def test_the_bare_engine_knows_the_friction_of_a_v_of_1_cm_bricks_and_of_beams_within_2_percent(
+    length: float, angle: float, yaw: float, share: float
+) -> None:
     assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("length", [0.01, 0.03, KAPLA[0], 0.2, 1.2])
 @pytest.mark.parametrize("angle", range(46, 83, 4))
-def test_so_it_does_at_every_angle_in_every_direction(angle: float, length: float) -> None:
+def test_the_bare_engine_knows_the_friction_of_a_v_within_2_percent_at_every_angle_and_bearing(
+    angle: float, length: float
+) -> None:
     for yaw, share in product(range(0, 91, 5), (0.98, 1.02)):
         assert falls(Case("V", angle, share, yaw, scaled(length)), BARE) is (share < 1.0), (yaw, share)
 
@@ -127,7 +131,7 @@ def test_the_engine_of_exact_also_moves_leaning_bricks_without_closed_form(
 @pytest.mark.parametrize("flatter", [2.0, 0.15, -0.15, -1.0])
 @YAWS
 @pytest.mark.parametrize("friction", [0.2, 0.35, 0.5])
-def test_it_knows_the_angle_at_which_a_ladder_slips_within_a_sixth_of_a_degree(
+def test_the_bare_engine_knows_the_slip_angle_of_a_ladder_within_a_sixth_of_a_degree(
     friction: float, yaw: float, flatter: float
 ) -> None:
     #   tan a = 1 / (2 mu + t / L) on a smooth wall

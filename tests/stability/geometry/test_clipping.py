@@ -27,7 +27,7 @@ def test_a_square_cut_in_half_keeps_the_inner_half() -> None:
 
 
 @pytest.mark.parametrize(("limit", "kept"), [(1.0, SQUARE), (2.0, SQUARE), (-0.5, ())])
-def test_what_lies_wholly_on_one_side_stays_or_goes(limit: float, kept: Polygon) -> None:
+def test_clipping_keeps_or_drops_a_polygon_wholly_on_one_side(limit: float, kept: Polygon) -> None:
     assert tuple(cut(SQUARE, depths(SQUARE, limit))) == kept
 
 

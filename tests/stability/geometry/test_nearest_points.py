@@ -64,5 +64,5 @@ def test_a_tetrahedron_is_nearest_to_a_point_with_the_face_towards_it() -> None:
 
 
 @pytest.mark.parametrize("deep", [0.0, 1e-9, 1e-4, 0.008])
-def test_what_overlaps_or_touches_has_no_nearest_points(deep: float) -> None:
+def test_overlapping_or_touching_shapes_have_no_nearest_points(deep: float) -> None:
     assert way(box(PLANK, (0.03, 0.01, PLANK[2] - deep)), box(PLANK)) is None

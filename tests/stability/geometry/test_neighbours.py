@@ -54,7 +54,7 @@ def test_a_plank_of_a_stack_has_the_ones_below_and_above_it_as_neighbours() -> N
     assert near(brick("new", PLANK, (0.0, 0.0, 50 * PLANK[2])), stack) == ["b49"]
 
 
-def test_what_was_removed_is_no_neighbour() -> None:
+def test_a_removed_brick_is_no_neighbour() -> None:
     pair = filled([brick("a", PLANK, (0.0, 0.0, 0.0)), brick("b", PLANK, (0.0, 0.0, PLANK[2]))])
     pair.remove("a")
     assert near(brick("c", PLANK, (0.0, 0.0, 0.0)), pair) == ["b"]

@@ -33,7 +33,7 @@ def test_a_square_and_the_same_turned_by_45_degrees_overlap_in_an_octagon() -> N
     assert area(clip(centred, turned)) == pytest.approx(2.0 * 0.41421356237309503, rel=1e-12)
 
 
-def test_what_only_touches_does_not_overlap() -> None:
+def test_touching_polygons_do_not_overlap() -> None:
     assert clip(SQUARE, moved(SQUARE, 1.0, 0.0)) == ()
     assert clip(SQUARE, moved(SQUARE, 1.0, 1.0)) == ()
     assert clip(SQUARE, ()) == ()

@@ -106,7 +106,7 @@ def test_a_cube_that_moves_meets_another_with_its_face_and_leaves_it_behind() ->
 
 
 @pytest.mark.parametrize(("beside", "meets"), [(0.9998, True), (0.9999001, False), (1.0, False), (1.2, False)])
-def test_what_only_grazes_passes_by(beside: float, meets: bool) -> None:
+def test_a_grazing_motion_meets_nothing(beside: float, meets: bool) -> None:
     one, other = block(CUBE, Pose((0.0, 0.0, 0.0))), block(CUBE, Pose((3.0, beside, 0.0)))
     assert (meeting(one, other, (1.0, 0.0, 0.0), graze=1e-4) is not None) is meets
 

@@ -109,7 +109,7 @@ def test_larger_solids_have_all_in_proportion(shape: ConvexSolid | OffCentreBox)
 
 
 @pytest.mark.parametrize("shape", [OffCentreBox((0.4, 0.3, 0.2), (0.1, 0.0, 0.0)), solid_of_corners(CORNER).shape])
-def test_what_is_rounded_is_so_much_less_deep_across_every_face(shape: ConvexSolid | OffCentreBox) -> None:
+def test_rounding_reduces_the_depth_of_a_solid_across_every_face(shape: ConvexSolid | OffCentreBox) -> None:
     inner = inset_corners(shape, 0.004)
     for face in shape.faces:
         reach = max(sum(a * b for a, b in zip(corner, face.normal, strict=True)) for corner in inner)

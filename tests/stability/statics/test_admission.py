@@ -78,7 +78,7 @@ def test_fixed_bodies_have_names_of_their_own() -> None:
         Assembly(planes=[ground], tables=[table])
 
 
-def test_what_is_refused_changes_nothing() -> None:
+def test_a_refused_brick_leaves_the_assembly_unchanged() -> None:
     assembly = Assembly()
     assembly.add(Brick("a", Box(SIZE), 1.0), Pose(AT))
     good, bad = (

@@ -102,7 +102,7 @@ def test_a_plank_without_support_falls() -> None:
     assert "nothing" in verdict.reason
 
 
-def test_what_stands_without_the_moving_set_keeps_its_proof() -> None:
+def test_bricks_that_stand_without_the_moving_set_keep_their_proof() -> None:
     tower = four_stack(10)
     assembly = assembly_of(*tower, plank("over", (0.08, 0.047), level=11))
     verdict = assembly.verdict()
@@ -256,7 +256,7 @@ def test_of_what_falls_as_few_bricks_are_named_as_fall_alone_unless_nobody_asks(
     assert list(rest.moving) == (["b003"] if names_smallest else moving[:-1])
 
 
-def test_what_is_in_doubt_is_not_asked_again_when_something_far_away_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_undecided_verdict_is_not_computed_again_after_a_distant_change(monkeypatch: pytest.MonkeyPatch) -> None:
     walls = [
         Plane("left", (-0.06, 0.0, 0.0), (1.0, 0.0, 0.0), 0.5),
         Plane("right", (0.06, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.5),

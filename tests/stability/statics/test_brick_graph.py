@@ -47,13 +47,13 @@ def test_the_planks_of_an_inverted_v_rest_on_the_ground_and_on_each_other() -> N
     assert set(assembly.rests_on(other)) == {"ground", one}
 
 
-def test_what_a_counterweight_holds_passes_on_all_it_carries_where_there_is_one_support() -> None:
+def test_a_counterweighted_brick_on_one_support_passes_on_its_whole_load() -> None:
     assembly = Assembly()
     assembly.add_all(counterweighted(weight=0.05))
     assert assembly.all_shares() == {"g": {"ground": 1.0}, "s": {"g": 1.0}, "p": {"s": 1.0}, "w": {"s": 1.0}}
 
 
-def test_what_falls_rests_nowhere() -> None:
+def test_a_falling_brick_has_no_supports() -> None:
     assembly = Assembly()
     assembly.add_all([plank("a", level=3)])
     assert assembly.shares("a") == {}

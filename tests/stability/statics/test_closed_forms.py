@@ -108,7 +108,7 @@ def test_only_the_stepped_part_of_a_column_moves() -> None:
     assert judged(structure).moving == tuple(f"c{k:03}" for k in range(1, 8))
 
 
-def test_what_is_left_of_a_fallen_column_stands() -> None:
+def test_the_rest_of_a_fallen_column_stands() -> None:
     structure = closed_forms.stepped_column(1.01, 8)
     assembly = assembled(structure)
     moving = assembly.add_all(structure.bricks).moving
@@ -116,7 +116,7 @@ def test_what_is_left_of_a_fallen_column_stands() -> None:
 
 
 @pytest.mark.parametrize("name", LIMITS)
-def test_one_by_one_from_below_gives_the_verdict_of_all_together(name: str) -> None:
+def test_adding_bricks_one_by_one_gives_the_verdict_of_all_together(name: str) -> None:
     for share in (1.0 - MILLIONTH, 1.0 + MILLIONTH):
         structure = LIMITS[name](share)
         assembly = assembled(structure)

@@ -55,7 +55,7 @@ def test_of_three_piers_the_least_gaps_that_are_enough_count() -> None:
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-9, -1e-9, -1e-5])
-def test_what_touches_to_rounding_or_is_pressed_in_counts_on_no_gap(gap: float) -> None:
+def test_contacts_within_rounding_or_penetrating_are_no_counted_gaps(gap: float) -> None:
     verdict = Assembly().add_all(beam_on_piers(AT_ENDS, (0.0, gap)))
     assert (verdict.stability, verdict.touching_within) == (Stability.STABLE, 0.0)
 
@@ -80,7 +80,7 @@ def test_a_gap_that_has_gone_again_is_not_counted() -> None:
     assert assembly.remove(["beam"]).touching_within == 0.0
 
 
-def test_it_is_told_of_a_box_that_hangs_over_the_ground_as_well() -> None:
+def test_counted_gaps_include_a_box_above_the_ground() -> None:
     ground = (LEVEL_GROUND,)
     raised = Placed(Brick("box", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.05 + 1e-3)))
     verdict = Assembly(ground).add_all([raised])

@@ -122,7 +122,7 @@ def test_a_wedge_between_unlike_walls_is_found_to_rest(leans: tuple[float, float
     assert closes_wherever_it_presses(problem, found)
 
 
-def test_what_falls_comes_to_no_rest() -> None:
+def test_a_falling_structure_has_no_elastic_rest() -> None:
     assert elastic_rest(stepped(3, 0.07)) is None
     assert elastic_rest(replace(column([0.0]), contacts=[])) is None
 

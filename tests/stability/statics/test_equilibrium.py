@@ -140,7 +140,7 @@ def test_residuals_do_not_add_up_to_hold_a_tall_column() -> None:
     assert balance(tall, Tolerances(residual=1e-12)).forces is None
 
 
-def test_what_touches_nothing_falls_and_what_weighs_nothing_stays() -> None:
+def test_equilibrium_lets_bricks_without_contacts_fall_and_weightless_ones_stay() -> None:
     free = weighed([plank("p", (0.0, 0.0, 1.0))], [])
     assert not stands(free)
     assert stands(replace(free, loads={}))

@@ -42,7 +42,7 @@ def test_over_a_long_side_it_tips_across() -> None:
 
 
 @pytest.mark.parametrize("towards", [0.3, -2.0])
-def test_what_slides_goes_downhill(towards: float) -> None:
+def test_the_fall_side_of_a_slide_is_downhill(towards: float) -> None:
     #   A block on a plane of 20 deg with friction 0.3 < tan 20 deg = 0.364.
     slope = radians(20.0)
     normal = (sin(slope) * cos(towards), sin(slope) * sin(towards), cos(slope))
@@ -57,7 +57,7 @@ def test_what_slides_goes_downhill(towards: float) -> None:
     assert side.overhang is None
 
 
-def test_what_has_nothing_under_it_falls_to_no_side() -> None:
+def test_a_free_fall_has_no_fall_side() -> None:
     assembly = Assembly()
     assembly.add_all([Placed(plank("a"), Pose((0.0, 0.0, 0.5)))])
     assert side_of(assembly) == FallSide()

@@ -41,7 +41,7 @@ def test_a_carton_on_a_sheet_touches_the_sheet_alone_whichever_came_first(order:
 
 
 @pytest.mark.parametrize("order", list(permutations((LOW, THIN, TOP))), ids=lambda o: "-".join(p.brick.id for p in o))
-def test_so_it_does_in_a_bare_structure_also_after_the_sheet_was_taken_and_put_back(order: tuple[Placed, ...]) -> None:
+def test_a_sheet_that_was_removed_and_put_back_fills_the_gap_again(order: tuple[Placed, ...]) -> None:
     structure = Structure((level_ground(),), (), 0.5, 9.81, Tolerances())
     for placed in order:
         structure.put(placed)
@@ -81,7 +81,7 @@ def test_a_sheet_upright_between_two_cartons_keeps_them_apart() -> None:
     assert beside == {("a", "sheet"), ("b", "sheet")}
 
 
-def test_what_was_only_tried_fills_no_gap() -> None:
+def test_a_hypothetical_sheet_fills_no_gap() -> None:
     assembly = Assembly()
     assembly.add_all([LOW, TOP])
     before = assembly.all_contacts(), assembly.forces()

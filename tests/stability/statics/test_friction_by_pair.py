@@ -80,7 +80,7 @@ def test_a_ladder_slips_where_it_must_with_another_friction_on_the_wall(floor: f
         assert Assembly(planes, law).add_all(structure.bricks).stability is expected
 
 
-def test_what_is_shaken_slides_first_on_its_sheet() -> None:
+def test_a_shaken_brick_slides_first_on_its_sheet() -> None:
     tops = ("low", "mid", "high")
     assembly = Assembly((level_ground(0.6),), Friction(USUAL, own={"sheet": 0.1}, between={("sheet", GROUND): 0.6}))
     assembly.add_all(stack(tops))

@@ -24,7 +24,7 @@ def test_a_stepped_column_is_held_up_to_its_limit(count: int) -> None:
     assert not is_held_upright(stepped(count, limit * (1.0 + 1e-6)))
 
 
-def test_what_is_held_upright_balances_and_what_falls_is_not_held() -> None:
+def test_piles_held_upright_are_stable_and_balanced() -> None:
     held = 0
     for number in range(60):
         assembly = Assembly((Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), FRICTION),), FRICTION)

@@ -70,13 +70,13 @@ def test_a_group_that_would_grow_to_over_half_of_all_grows_to_all(monkeypatch: p
     assert asked == [7, len(heap_with_holes)]  # with 13 between, which shows nothing
 
 
-def test_what_hangs_out_tips_where_gaps_let_nothing_hold_it_from_the_side() -> None:
+def test_an_overhanging_box_tips_where_gaps_prevent_lateral_support() -> None:
     verdict = Assembly((FLOOR,), 0.5, 9.81).add_all(heap(2, 1.01 * SIDE))
     assert verdict.stability is Stability.UNSTABLE
     assert {*verdict.moving} <= {"1.0.1", "1.1.0", "1.1.1"}
 
 
-def test_one_box_too_far_out_falls_however_many_are_asked_together() -> None:
+def test_a_box_beyond_its_limit_falls_on_a_heap_of_many() -> None:
     count = 4
     boxes = heap(count)
     over = Pose(((count - 0.5) * SIDE + 0.51 * SIDE, 0.0, (count + 0.5) * SIDE))

@@ -92,7 +92,9 @@ def judged(layers: int, friction: float) -> Stability:
 
 
 @pytest.mark.parametrize(("layers", "friction"), [(1, 0.149), (2, 0.365), (3, 0.548)])
-def test_what_the_right_plank_needs_grows_with_the_planks_on_the_left(layers: int, friction: float) -> None:
+def test_the_friction_that_the_right_plank_needs_grows_with_the_planks_on_the_left(
+    layers: int, friction: float
+) -> None:
     #   /// \      two stand with a friction of 0.5, and a third pushes the right one over
     limit = least_friction(layers)
     assert limit == pytest.approx(friction, abs=5e-4)

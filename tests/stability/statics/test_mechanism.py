@@ -62,7 +62,7 @@ def test_a_column_at_its_limit_tips_as_one() -> None:
     assert words == "p02, p03, p04, p05 tip over p01"
 
 
-def test_what_a_solver_leaves_to_bricks_that_stand_is_not_told_as_a_fall() -> None:
+def test_solver_noise_on_standing_bricks_is_no_part_of_the_mechanism() -> None:
     problem = stepped(4, 0.0303)
     motion = balance(problem).motion
     assert motion is not None
@@ -115,7 +115,7 @@ def test_of_an_inverted_v_one_is_enough_if_it_would_slip_even_off_a_fixed_one() 
     assert words.startswith(f"{moving[0]} slides on ground, ")
 
 
-def test_what_touches_nothing_falls() -> None:
+def test_the_mechanism_of_a_brick_without_contacts_is_a_fall() -> None:
     assert fall_of(weighed([plank("p", (0.0, 0.0, 1.0))], [])) == (("p",), "p falls: nothing is under it")
 
 
@@ -149,7 +149,7 @@ def test_a_heavy_brick_that_stands_does_not_move_with_a_light_one_that_falls() -
     assert fall_of(problem) == (("p03",), "p03 tips over p02")
 
 
-def test_what_a_counterweight_held_falls_with_it() -> None:
+def test_the_mechanism_includes_what_the_counterweight_held() -> None:
     # The light counterweight is lifted by the plank that tips: both move.
     base = plank("p", (0.02, 0.0, 0.004))
     weight = plank("w", (-0.02, 0.0, 0.012), mass=0.001, size=(0.02, 0.024, 0.008))
@@ -170,7 +170,7 @@ def test_a_motion_that_proves_nothing_is_handed_back() -> None:
     assert smallest_mechanism(problem, rising, EXACT) is rising
 
 
-def test_what_was_found_to_stand_is_not_asked_about_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_search_for_a_mechanism_skips_bricks_proven_to_stand(monkeypatch: pytest.MonkeyPatch) -> None:
     standing: list[set[BodyId]] = []
 
     def asked(problem: Problem, *how: Any) -> Motion | None:  # noqa: ANN401 -- handed on

@@ -94,7 +94,7 @@ OPENED = {
 
 
 @pytest.mark.parametrize("name", OPENED)
-def test_what_can_be_opened_everywhere_is_honest(name: str) -> None:
+def test_contacts_with_a_separating_motion_carry_no_self_stress(name: str) -> None:
     problem = OPENED[name]
     motion = separating_motion(problem)
     assert motion is not None
@@ -174,7 +174,7 @@ def test_contacts_that_no_motion_opens_are_named() -> None:
     assert [separation > 0.5 for separation in widest.of_contacts] == [True, True, False, False, False, False]
 
 
-def test_what_is_under_a_fixed_brick_cannot_be_lifted() -> None:
+def test_bricks_under_a_fixed_brick_have_no_separating_motion() -> None:
     stack = stepped(3, 0.0)
     assert separating_velocities(stack, ["p03"]) is not None
     assert separating_velocities(stack, ["p01", "p02", "p03"]) is not None

@@ -34,7 +34,7 @@ def test_a_plank_tips_once_its_centre_passes_the_edge(overhang: float, falls: bo
     assert proves(bricks, [patch("s", "p", (overhang - 1.0, edge))]) is falls
 
 
-def test_what_touches_nothing_falls() -> None:
+def test_tipping_lets_a_brick_without_contacts_fall() -> None:
     assert proves({"p": plank("p", 0.0)}, [])
 
 

@@ -43,7 +43,7 @@ def built(placed: list[Placed]) -> Assembly:
 
 
 @pytest.mark.parametrize("number", range(12))
-def test_what_would_be_said_is_what_is_said_and_asking_changes_nothing(number: int) -> None:
+def test_a_hypothetical_verdict_is_the_later_verdict_and_changes_no_state(number: int) -> None:
     pile = random_pile(np.random.default_rng([8, number]), number)
     asked, unasked = Assembly(friction=FRICTION), Assembly(friction=FRICTION)
     for each in pile:
@@ -55,7 +55,7 @@ def test_what_would_be_said_is_what_is_said_and_asking_changes_nothing(number: i
 
 
 @pytest.mark.parametrize("number", range(12))
-def test_what_was_taken_away_and_restored_was_never_away(number: int) -> None:
+def test_restoring_a_state_undoes_a_removal(number: int) -> None:
     generator = np.random.default_rng([9, number])
     assembly = built(list(random_pile(generator, number)))
     untouched = built(list(random_pile(np.random.default_rng([9, number]), number)))
@@ -105,7 +105,7 @@ def test_the_state_of_another_assembly_is_refused() -> None:
         Assembly().restore("yesterday")  # type: ignore[arg-type]
 
 
-def test_what_cannot_be_tried_changes_nothing_either() -> None:
+def test_an_invalid_hypothetical_change_leaves_the_assembly_unchanged() -> None:
     assembly = Assembly()
     assembly.add_all([plank("a")])
     before = known(assembly)

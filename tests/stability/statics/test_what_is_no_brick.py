@@ -78,12 +78,14 @@ def loose(value: object) -> Loose:
         (lambda: ProvenStability(loose("engine")), TypeError, r"such as PyBulletBodies\(client\), not 'engine'"),
     ],
 )
-def test_it_is_refused_with_what_was_expected(call: Callable[[], object], error: type[Exception], told: str) -> None:
+def test_an_invalid_brick_is_refused_with_the_expected_value(
+    call: Callable[[], object], error: type[Exception], told: str
+) -> None:
     with pytest.raises(error, match=told):
         call()
 
 
-def test_what_is_refused_changes_nothing() -> None:
+def test_an_invalid_brick_leaves_the_assembly_unchanged() -> None:
     assembly = standing()
     with pytest.raises(TypeError):
         assembly.move("a", Pose(loose("abc")))

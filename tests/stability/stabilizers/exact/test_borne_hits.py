@@ -70,12 +70,12 @@ def test_an_edge_under_the_next_plank_is_met_from_the_side_only() -> None:
     assert not is_stopped(assembly, "L31", along_the_edge)  # nothing lies on it
 
 
-def test_what_would_take_a_million_million_courses_ends_with_those_there_are() -> None:
+def test_the_count_of_courses_that_hold_a_brick_ends_at_the_last_course() -> None:
     #   As where a block meets a sliver; counting on beyond the last course took hours.
     assert not HoldingForces().at_least(standing(column(3)), "L1", 1e12 * MASS * GRAVITY)
 
 
-def test_what_stands_upright_may_tip_and_is_never_said_to_be_stopped() -> None:
+def test_a_hit_on_an_upright_brick_is_never_proven_to_be_borne() -> None:
     upright = Pose((0.0, 0.0, 0.5 * LENGTH), (0.0, sqrt(0.5), 0.0, sqrt(0.5)))
     assert not is_stopped(standing({"L1": upright}), "L1", Coming(1e-3))
 

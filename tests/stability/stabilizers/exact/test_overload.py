@@ -64,14 +64,14 @@ def test_friction_holds_a_plank_against_any_lesser_push_for_ever() -> None:
 
 
 @pytest.mark.parametrize(("weights", "holds"), [(8.9, True), (9.5, False)])
-def test_what_a_plank_carries_holds_it_from_above_and_from_below(weights: float, holds: bool) -> None:
+def test_friction_holds_a_loaded_plank_from_above_and_below(weights: float, holds: bool) -> None:
     #   The lowest of five: 4 w press from above, and 5 w on the floor.
     pressing = pushed_aside("L1", weights * WOOD * WEIGHT)
     assert (gives_way_after(standing(column(5)), pressing) == inf) is holds
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.9, True), (1.1, False)])
-def test_what_presses_from_above_holds_by_its_own_weight_too(share: float, holds: bool) -> None:
+def test_overload_counts_the_weight_of_the_pressing_brick(share: float, holds: bool) -> None:
     #   Down with 10 w, sideways by friction: mu (10 w + w) holds.
     dragging = (0.0, -share * WOOD * 11.0 * WEIGHT, 0.0)
     pressing = Pressing("L1", (0.0, 0.0, 1.0), 10.0 * WEIGHT, (0.0, 0.0, THICKNESS), dragging)
@@ -132,7 +132,7 @@ def given_way_after_half(assembly: Assembly, meanwhile: Callable[[Overloads], No
     return False
 
 
-def test_what_comes_to_rest_or_is_woken_elsewhere_holds_nothing_up() -> None:
+def test_bricks_elsewhere_do_not_change_an_overload() -> None:
     assembly = standing({**column(3), "far": Pose((10.0, 0.0, THICKNESS / 2.0))})
 
     def something_happens_far_away(overloads: Overloads) -> None:
@@ -144,7 +144,7 @@ def test_what_comes_to_rest_or_is_woken_elsewhere_holds_nothing_up() -> None:
     assert given_way_after_half(assembly, something_happens_far_away)
 
 
-def test_what_has_come_to_touch_something_else_is_pressed_anew() -> None:
+def test_an_overload_is_computed_anew_after_a_new_contact() -> None:
     assembly = standing(column(3))
 
     def another_is_set_down_beside_it(overloads: Overloads) -> None:
@@ -179,7 +179,7 @@ def test_contacts_are_read_from_the_frozen_brick_in_any_crowd(moving: list[str])
     assert overloads.overloaded(standing(column(2)), moving, LONG) == ["L1"]
 
 
-def test_what_presses_on_the_ground_presses_nothing_away() -> None:
+def test_pressing_on_the_ground_is_no_overload() -> None:
     assert gives_way_after(standing(column(1)), Pressing(GROUND, (0.0, 0.0, 1.0), 100.0)) == inf
 
 
@@ -209,7 +209,7 @@ def test_a_tall_post_is_tipped_by_a_push_at_its_top_that_friction_below_would_be
     assert post_pushed(1.02 * limit, weights) == pytest.approx(TIPS_AFTER, abs=1.1 * STEP)
 
 
-def test_what_two_frozen_bricks_pressed_with_before_they_froze_is_no_load() -> None:
+def test_forces_between_two_frozen_bricks_are_no_overload() -> None:
     pressed = Pressing("L1", (0.0, 1.0, 0.0), 10.0 * WOOD * WEIGHT)
     overloads = Overloads(pressed, dict, lambda _: TIPS_AFTER)  # type: ignore[arg-type]  # no other engine method is used
     for moving in (["elsewhere"], ["elsewhere", "far", "away"]):  # fewer than are frozen, and more

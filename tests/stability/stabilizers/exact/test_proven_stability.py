@@ -123,7 +123,7 @@ def test_a_frozen_brick_says_which_stage_proved_it(engine: BoxEngine, stability:
     assert stability.shares(["a", "b"]) == stability.shares()
 
 
-def test_what_is_frozen_while_another_brick_is_refused_says_which_stage_proved_it(
+def test_a_frozen_brick_names_the_stage_of_its_proof_when_another_is_refused(
     engine: BoxEngine, stability: ProvenStability
 ) -> None:
     update = set_down(engine, stability, a=(1, 0.0), b=(2, 0.0), out=(3, 0.1))
@@ -169,7 +169,7 @@ def test_a_brick_on_one_that_still_moves_waits_for_it(engine: BoxEngine, stabili
     assert after(engine, stability, 0.5).frozen == ("a", "b")
 
 
-def test_what_touches_a_robot_is_left_to_the_engine(engine: BoxEngine, stability: ProvenStability) -> None:
+def test_bricks_in_contact_with_a_robot_are_not_frozen(engine: BoxEngine, stability: ProvenStability) -> None:
     engine.touching["b"] = ["robot"]
     engine.put("a", 1)
     engine.put("b", 2)
@@ -258,7 +258,7 @@ def test_taking_a_counterweight_away_wakes_the_beam_that_it_held(engine: BoxEngi
     assert stability.is_frozen("a")
 
 
-def test_what_cannot_stand_without_a_brick_that_is_taken_out_is_woken_at_once(engine: BoxEngine) -> None:
+def test_removing_a_support_wakes_the_bricks_that_cannot_stand_without_it(engine: BoxEngine) -> None:
     stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
     counterweighted(engine, stability)
     del engine.bricks["d"]
@@ -271,7 +271,7 @@ def test_what_cannot_stand_without_a_brick_that_is_taken_out_is_woken_at_once(en
     assert verdict.stability is Stability.UNSTABLE
 
 
-def test_what_stands_without_a_brick_that_is_taken_out_keeps_its_proof(engine: BoxEngine) -> None:
+def test_removing_a_brick_keeps_the_proof_of_bricks_that_stand_without_it(engine: BoxEngine) -> None:
     stability = ProvenStability(engine, planes=[GROUND_PLANE], guard=False)
     set_down(engine, stability, a=(1, 0.0), b=(2, 0.01), c=(3, 0.0))
     del engine.bricks["c"]

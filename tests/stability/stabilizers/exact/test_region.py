@@ -30,7 +30,7 @@ def test_a_hit_at_level_3_moves_levels_2_to_4_one_by_one_and_all_above_as_one() 
     assert [list(group) for group in reached.riding] == [names(*range(5, 14))]
 
 
-def test_what_lies_between_those_that_move_does_not_ride() -> None:
+def test_a_brick_between_moving_bricks_is_stepped_one_by_one() -> None:
     #   L3.1 is not touched by L3.2, but lies on level 2 and under level 4, which are.
     reached = hit(standing(four_stack(range(1, 14))), "L3.2")
     assert "L3.1" in reached.one_by_one
@@ -55,7 +55,7 @@ def test_a_group_rides_from_three_bricks_on(levels: int, riding: int) -> None:
     assert len(reached.one_by_one) == levels - riding
 
 
-def test_what_stands_apart_stays() -> None:
+def test_bricks_apart_are_not_in_the_region() -> None:
     apart = {f"b{name}": pose for name, pose in four_stack(range(1, 7), x=0.2).items()}
     reached = hit(standing({**four_stack(range(1, 7)), **apart}), "L3.2")
     assert not [name for name in (*reached.one_by_one, *sum(reached.riding, ())) if name.startswith("b")]

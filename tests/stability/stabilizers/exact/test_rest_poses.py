@@ -52,7 +52,7 @@ def test_a_rotation_counts_by_the_motion_of_the_end_of_a_plank(end_moves: float,
     assert (placed.pose == column(1)["L1"]) is back
 
 
-def test_who_is_hit_twice_before_it_rests_goes_back_to_where_it_was_at_first() -> None:
+def test_the_rest_pose_of_a_brick_hit_twice_is_its_first_one() -> None:
     home = column(1)["L1"]
     rest_poses = RestPoses()
     rest_poses.remember({"L1": home})
@@ -61,7 +61,7 @@ def test_who_is_hit_twice_before_it_rests_goes_back_to_where_it_was_at_first() -
     assert placed.pose == home
 
 
-def test_who_has_come_to_rest_elsewhere_is_at_home_there() -> None:
+def test_a_brick_at_rest_elsewhere_has_its_rest_pose_there() -> None:
     rest_poses, there = RestPoses(), shifted(column(1)["L1"], SHIFT)
     rest_poses.remember(column(1))
     rest_poses.frozen(["L1"])
@@ -71,7 +71,7 @@ def test_who_has_come_to_rest_elsewhere_is_at_home_there() -> None:
     assert placed.pose == there
 
 
-def test_what_was_never_woken_stays_where_it_comes_to_rest() -> None:
+def test_a_brick_without_a_rest_pose_stays_where_it_comes_to_rest() -> None:
     far: Vec3 = (0.5, 0.0, THICKNESS / 2.0)
     rest_poses = RestPoses()
     rest_poses.remember(column(1))

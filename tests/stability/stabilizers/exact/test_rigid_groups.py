@@ -53,7 +53,7 @@ def test_a_group_is_looked_at_through_its_lowest_brick(rigid_groups: RigidGroups
 @pytest.mark.parametrize(("shift", "turn", "strays"), [
     (0.0019, 0.0, False), (0.0020, 0.0, True), (0.0, 0.99, False), (0.0, 1.01, True),
 ])  # fmt: skip
-def test_it_strays_beyond_two_millimetres_or_one_degree(
+def test_a_rigid_group_strays_beyond_two_millimetres_or_one_degree(
     rigid_groups: RigidGroups, shift: float, turn: float, strays: bool
 ) -> None:
     state = at("L2", (0.0, -shift, 0.0), radians(turn))
@@ -78,7 +78,7 @@ def test_a_group_that_moves_two_millimetres_is_taken_apart_with_its_motion(
     assert rigid_groups.bricks == frozenset()
 
 
-def test_what_an_engine_has_parted_rides_no_more(world: PyBulletWorld, rigid_groups: RigidGroups) -> None:
+def test_a_brick_parted_by_the_engine_leaves_its_rigid_group(world: PyBulletWorld, rigid_groups: RigidGroups) -> None:
     world.remove_brick("L3")
     rigid_groups.removed(["L3"])
     assert rigid_groups.bricks == frozenset()

@@ -20,7 +20,7 @@ def test_two_points_become_a_thin_quad_along_their_line() -> None:
     assert signed_distance((1.1, 0.0), quad) == pytest.approx(-0.1)
 
 
-def test_one_point_becomes_a_small_diamond_around_it() -> None:
+def test_the_contact_area_of_one_point_is_a_small_diamond() -> None:
     diamond = plan_hull([(3.0, 4.0, 0.0)])
     assert len(diamond) == 4
     assert signed_distance((3.0, 4.0), diamond) > 0.0

@@ -63,7 +63,7 @@ def test_a_hit_is_predicted_with_the_speed_of_the_flight(scene: Scene) -> None:
         (0.001, (-0.004, 0.0, 0.0)),  # within the limits of rest
     ],
 )
-def test_what_is_far_or_slow_or_on_another_way_hits_nothing(scene: Scene, gap: float, velocity_W: Vec3) -> None:
+def test_distant_slow_or_passing_bricks_are_no_direct_hits(scene: Scene, gap: float, velocity_W: Vec3) -> None:
     scene.put("shot", gap, velocity_W)
     assert scene.coming() == []
 
@@ -86,7 +86,7 @@ def test_a_brick_that_has_parted_may_hit_again(scene: Scene) -> None:
     assert [hit for hits in told for hit in hits] == [("shot", "target")]
 
 
-def test_what_is_or_was_part_of_the_stack_hits_nothing(scene: Scene) -> None:
+def test_bricks_of_the_stack_are_no_direct_hits(scene: Scene) -> None:
     scene.hits.frozen(["shot"])
     scene.put("shot", 0.001, (-1.0, 0.0, 0.0))
     assert scene.coming() == []

@@ -120,14 +120,14 @@ def test_read_at_the_height_of_the_contacts_level_3_gives_way_to_less_than_half_
 
 
 @pytest.mark.parametrize("reading", list(ActsAt))
-def test_what_rests_on_one_support_acts_as_high_as_it_lies_however_merges_are_read(reading: ActsAt) -> None:
+def test_the_energy_of_a_load_on_one_support_is_the_same_in_every_reading_of_merges(reading: ActsAt) -> None:
     stack = column(13)
     readings = Readings(height_acts_at=reading)
     energy = energy_of_load("0", stack, loads_above(stack, readings), None, GRAVITY, readings)
     assert energy == pytest.approx(13.0 * MASS * GRAVITY * 6.5 * THICKNESS)
 
 
-def test_what_rests_on_another_support_counts_for_nothing() -> None:
+def test_bricks_on_another_support_do_not_count_in_an_impact() -> None:
     #    |--b--|     com of b lies above a alone, which gets all its weight (merge case 1)
     #   |a|   |c|
     top = plank("b", (0.01, 0.0, 0.06), face("a", 0.0, 0.05, half=0.02), face("c", 0.1, 0.05, half=0.02))
