@@ -187,9 +187,7 @@ def waiting(moved: Path, project: Path) -> None:
         {"case": "other[exact]"},
     ],
 )
-def test_what_waits_is_accepted_only_as_this_program_writes_it(
-    stackdsl: Stackdsl, project: Path, changed: dict[str, str]
-) -> None:
+def test_a_forged_pending_golden_is_not_accepted(stackdsl: Stackdsl, project: Path, changed: dict[str, str]) -> None:
     link(project, "golden/a")
     before = (project / "golden/good/exact.json").read_bytes()
     forged(project, **changed)
@@ -201,7 +199,9 @@ def test_what_waits_is_accepted_only_as_this_program_writes_it(
 
 
 @pytest.mark.usefixtures("waiting")
-def test_what_a_link_leads_away_is_neither_accepted_nor_read(stackdsl: Stackdsl, project: Path) -> None:
+def test_a_golden_directory_that_a_link_leads_outside_is_neither_accepted_nor_read(
+    stackdsl: Stackdsl, project: Path
+) -> None:
     for file in (project / "golden" / "good").iterdir():
         file.unlink()
     (project / "golden" / "good").rmdir()
@@ -320,7 +320,7 @@ KINDS = pytest.mark.parametrize("kind", ODD)
         ("tower.yaml", ("fragility", "tower.yaml", "--over", "friction")),
     ],
 )
-def test_what_is_no_regular_file_is_refused_by_every_command(
+def test_every_command_refuses_a_file_that_is_not_regular(
     stackdsl: Stackdsl, project: Path, kind: str, name: str, arguments: tuple[str, ...]
 ) -> None:
     odd(project / name, kind)
@@ -338,7 +338,7 @@ def test_what_is_no_regular_file_is_refused_by_every_command(
         (".stackdsl/pending/ab.json", "pipe"),
     ],
 )
-def test_what_is_no_regular_file_is_not_waited_for_in_place_of_state(
+def test_state_files_that_are_not_regular_block_no_command(
     stackdsl: Stackdsl, project: Path, kind: str, name: str
 ) -> None:
     odd(project / name, kind)
@@ -542,7 +542,7 @@ def test_scenarios_that_a_link_leads_outside_are_not_read(
     assert "password" not in refused.text
 
 
-def test_whoever_names_a_file_elsewhere_gets_it(stackdsl: Stackdsl, project: Path) -> None:
+def test_files_outside_the_project_that_the_user_names_are_read(stackdsl: Stackdsl, project: Path) -> None:
     write(project.parent, GOOD, "elsewhere/good.yaml")
     for name in ("../elsewhere/good.yaml", str(project.parent / "elsewhere")):
         assert stackdsl("check", name, "--golden", "../elsewhere/golden").code == 0
@@ -758,7 +758,7 @@ def test_no_page_outside_is_served_and_no_link_out_is_watched(stackdsl: Stackdsl
     assert (refused.code, "report is a link out of what is watched" in refused.err) == (4, True)
 
 
-def test_what_is_advised_of_a_file_is_quoted_for_a_shell() -> None:
+def test_file_names_in_advice_are_quoted_for_a_shell() -> None:
     (case,), _ = cases_of(parse(GOOD, "x;touch PWNED;.yaml"))
     told = checked(case, TaskResult(TaskStatus.CRASHED, message="it ended"), Goldens(None)).message
     assert "stackdsl run 'x;touch PWNED;.yaml' -k" in told

@@ -122,7 +122,7 @@ def test_how_much_is_allowed_is_a_number(monkeypatch: pytest.MonkeyPatch, said: 
         work_factor()
 
 
-def test_who_allows_sixteen_times_as_much_may_ask_for_margins_of_four_times_the_bricks(
+def test_sixteen_times_the_work_limit_allows_margins_of_four_times_the_bricks(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     usual = work.MOST_BRICKS["placement"]

@@ -33,7 +33,7 @@ def test_settings_tell_themselves_in_words() -> None:
     assert SETTINGS.most_travel == MOVING.most_travel
 
 
-def test_it_iterates_as_other_engines_do_and_carries_no_other_field_of_theirs() -> None:
+def test_sapien_settings_share_only_the_iterations_of_other_engines() -> None:
     def own(kind: type[EngineSettings]) -> set[str]:
         return {field.name for field in fields(kind)} - {field.name for field in fields(EngineSettings)}
 
@@ -41,7 +41,7 @@ def test_it_iterates_as_other_engines_do_and_carries_no_other_field_of_theirs() 
         assert own(kind) & own(SapienSettings) == {"iterations"}
 
 
-def test_it_follows_the_size_of_the_bricks() -> None:
+def test_sapien_settings_scale_with_the_size_of_bricks() -> None:
     #   1/16 of the lengths, so 1/4 of the times
     own = SETTINGS.scaled(scale_of(1 / 16))
     assert SETTINGS.scaled(scale_of(1.0)) == SETTINGS
@@ -54,7 +54,7 @@ def test_refined_settings_iterate_twice_as_often_at_half_the_step() -> None:
     assert (fine.time_step, fine.iterations) == (SETTINGS.time_step / 2.0, 2 * SETTINGS.iterations)
 
 
-def test_both_systems_have_the_same_engine() -> None:
+def test_both_sapien_systems_have_the_same_engine() -> None:
     assert SAPIEN.engine == SAPIEN_THESIS.engine == SETTINGS
 
 
@@ -93,7 +93,7 @@ def test_without_its_engine_it_says_what_to_install(stackdsl: Stackdsl, path: st
 
 @SYSTEMS
 @needs_sapien
-def test_it_plays_what_it_is_asked_for(stackdsl: Stackdsl, path: str, system: str) -> None:
+def test_sapien_plays_a_scenario(stackdsl: Stackdsl, path: str, system: str) -> None:
     told = called(stackdsl, path, "check", system)
     assert told.code == 0, told.text
     assert "1 passed" in told.out

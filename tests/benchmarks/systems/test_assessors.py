@@ -87,14 +87,14 @@ def test_what_is_set_down_together_is_asked_of_together() -> None:
     assert ruler.asked == [4]
 
 
-def test_it_is_asked_again_when_a_brick_is_pulled_out() -> None:
+def test_an_assessor_judges_again_after_a_removal() -> None:
     ruler = Ruler()
     pulled = "impacts:\n  - after: built + 1 s\n    remove: {brick: L3.1}\n"
     assert assessed(timeline_of("- column: {levels: 3}", pulled), ruler).level is None
     assert ruler.asked == [3, 2]
 
 
-def test_it_tells_the_verdict_and_the_level_and_nothing_that_takes_motion_to_see() -> None:
+def test_an_assessor_gives_verdict_and_level_and_no_motion() -> None:
     seen = assessed(timeline_of(STEPPED), Ruler()).observations
     assert {name: value for name, value in seen.items() if value is not None} == {
         "verdict": "collapses",
@@ -132,7 +132,7 @@ TAKEN = {
 
 
 @pytest.mark.parametrize(("build", "rest", "why"), REFUSED.values(), ids=REFUSED)
-def test_it_is_told_beforehand_what_compas_does_not_take(build: str, rest: str, why: str) -> None:
+def test_cases_that_compas_does_not_take_are_known_beforehand(build: str, rest: str, why: str) -> None:
     assert refusal(timeline_of(build, rest), Compas(Programme.CRA)) == why
 
 
@@ -230,7 +230,7 @@ def run(case: str, system: str, wall_time: float, factor: float = 1.0, status: s
     )
 
 
-def test_who_does_not_take_a_case_takes_it_from_nobody_and_has_no_pace_but_a_ratio() -> None:
+def test_an_assessor_that_skips_a_case_has_no_pace_but_a_ratio() -> None:
     runs = [
         run("easy", "exact", 0.01),
         run("dear", "exact", 1.0),

@@ -79,7 +79,7 @@ def _benched(tmp_path: Path, stackdsl: Stackdsl) -> Benched:
 
 
 @needs_pybullet
-def test_it_prints_every_run_and_a_row_for_each_system_and_step(benched: Benched) -> None:
+def test_the_benchmark_prints_every_run_and_a_row_for_each_system_and_step(benched: Benched) -> None:
     code, out, err = benched(*QUICK)
     assert code == 0, err
     assert "[8/8]" in err
@@ -108,7 +108,7 @@ def test_a_run_that_is_blocked_is_no_crash(benched: Benched, tmp_path: Path) -> 
 
 @needs_pybullet
 @pytest.mark.usefixtures("interruptible")
-def test_what_was_done_before_an_interrupt_is_printed(tmp_path: Path) -> None:
+def test_an_interrupted_benchmark_prints_its_finished_runs(tmp_path: Path) -> None:
     write(tmp_path, SCENES)
     process = started(tmp_path, *QUICK, program=PROGRAM)
     assert process.stderr is not None
@@ -130,7 +130,7 @@ def test_what_was_done_before_an_interrupt_is_printed(tmp_path: Path) -> None:
         (("--system", "exmaple"), "there is no system 'exmaple'"),
     ],
 )
-def test_what_it_cannot_do_is_wrong_usage(benched: Benched, arguments: tuple[str, ...], told: str) -> None:
+def test_invalid_options_are_usage_errors(benched: Benched, arguments: tuple[str, ...], told: str) -> None:
     code, _, err = benched("scene.yaml", "--system", "exact", *arguments)
     assert code == 2
     assert told in err
@@ -154,7 +154,7 @@ def test_nothing_is_played_where_a_scenario_has_a_mistake(benched: Benched, tmp_
     assert err.endswith("there are mistakes in scenarios\n")
 
 
-def test_what_it_plays_without_arguments_are_scenarios_that_there_are() -> None:
+def test_the_default_scenarios_of_the_benchmark_exist() -> None:
     assert len(command._cases([])) > 100
 
 

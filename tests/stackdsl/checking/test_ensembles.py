@@ -52,7 +52,7 @@ def test_any_number_of_processes_draws_the_same() -> None:
     assert ensemble(1200, ">= 80 %", 3, run_supervised) == ensemble(1200, ">= 80 %")
 
 
-def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
+def test_remembered_samples_are_not_drawn_again_and_missing_ones_are_added(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As after a call that was killed: its chunks are remembered one by one."""
@@ -78,7 +78,7 @@ def test_what_was_drawn_is_not_drawn_again_and_what_was_not_is_added(
     assert len(asked) == 6
 
 
-def test_what_is_remembered_beyond_what_decides_is_not_counted(tmp_path: Path) -> None:
+def test_remembered_samples_beyond_the_deciding_ones_do_not_count(tmp_path: Path) -> None:
     """So that a case comes to the same whether it was drawn further before or not."""
     memory, ended = ResultCache(tmp_path), list[Drawing]()
     for share in (">= 80 %", ">= 50 %"):
@@ -112,7 +112,7 @@ def test_the_result_says_what_was_drawn_and_how_it_is_known() -> None:
     assert result.ensemble.stood + sum(result.ensemble.fell.values()) == 100
 
 
-def test_each_chunk_is_told_as_it_is_drawn() -> None:
+def test_progress_is_reported_for_each_chunk_of_samples() -> None:
     told: list[tuple[str, int, int]] = []
     draw_samples(case(1600, ">= 80 %"), 1, LIMIT, run_here, on_drawn=lambda *each: told.append(each))
     assert told == [("column[exact]", count, 1600) for count in (0, 100, 200, 400, 500, 800, 1000, 1500, 1600)]

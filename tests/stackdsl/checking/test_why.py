@@ -18,7 +18,7 @@ def why(build: str, rest: str) -> FailureCause | None:
     return judged(case, play_case(case.timeline, case.system)).why
 
 
-def test_what_comes_out_as_expected_needs_no_reason() -> None:
+def test_an_expected_outcome_has_no_cause() -> None:
     assert why(COLUMN, "expect: [{collapses: {at: level 10}}]") is None
 
 
@@ -53,7 +53,7 @@ def test_the_step_that_a_brick_belongs_to_is_told_where_levels_begin_anew() -> N
     assert found.before == "build step 2, bricks at scene.yaml:7:42: far set down at 1 s, level 2"
 
 
-def test_what_falls_later_is_no_reason_of_what_fell_first() -> None:
+def test_the_cause_of_a_collapse_is_the_first_fall() -> None:
     block = "brick: {size: [60 mm, 20 mm, 30 mm], density: 500 kg/m3}"
     spots = ", ".join(f"{{name: {n}, at: [0 mm, {y} mm, {z} mm]}}" for n, y, z in (("a", 0, 15), ("b", 0, 45)))
     others = spots.replace("a,", "c,").replace("b,", "d,").replace("0 mm, 0 mm", "0 mm, 99 mm")
@@ -64,7 +64,7 @@ def test_what_falls_later_is_no_reason_of_what_fell_first() -> None:
     assert found.before.endswith(": a pulled out at 0 s")
 
 
-def test_what_slides_goes_downhill() -> None:
+def test_the_cause_of_a_slide_names_the_downhill_bearing() -> None:
     tilted = "world: {tilt: {angle: 30 deg, towards: 90 deg}}\nfriction: 0.5\nexpect: [stands: all]"
     found = why("- column: {levels: 1}", tilted)
     assert found is not None
@@ -82,7 +82,7 @@ def test_a_hit_is_told_as_what_was_done_before() -> None:
     assert found.see.startswith("stackdsl run scene.yaml ")  # statics does not follow what flies
 
 
-def test_what_stands_against_all_expectation_is_proven_to() -> None:
+def test_the_cause_of_an_unexpected_stand_is_its_proof() -> None:
     found = why("- column: {levels: 3}", "expect: [collapses: any]")
     assert found is not None
     assert found.cause == "statics prove that it stands"

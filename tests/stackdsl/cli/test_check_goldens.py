@@ -91,9 +91,7 @@ def test_links_are_followed_and_remove_no_golden(stackdsl: Stackdsl, tmp_path: P
     assert (tmp_path / "project" / "golden" / "good" / "exact.json").exists()
 
 
-def test_what_stands_behind_links_and_under_capitals_belongs_to_the_whole_set(
-    stackdsl: Stackdsl, tmp_path: Path
-) -> None:
+def test_linked_directories_and_capital_suffixes_belong_to_the_whole_set(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     write(tmp_path, "", "stackdsl.toml")
     write(tmp_path, GOOD.replace("good", "linked"), "elsewhere/linked.yaml")
@@ -205,7 +203,7 @@ def test_golden_files_that_somebody_else_keeps_are_not_removed(stackdsl: Stackds
     assert [file.exists() for file in theirs] == [False, False, True]
 
 
-def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_failing_case_is_accepted_only_with_accept_failing(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     stackdsl("check")
     locked = tmp_path / "golden" / "good" / "exact.json"

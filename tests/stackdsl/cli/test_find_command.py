@@ -45,7 +45,7 @@ def sides(text: str, pattern: str) -> list[float]:
     return [float(each) for each in found.groups()]
 
 
-def test_both_sides_of_the_limit_are_told_and_what_is_beyond(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_find_prints_both_sides_of_the_limit(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, COLUMN, "leaning.yaml")
     told = stackdsl("find", "leaning.yaml", "--largest", "step", "--most", "count", "-k", "step=14mm")
     assert told.code == ExitCode.OK

@@ -120,7 +120,7 @@ def test_of_many_cases_exactly_those_three_fail_that_crash_hang_and_hoard(count:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
-def test_who_is_ended_leaves_no_process_and_no_file_behind(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_killed_check_leaves_no_process_and_no_temporary_file(number: signal.Signals, tmp_path: Path) -> None:
     write(tmp_path, "scenario: hangs\nbuild: [column: {levels: 5}]\nexpect: [stands: all]\n", "hangs.yaml")
     write(tmp_path, "scenario: other\nbuild: [column: {levels: 2}]\nexpect: [stands: all]\n", "other.yaml")
     process = begun(tmp_path, "--jobs", "2")

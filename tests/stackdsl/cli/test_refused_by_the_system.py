@@ -56,6 +56,6 @@ def test_too_few_files_that_may_be_open_are_told(tmp_path: Path) -> None:
         (ValueError("a fault of ours"), ""),
     ],
 )
-def test_each_is_told_by_its_name(error: Exception, words: str) -> None:
+def test_an_error_of_the_system_is_put_into_words(error: Exception, words: str) -> None:
     assert words in refused_by_the_system(error)
     assert bool(words) == bool(refused_by_the_system(error))

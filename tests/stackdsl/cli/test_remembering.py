@@ -31,7 +31,7 @@ def passed(known: Path, tmp_path: Path) -> Path:
     return shutil.copytree(known, tmp_path, dirs_exist_ok=True)
 
 
-def test_what_passed_as_it_stands_is_told_and_not_played(stackdsl: Stackdsl, passed: Path) -> None:
+def test_a_remembered_pass_is_reported_and_not_played(stackdsl: Stackdsl, passed: Path) -> None:
     again = stackdsl("check", "scene.yaml", "--format", "json")
     assert (again.code, again.err) == (0, "")
     assert [result["remembered"] for result in json.loads(again.out)["results"]] == [True, True]
@@ -74,7 +74,7 @@ def test_a_golden_that_no_longer_agrees_fails_though_the_pass_is_remembered(stac
     assert stackdsl("check", "scene.yaml", CI="true").code == 3
 
 
-def test_what_failed_is_played_again_every_time(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_failed_case_is_always_played_again(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, GOOD + "  - height: 20 mm ± 1 mm\n")
     for _ in range(2):
         result = stackdsl("check", "scene.yaml")
@@ -108,7 +108,7 @@ def test_a_record_is_of_no_other_case(stackdsl: Stackdsl, passed: Path) -> None:
     assert "2 passed (1 remembered)" in stackdsl("check", "scene.yaml").out  # under its own name it is true
 
 
-def test_one_bit_that_flips_makes_a_record_none(stackdsl: Stackdsl, passed: Path) -> None:
+def test_a_record_with_a_flipped_bit_is_ignored(stackdsl: Stackdsl, passed: Path) -> None:
     for record in (passed / ".stackdsl" / "passed").rglob("*.json"):
         data = bytearray(record.read_bytes())
         data[-3] ^= 1
@@ -181,14 +181,14 @@ def test_two_scenarios_of_one_name_are_told_though_both_files_are_remembered(
     assert stackdsl("check", "s", "t").out.count("SD203") == 1
 
 
-def test_what_is_remembered_is_kept_from_git(passed: Path) -> None:
+def test_the_cache_is_ignored_by_git(passed: Path) -> None:
     assert "*" in (passed / ".stackdsl" / ".gitignore").read_text().splitlines()
 
 
 TAKING = GOOD.replace("expect:", "  - include: _more.yaml\nexpect:")
 
 
-def test_what_a_file_takes_from_another_is_part_of_what_it_is(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_the_key_of_a_pass_includes_extended_files(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TAKING)
     part = "build:\n  - name: more\n    bricks:\n      - {name: top, at: [0 mm, 0 mm, 27.3 mm]}\n"
     write(tmp_path, part, "_more.yaml")
@@ -202,7 +202,9 @@ def test_what_a_file_takes_from_another_is_part_of_what_it_is(stackdsl: Stackdsl
 
 
 @pytest.mark.parametrize("moved", ["root", "link"])
-def test_what_now_leads_outside_is_a_mistake_though_it_passed(stackdsl: Stackdsl, tmp_path: Path, moved: str) -> None:
+def test_a_remembered_pass_does_not_hide_a_link_that_leads_outside(
+    stackdsl: Stackdsl, tmp_path: Path, moved: str
+) -> None:
     project, elsewhere = tmp_path / "project", tmp_path / "elsewhere.yaml"
     root = write(project, "", "stackdsl.toml")
     part = write(project, "expect:\n  - stands: all\n", "_part.yaml")

@@ -27,7 +27,7 @@ FALLS = TALL.replace(
 )
 
 
-def test_it_tips_along_y_and_slides_along_x(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_survive_finds_tipping_along_y_and_sliding_along_x(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TALL, "tall.yaml")
     told = stackdsl("survive", "tall.yaml")
     assert told.code == ExitCode.OK
@@ -38,7 +38,7 @@ def test_it_tips_along_y_and_slides_along_x(stackdsl: Stackdsl, tmp_path: Path) 
     assert [line.split(" g  ")[1] for line in lines[3:]] == ["carton slides on ground", "carton tips over ground"] * 2
 
 
-def test_each_bearing_is_a_row_of_the_table(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_survive_prints_a_row_for_each_bearing(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TALL, "tall.yaml")
     rows = list(csv.DictReader(stackdsl("survive", "tall.yaml", "--bearings", "8", "--format", "csv").out.splitlines()))
     assert [float(row["bearing_deg"]) for row in rows] == [45.0 * k for k in range(8)]
@@ -58,7 +58,7 @@ def test_what_does_not_stand_survives_nothing(stackdsl: Stackdsl, tmp_path: Path
     assert "what does not stand survives nothing" in told.err
 
 
-def test_it_is_drawn_where_there_is_something_to_draw_with(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_survive_plots_if_matplotlib_is_installed(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TALL, "tall.yaml")
     refused = stackdsl("survive", "tall.yaml", "--plot", "tall.txt")
     assert "tall.txt: write to a file that ends in .svg or .png" in refused.err

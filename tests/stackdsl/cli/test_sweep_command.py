@@ -34,7 +34,7 @@ build:
 """
 
 
-def test_it_writes_a_row_a_sample_and_tells_the_share_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_sweep_writes_a_row_a_sample_and_prints_the_share_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, SHAKY, "shaky.yaml")
     told = stackdsl("sweep", "shaky.yaml", "--out", "rows.jsonl", "--jobs", "2")
     assert told.code == ExitCode.OK

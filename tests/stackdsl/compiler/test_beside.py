@@ -68,7 +68,7 @@ def test_the_bricks_of_layouts_are_named_by_place_and_those_of_a_step_with_its_n
     assert centres(build)["top.b"] == (0, 0, 11.7)
 
 
-def test_what_is_slid_in_is_placed_by_others_too() -> None:
+def test_an_inserted_brick_may_be_placed_beside_others() -> None:
     impacts = "impacts: [{insert: {name: wedge, beside: L1.1, towards: 90 deg}}, {insert: {on: wedge}}]"
     assert centres("- column: {levels: 2}", impacts)["wedge"] == pytest.approx((0, 23.4, 3.9))
 
@@ -98,7 +98,7 @@ def test_a_tower_of_bricks_each_on_the_one_before() -> None:
         ),
     ],
 )
-def test_what_a_brick_is_placed_by_is_there_before_it(build: str, words: str, hint: str) -> None:
+def test_a_reference_brick_that_is_not_there_yet_is_a_mistake(build: str, words: str, hint: str) -> None:
     (mistake,) = mistakes_of(build)
     assert words in mistake.message
     assert hint in mistake.hint
@@ -112,7 +112,7 @@ def test_what_a_brick_is_placed_by_is_there_before_it(build: str, words: str, hi
         ("drop: {onto: a, height: 1 mm}", "which is hit at 1 s"),
     ],
 )
-def test_what_was_pulled_out_or_hit_is_no_place_to_go_by(impact: str, words: str) -> None:
+def test_a_removed_or_hit_brick_is_no_reference(impact: str, words: str) -> None:
     build = "- bricks: [{name: a, on: ground}]\n- {bricks: [{name: b, on: a}], at: 5 s}"
     (mistake,) = mistakes_of(build, f"impacts: [{{at: 1 s, {impact}}}]")
     assert (mistake.code, mistake.span.line, mistake.span.column) == ("SD204", 4, 29)

@@ -130,7 +130,7 @@ def test_moves_of_one_brick_that_follow_on_each_other_do_not_overlap() -> None:
     assert kinds == ["MoveAction", "HoldAction", "ReleaseAction"] * 9
 
 
-def test_what_is_slid_is_free_across_the_ground_that_it_is_slid_on() -> None:
+def test_a_slid_brick_is_free_along_the_normal_of_its_ground() -> None:
     scene = "world: {tilt: {angle: 10 deg}}\nimpacts: [move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], slid: true}]"
     timeline = timeline_of(COLUMN, scene)
     (move,) = (action for action in timeline.actions if isinstance(action, MoveAction))
@@ -182,7 +182,7 @@ def test_a_brick_is_in_one_hand_at_a_time(second: str) -> None:
     assert "2 s" in mistake.hint
 
 
-def test_nor_is_it_taken_from_the_hand_that_brings_it() -> None:
+def test_a_brick_is_not_pushed_while_a_hand_holds_it() -> None:
     (mistake,) = mistakes_of(
         f"{COLUMN}\n  place: {{held: 4 s}}",
         "impacts: [{at: 2 s, push: {brick: L1.1, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]",
@@ -218,7 +218,7 @@ def test_of_a_large_scene_only_what_is_near_its_way_is_held_against_a_hand(monke
     assert 0 < len(met) < 10 * levels
 
 
-def test_it_may_come_from_the_side() -> None:
+def test_a_brick_may_be_brought_from_the_side() -> None:
     timeline = timeline_of(
         "- bricks: [{at: [0 mm, 0 mm, 3.9 mm]}]\n  place: {from: [200 mm, 0 mm, 0 mm], speed: 0.2 m/s}"
     )
@@ -227,7 +227,7 @@ def test_it_may_come_from_the_side() -> None:
     assert placement.came.position_W == pytest.approx((0.2, 0.0, 3.9e-3))
 
 
-def test_nor_out_of_the_ground() -> None:
+def test_a_brick_is_not_brought_out_of_the_ground() -> None:
     (mistake,) = mistakes_of(f"{COLUMN}\n  place: {{from: [0 mm, 0 mm, -20 mm]}}")
     assert mistake.code == "SD209"
     assert "inside ground" in mistake.message

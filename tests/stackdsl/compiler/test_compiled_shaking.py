@@ -18,7 +18,7 @@ def shaking(shake: str, rest: str = "") -> tuple[Timeline, ShakeAction]:
     return timeline, found
 
 
-def test_it_begins_when_all_is_built_and_is_watched_from_its_end_on() -> None:
+def test_shaking_begins_after_the_build_and_the_watch_after_shaking() -> None:
     timeline, shake = shaking(SINE)
     assert (shake.time, shake.motion.begins) == (2.0, 2.0)
     assert shake.motion.course == SineCourse(2.0, 3.0, 1.5)
@@ -30,7 +30,7 @@ def test_it_begins_when_all_is_built_and_is_watched_from_its_end_on() -> None:
     ("when", "time"),
     [("at: 0.5 s", 0.5), ("after: level 2 + 0.3 s", 1.3), ("after: impact 1", 4.0), ("after: brick L1.1", 0.0)],
 )
-def test_it_may_begin_at_a_time_or_after_an_event(when: str, time: float) -> None:
+def test_shaking_may_begin_at_a_time_or_after_an_event(when: str, time: float) -> None:
     push = "impacts: [{after: built + 2 s, push: {brick: L3.1, impulse: [1 mN*s, 0 N*s, 0 N*s]}}]"
     timeline, shake = shaking(f"{SINE}, {when}", push)
     assert shake.time == pytest.approx(time)
@@ -76,7 +76,7 @@ def test_a_table_begins_with_its_first_row_and_along_its_bearing() -> None:
         ("table: [[0 s, 1 mm], [2 s, 0 m/s2]]", "SD106", "'mm' is not a unit", "m/s2"),
     ],
 )  # fmt: skip
-def test_what_cannot_be_is_told_in_its_place(shake: str, code: str, words: str, hint: str) -> None:
+def test_impossible_shaking_has_a_diagnostic_at_its_place(shake: str, code: str, words: str, hint: str) -> None:
     (mistake,) = mistakes_of(BUILD, f"world: {{shake: {{{shake}}}}}")
     assert mistake.code == code
     assert words in mistake.message

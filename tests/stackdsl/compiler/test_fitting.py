@@ -97,7 +97,7 @@ def test_a_brick_in_the_air_knows_how_far_below_the_next_one_is() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_none_that_a_brick_rests_on_or_sticks_in_is_passed_over(seed: int) -> None:
+def test_fitting_finds_the_supports_and_overlaps_of_a_full_comparison(seed: int) -> None:
     #   The grid only spares comparisons: comparing each with all gives the same.
     boxes = sorted((thrown(Random(1000 * seed + number)) for number in range(80)), key=lambda box: box.time)
     for index, (box, fit) in enumerate(zip(boxes, fits(boxes, [FLOOR]), strict=True)):

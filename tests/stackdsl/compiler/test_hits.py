@@ -116,7 +116,7 @@ def test_the_distance_of_a_skew_hit_is_measured_along_the_flight() -> None:
     assert norm((*brick.pose.position_W[:2], 0.0)) == pytest.approx(expected, abs=1e-12)
 
 
-def test_what_is_pulled_out_is_no_more_in_the_way_and_what_comes_later_is_not_yet() -> None:
+def test_removed_and_later_bricks_do_not_block_a_throw() -> None:
     build = "- column: {levels: 1}\n- column: {levels: 1, origin: [200 mm, 0 mm, 0 mm]}\n  name: later\n  at: 9 s"
     throw = "throw: {at: L1.1, from: {bearing: 0 deg}, speed: 1 m/s}"
     early, _ = hit(f"{{at: 5 s, {throw}}}", build)
@@ -205,7 +205,7 @@ def test_a_push_turns_with_the_scene() -> None:
     assert tilted.impulse_W == pytest.approx((0.01 * cos(radians(30)), 0.0, -0.01 * sin(radians(30))), abs=1e-15)
 
 
-def test_what_was_thrown_may_be_pushed_and_pulled_out() -> None:
+def test_a_thrown_brick_may_be_pushed_and_removed() -> None:
     throw = "{throw: {at: L1.1, from: {bearing: 0 deg}, speed: 1 m/s, name: shot}}"
     push = "{after: impact 1 + 1 s, push: {brick: shot, impulse: [1 mN*s, 0 N*s, 0 N*s]}}"
     timeline = timeline_of("- column: {levels: 1}", f"impacts: [{throw}, {push}, {{remove: {{brick: shot}}}}]")

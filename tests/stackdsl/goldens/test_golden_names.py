@@ -35,7 +35,7 @@ def test_a_golden_file_is_named_after_its_scenario_and_variant(names: tuple[str,
 
 
 @pytest.mark.parametrize(("names", "pattern"), WITH_DIGEST.items(), ids=range(len(WITH_DIGEST)))
-def test_what_a_name_cannot_say_has_a_digest(names: tuple[str, str, str], pattern: str) -> None:
+def test_a_golden_name_has_a_digest_if_characters_are_lost(names: tuple[str, str, str], pattern: str) -> None:
     assert re.fullmatch(pattern, golden_name(Identity(*names)))
 
 
@@ -63,5 +63,5 @@ def test_no_two_variants_share_a_file_on_any_disk(one: tuple[str, str], other: t
 
 
 @pytest.mark.parametrize("keeper", ["a" * 5000, "nobody.py", "\0"], ids=["too long", "gone", "no name"])
-def test_who_cannot_be_there_keeps_nothing(tmp_path: Path, keeper: str) -> None:
+def test_an_impossible_keeper_keeps_no_golden_file(tmp_path: Path, keeper: str) -> None:
     assert not is_there(keeper, tmp_path / "golden")

@@ -34,9 +34,7 @@ def test_where_another_engine_stands_in_it_is_named_only_if_it_took_a_step() -> 
     [(PYBULLET, MUJOCO, True), (MUJOCO, PYBULLET, True), (PYBULLET, PYBULLET, False), (PYBULLET, NONE, False),
      (NONE, MUJOCO, False), (None, MUJOCO, False)],
 )  # fmt: skip
-def test_what_was_decided_without_an_engine_is_compared_whatever_the_other_was_made_with(
-    expected: object, got: object, differ: bool
-) -> None:
+def test_a_golden_without_engine_steps_is_compared_on_every_engine(expected: object, got: object, differ: bool) -> None:
     assert made_by_other_engine(expected, got) is differ
 
 
@@ -66,7 +64,7 @@ def test_an_update_leaves_the_file_of_another_engine_alone(tmp_path: Path, monke
     assert file.read_bytes() == before
 
 
-def test_it_is_told_in_the_report_and_counts_as_neither_passed_nor_failed() -> None:
+def test_a_golden_of_another_engine_counts_as_neither_passed_nor_failed() -> None:
     golden = judge_text("golden/falls.json", of_mujoco({}), document(FALLS))
     played = VariantResult("falls", "exact", "exact", "falls.yaml", RunStatus.DONE, "collapses", golden=golden)
     report = Report((played,))

@@ -12,7 +12,7 @@ from tests.stackdsl.goldens.changes import STANDS, changed, put
 LAW = Friction(0.5, {"sheet": 0.1}, {("sheet", "ground"): 0.6, ("L1.1", "sheet"): 0.2}, {"base": "sheet"}, Rule.MEAN)
 
 
-def test_what_a_golden_tells_of_friction_is_the_friction_that_there_was() -> None:
+def test_a_friction_law_is_read_back_from_a_golden_file() -> None:
     told = json.loads(json.dumps(rubbing_of(LAW)))
     again = friction_told(0.5, told)
     assert isinstance(again, Friction)
@@ -22,7 +22,7 @@ def test_what_a_golden_tells_of_friction_is_the_friction_that_there_was() -> Non
     assert (again.own, again.kinds, again.rule) == (LAW.own, LAW.kinds, LAW.rule)
 
 
-def test_one_coefficient_for_all_is_told_as_before() -> None:
+def test_a_single_friction_coefficient_is_locked_as_one_number() -> None:
     assert rubbing_of(0.5) is None
     assert friction_told(0.5, None) == 0.5
     assert "rubbing" not in canonical_text(STANDS)

@@ -41,7 +41,9 @@ def test_the_same_counts_agree(golden: Path) -> None:
         (replace(BEFORE, undecided=0, unfit=1), {("undecided", "1", "0"), ("unfit", "0", "1")}),
     ],
 )
-def test_each_count_that_differs_is_told(golden: Path, after: Ensemble, told: set[tuple[str, str, str]]) -> None:
+def test_a_difference_of_sampled_goldens_names_each_count(
+    golden: Path, after: Ensemble, told: set[tuple[str, str, str]]
+) -> None:
     found = check_golden(snapshot(after), golden, update=False)
     assert found.status is GoldenStatus.DIFFERENT
     assert {(each.quantity, each.expected, each.got) for each in found.differences} == told

@@ -82,9 +82,7 @@ def test_where_fallen_bricks_landed_is_never_locked(proven: bool) -> None:
 
 
 @pytest.mark.parametrize(("moved", "locked"), [(0.0, {"ground": UNCLEAR, "L2.1": UNCLEAR}), (0.5, {"ground": UNCLEAR})])
-def test_what_may_have_fallen_and_carries_nobody_can_tell_how_much_is_no_support(
-    moved: float, locked: dict[str, str]
-) -> None:
+def test_an_undecided_brick_with_unknown_load_is_no_support(moved: float, locked: dict[str, str]) -> None:
     wedged = track("L2.1", 2, BrickState.FROZEN, shift=moved * THRESHOLD)
     run = tower(wedged, track("L3.1", 3, BrickState.FALLEN, shift=1.0), collapse=FALL)
     edges = (Edge("L1.1", "ground", nan), Edge("L1.1", "L2.1", nan))
@@ -145,12 +143,12 @@ def test_of_the_placing_that_brought_the_stack_down_no_model_tells() -> None:
     assert [brick.rests_on for event in before for brick in event.placed.values()] == [{"ground": 1.0}, {"L1.1": 1.0}]
 
 
-def test_what_a_run_cost_is_not_locked() -> None:
+def test_the_cost_of_a_run_is_not_locked() -> None:
     dear = replace(tower(), cost=Cost(wall_time=nan, simulated_time=nan, steps=-1, judgements=-1))
     assert canonical_text(taken(dear)) == canonical_text(taken(tower()))
 
 
-def test_what_the_extension_did_between_placings_is_not_locked() -> None:
+def test_freezing_between_placements_is_not_locked() -> None:
     trace = tower()
     busy = replace(trace, events=(*trace.events, Event(nan, EventKind.FROZEN, ("L1.1",), "settled")))
     assert taken(busy) == taken(trace)
@@ -187,7 +185,7 @@ def test_the_same_turn_is_written_the_same_way(orientation: Quaternion, turn: li
     assert list(placing.turn_deg) == turn
 
 
-def test_what_has_fallen_carries_nothing_that_is_locked() -> None:
+def test_supports_that_have_fallen_are_not_locked() -> None:
     # Whether debris leans on what stands hangs on a hair.
     fallen = track("L3.1", 3, BrickState.FALLEN, shift=0.05)
     bare = tower(fallen, collapse=replace(FALL, brick="L3.1"))

@@ -99,7 +99,7 @@ def test_a_mutated_file_is_told_in_its_place_or_read_whole(format_: Format) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("format_", TEXTS)
-def test_so_are_many_mutated_files(format_: Format) -> None:
+def test_many_mutated_loads_are_read_or_refused_with_a_diagnostic(format_: Format) -> None:
     accepted = [nothing_is_lost(format_, seed) for seed in range(MANY)]
     assert 0 < sum(accepted) < MANY
 

@@ -60,7 +60,7 @@ def test_what_the_author_says_of_the_deck_counts_before_what_the_file_says() -> 
     ("x", "y", "side", "amount"),
     [(-30, 0, "-x", 30.0), (830, 0, "+x", 30.0), (0, -20, "-y", 20.0), (0, 530, "+y", 30.0), (2000, 0, "+x", 1200.0)],
 )
-def test_each_side_has_its_name(x: float, y: float, side: str, amount: float) -> None:
+def test_an_overhang_names_its_side(x: float, y: float, side: str, amount: float) -> None:
     assert sides(f"c,400,300,200,5,{x},{y},0", "EUR") == [("c", side, amount)]
 
 

@@ -41,7 +41,7 @@ def failures(impacts: str, claim: str, trace: Trace, rest: str = "") -> list[Cla
         "move: {brick: L3.1, by: [0 mm, 0 mm, 20 mm]}",
     ],
 )
-def test_what_falls_before_an_impact_of_any_kind_is_a_failure_at_its_line(impact: str) -> None:
+def test_a_fall_before_an_impact_of_any_kind_is_a_failure_at_its_line(impact: str) -> None:
     (found,) = failures(f"impacts: [{{at: 5 s, {impact}}}]", "falls: {count: <= 5}", fallen(1.0))
     assert not found.passed
     assert found.margin < -3.9
@@ -51,7 +51,7 @@ def test_what_falls_before_an_impact_of_any_kind_is_a_failure_at_its_line(impact
     assert failures(f"impacts: [{{at: 5 s, {impact}}}]", "falls: {count: <= 5}", fallen(5.6)) == []
 
 
-def test_what_falls_before_the_ground_is_shaken_is_a_failure() -> None:
+def test_a_fall_before_shaking_is_a_failure() -> None:
     shaken = "world: {shake: {acceleration: 0.1 m/s2, frequency: 2 Hz, for: 2 s, at: 4 s}}"
     (found,) = failures(shaken, "falls: {count: <= 5}", fallen(1.0))
     assert found.name == "until the shaking"
@@ -104,12 +104,12 @@ def test_a_claim_expects_a_fall_if_it_says_that_something_falls_and_not_if_it_sa
     assert (failures(f"impacts: [{{at: 5 s, {THROW}}}]", claim, fallen(1.0)) == []) is expects
 
 
-def test_what_is_known_from_outside_to_fall_is_expected_to() -> None:
+def test_a_fall_before_an_impact_that_truth_states_is_no_failure() -> None:
     known = "truth: [{collapses: any, source: a book}]"
     assert failures(f"impacts: [{{at: 5 s, {THROW}}}]", "falls: {count: <= 5}", fallen(1.0), known) == []
 
 
-def test_what_is_proven_to_fall_before_an_impact_falls_before_it_however_slowly() -> None:
+def test_a_slow_fall_that_is_proven_counts_as_before_the_impact() -> None:
     #   It is woken at 0 s, as statics prove that it falls, and leaves its place only after the push.
     push = "impacts: [{at: 1 s, push: {brick: L3.1, impulse: [0.001 N*s, 0 N*s, 0 N*s]}}]"
     slow = fallen(1.4, Event(0.0, EventKind.WOKEN, ("L3.1",), "L3.1 tips over L2.1"))

@@ -7,7 +7,7 @@ from stackdsl.judging.remedies import Bracket, BracketTolerance, narrow_bracket
 WHOLE = BracketTolerance(1e-7, whole=True)
 
 
-def test_both_sides_end_within_the_share_that_is_asked_for() -> None:
+def test_a_bracket_ends_within_the_requested_share() -> None:
     found = narrow_bracket(1.0, 20.0, BracketTolerance(1e-7), lambda value: value < 11.76)
     assert found.holds < 11.76 <= found.fails
     assert found.width <= 1e-7
@@ -30,7 +30,7 @@ def test_a_limit_at_zero_is_found_to_so_much_as_counts_for_nothing() -> None:
     assert len(asked) < 30
 
 
-def test_both_sides_close_in_on_what_is_open_between_them() -> None:
+def test_a_bracket_closes_in_from_both_sides() -> None:
     found = narrow_bracket(1.0, 8.0, BracketTolerance(1e-9), lambda value: None if 4.0 <= value <= 5.0 else value < 4.0)
     assert found.is_open
     assert found.holds == pytest.approx(4.0, rel=1e-8)

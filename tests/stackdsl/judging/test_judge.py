@@ -156,7 +156,7 @@ def test_a_claim_passes_by_its_margin(claim: str, trace: Trace, passed: bool, ma
     assert found.measured
 
 
-def test_what_fell_is_named_where_something_stands() -> None:
+def test_a_failed_stands_claim_names_the_fallen_bricks() -> None:
     assert outcome("stands: all", FALLEN).measured == "1 of 3 bricks fell: L3.1"
 
 
@@ -166,7 +166,7 @@ def test_bricks_that_were_never_placed_do_not_stand() -> None:
     assert outcome("stands: {levels: 2}", unplaced).passed
 
 
-def test_what_falls_after_the_time_that_was_asked_for_does_not_count() -> None:
+def test_a_fall_after_the_claimed_time_does_not_count() -> None:
     fell = replace(track("L3.1", 3, shift=0.05, state=BrickState.FALLEN), left_at=2.5)
     late = replace(FALLEN, tracks={**STANDING.tracks, "L3.1": fell})
     assert outcome("stands: {for: 2 s}", late).passed
@@ -261,7 +261,9 @@ def test_a_verdict_is_what_statics_said_when_the_last_bricks_were_set_down(
         (None, "guaranteed", False),
     ],
 )
-def test_what_is_stable_is_guaranteed_or_possible(guaranteed: bool | None, claim: str, passed: bool) -> None:
+def test_the_verdict_of_a_stable_structure_is_guaranteed_or_possible(
+    guaranteed: bool | None, claim: str, passed: bool
+) -> None:
     trace = replace(STANDING, statics=Verdict(Stability.STABLE), margins=VerdictMargins(guaranteed=guaranteed))
     assert outcome(f"verdict: {claim}", trace).passed is passed
 
@@ -300,7 +302,7 @@ def test_a_verdict_across_gaps_is_stable_and_says_how_wide_they_are(width: float
     assert found.measured == ("stable, as touching within 0.05 mm" if width else "stable")
 
 
-def test_what_falls_is_neither_guaranteed_nor_possible() -> None:
+def test_the_verdict_of_a_falling_structure_is_neither_guaranteed_nor_possible() -> None:
     trace = replace(STANDING, statics=Verdict(Stability.UNSTABLE))
     assert not outcome("verdict: guaranteed", trace).passed
     assert not outcome("verdict: possible", trace).passed
@@ -332,7 +334,7 @@ def test_several_margins_stand_and_fall_together() -> None:
     assert found.measured == "acceleration 0.1 g, tilt 5.711 deg"
 
 
-def test_what_does_not_stand_has_no_margin() -> None:
+def test_a_margin_claim_fails_for_a_falling_structure() -> None:
     found = outcome('margin: {placement: ">= 1 mm"}', measured_by_margins(replace(ONE_PLANK, tracks={})))
     assert not found.passed
     assert found.measured == "no placement is proven"

@@ -81,9 +81,7 @@ ONE_RUN = pytest.mark.xdist_group("a tower that fell")
         ("energy: {gain: <= 1 %}", LAST),
     ],
 )
-def test_a_tower_that_fell_is_watched_on_only_as_long_as_something_that_is_asked_may_change(
-    claim: str, end: float
-) -> None:
+def test_the_early_end_of_a_collapsed_run_waits_for_undecided_claims(claim: str, end: float) -> None:
     case = jenga(f"expect:\n  - {claim}\n")
     assert watched(case).cost.simulated_time == pytest.approx(end)
     assert verdicts(case, watched(case)) == verdicts(case, to_its_end())
@@ -103,11 +101,11 @@ def test_an_early_end_says_until_when_it_would_have_gone_on_and_what_was_left_ou
 
 @ONE_RUN
 @pytest.mark.parametrize("expect", ["", "truth:\n  - {collapses: any, source: statics}\n"])
-def test_where_nothing_is_expected_everything_is_worth_seeing(expect: str) -> None:
+def test_a_run_without_expectations_has_no_early_end(expect: str) -> None:
     assert watched(jenga(expect)).early_end is None
 
 
-def test_what_is_known_from_outside_is_waited_for_too() -> None:
+def test_an_early_end_waits_for_claims_of_truth_too() -> None:
     expect = "expect:\n  - collapses: any\n"
     truth = "truth:\n  - {leaves: {levels: '>= 1'}, source: a guess}\n"
     assert stop_condition_of(jenga(expect).scenario, "exact")(FALLEN)
@@ -183,11 +181,11 @@ def test_a_claim_is_decided_once_nothing_that_may_fall_changes_it(claim: str, kn
         ("collapses: any", True),
     ],
 )
-def test_what_is_still_to_be_pulled_out_decides_nothing(claim: str, known: bool) -> None:
+def test_planned_removals_keep_claims_undecided(claim: str, known: bool) -> None:
     assert decided(claim, replace(FALLEN, early_end=EarlyEnd(3.0, 9.0, (Removal(7.0, ("L3.1",)),)))) is known
 
 
-def test_what_is_on_its_way_may_come_to_stand() -> None:
+def test_an_unsettled_brick_keeps_claims_undecided() -> None:
     tracks = {**FALLEN.tracks, "L2.1": track("L2.1", 2, state=BrickState.UNSETTLED)}
     assert not decided("leaves: {bricks: 2}", replace(FALLEN, tracks=tracks))
     assert decided("leaves: {bricks: '>= 3'}", replace(FALLEN, tracks=tracks))

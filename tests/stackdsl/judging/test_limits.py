@@ -25,7 +25,7 @@ def test_a_limit_on_which_it_does_not_hold_is_told_on_the_side_that_does() -> No
     assert found.value == 11.75
 
 
-def test_what_cannot_be_said_on_the_limit_itself_hides_no_limit() -> None:
+def test_an_undecided_value_at_the_limit_hides_no_limit() -> None:
     #   Halving 12 - 5 and 12 - 1 asks for 9 first.
     (found,) = limits(12.0, STEPS, False, lambda value: None if value == 9.0 else value < 9.0)
     assert found.value == 8.999  # in four digits, the first that holds
@@ -48,12 +48,12 @@ def test_of_a_whole_number_whole_ones_are_tried() -> None:
     assert all(value == int(value) for value in tried)
 
 
-def test_what_holds_nowhere_near_has_no_limit() -> None:
+def test_a_claim_that_holds_nowhere_has_no_limit() -> None:
     assert limits(10.0, STEPS, False, lambda value: False) == ()
     assert limits(10.0, STEPS, False, lambda value: None) == ()
 
 
-def test_what_is_never_tried_is_never_told() -> None:
+def test_a_limit_names_only_tried_values() -> None:
     asked = set()
 
     def holds(value: float) -> bool:

@@ -32,7 +32,7 @@ def test_a_column_tells_how_far_its_planks_may_be_beside_their_places(step: floa
     assert "9 bricks stand, and would with every brick " in outcome.measured
 
 
-def test_what_stands_by_friction_tells_how_much_it_could_lose() -> None:
+def test_a_stands_claim_shows_its_friction_margin() -> None:
     #   A plank on a slope of 10 deg, with friction 0.3.
     outcome = stands("- column: {levels: 1}", "friction: 0.3\nworld: {tilt: 10 deg}")
     assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)

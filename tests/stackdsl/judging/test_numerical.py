@@ -82,7 +82,7 @@ def test_statics_judge_the_structure_of_the_moment(time: float, stands: bool) ->
     assert stands_until(timeline_of(COLUMN), time) is stands
 
 
-def test_what_is_pushed_is_not_disproved() -> None:
+def test_a_pushed_structure_is_no_numerical_collapse() -> None:
     pushed = "impacts:\n  - after: built + 1 s\n    push: {brick: L1.1, impulse: [0.001 N*s, 0 N*s, 0 N*s]}\n"
     timeline = timeline_of("- column: {levels: 1}", pushed)
     assert stands_until(timeline, 0.5)
@@ -152,7 +152,7 @@ def test_a_numerical_collapse_fails_where_convergence_is_asked_for_and_is_told_w
     assert asked.conclusion == "numerical-collapse"
 
 
-def test_what_exact_lets_fall_is_not_judged_twice() -> None:
+def test_a_collapse_on_exact_is_no_numerical_collapse() -> None:
     fell = trace(FELL)
     assert with_numerical_collapse(fell, timeline_of(TOWER), SYSTEMS["exact"]) is fell
     assert with_numerical_collapse(fell, timeline_of(TOWER), SYSTEMS["tuned"]).numerical == DISPROVED

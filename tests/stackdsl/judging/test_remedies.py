@@ -115,7 +115,7 @@ def test_where_nothing_rises_no_counterweight_helps() -> None:
     assert not remedies("- column: {levels: 10, step: 12 mm}").nothing_rises
 
 
-def test_what_falls_after_a_counterweight_is_told() -> None:
+def test_a_remedy_says_what_still_falls_after_a_counterweight() -> None:
     found = remedies("- column: {levels: 12, step: 12 mm}\n  every: 1 s").counterweight
     assert found is not None
     assert found.brick == "L2.1"
@@ -133,7 +133,7 @@ def test_times_and_what_is_worked_out_are_no_numbers_to_change() -> None:
     assert [number.name for number in ScenarioNumbers(case.scenario, case.variant).numbers(())] == ["half", "levels"]
 
 
-def test_each_remedy_written_into_the_file_lets_it_stand() -> None:
+def test_the_structure_stands_with_each_remedy_written_into_its_file() -> None:
     build, rest = "- column: {levels: 7, step: 20 mm}\n  every: 1 s", "friction: 0.5"
     for each in remedies(build, rest).numbers:
         mended = build.replace(

@@ -94,7 +94,7 @@ def test_a_collapse_counts_at_the_levels_that_are_meant() -> None:
     assert "(990 of 1000 samples)" in anywhere.measured
 
 
-def test_what_is_undecided_says_how_many_samples_more_it_takes() -> None:
+def test_an_undecided_share_says_how_many_more_samples_it_takes() -> None:
     finding, _ = judge_share(Stands(share=">= 95 %"), ensemble(960, {3: 40}), 0.95)
     assert "more samples would decide it" in finding.measured
     wanted = Stands(share=">= 95 %").share

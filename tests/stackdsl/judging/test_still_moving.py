@@ -111,7 +111,7 @@ MOVING = replace(FALLEN, moving=("L3.1",))
         ("collapses: {at: level 3}", True),  # it has
     ],
 )
-def test_what_still_moves_leaves_open_what_it_may_change(claim: str, passes: bool) -> None:
+def test_a_brick_still_moving_leaves_claims_about_it_open(claim: str, passes: bool) -> None:
     assert outcome(claim, FALLEN).passed
     found = outcome(claim, MOVING)
     assert found.passed is passes
@@ -125,7 +125,7 @@ def test_where_it_landed_is_known_once_the_ground_has_taken_all_but_a_hundredth_
     assert outcome("lands: {reach: 40 mm .. 60 mm}", landed).passed is over
 
 
-def test_what_fails_already_fails_and_says_so() -> None:
+def test_a_claim_that_failed_already_is_not_open_while_bricks_move() -> None:
     assert outcome("falls: {count: 2}", MOVING).measured.startswith("1 bricks fell; still moving")
     assert outcome("falls: {count: 0}", MOVING).measured == "1 bricks fell"  # it will not be less
 
@@ -153,23 +153,21 @@ def looks(seen: MotionWatch, *heights: float) -> None:
         (1.0, 0.0981, 0.0005),  # and in a hundredth of the gravity, ten times as slowly
     ],
 )
-def test_what_counts_as_motion_goes_with_the_speed_of_a_fall_by_its_own_size(
-    times: float, gravity: float, limit: float
-) -> None:
+def test_the_speed_limit_of_rest_scales_with_the_size_of_the_brick(times: float, gravity: float, limit: float) -> None:
     for share, moves in ((0.9, ()), (1.1, ("plank",))):
         seen = watch(times, gravity)
         looks(seen, 0.0, 0.01 * share * limit)
         assert seen.moving(0.01) == moves
 
 
-def test_what_rocks_moves_while_it_turns_back_and_has_stopped_after_a_tenth_of_a_second() -> None:
+def test_a_rocking_brick_has_stopped_after_a_tenth_of_a_second_at_rest() -> None:
     seen = watch()
     looks(seen, 0.0, 0.001, 0.001, 0.001)
     assert seen.moving(0.1) == ("plank",)
     assert seen.moving(0.12) == ()
 
 
-def test_what_turns_on_the_spot_moves() -> None:
+def test_a_brick_spinning_in_place_counts_as_moving() -> None:
     seen = watch()
     for time, angle in ((0.0, 0.0), (0.01, 0.002)):  # 0.2 rad/s
         turned = Pose((0.0, 0.0, 0.0), (0.0, 0.0, sin(0.5 * angle), cos(0.5 * angle)))
@@ -177,7 +175,7 @@ def test_what_turns_on_the_spot_moves() -> None:
     assert seen.moving(0.01) == ("plank",)
 
 
-def test_what_a_solver_shakes_within_a_step_gets_nowhere_and_does_not_move() -> None:
+def test_solver_jitter_is_no_motion() -> None:
     seen = watch()
     for number in range(10):
         shaken = BodyState(Pose((0.0, 0.0, 1e-5 * (-1) ** number)), velocity_W=(0.0, 0.0, 0.02))
@@ -185,7 +183,7 @@ def test_what_a_solver_shakes_within_a_step_gets_nowhere_and_does_not_move() -> 
     assert seen.moving(0.09) == ()
 
 
-def test_what_is_held_fixed_moves_no_more() -> None:
+def test_a_fixed_brick_does_not_move() -> None:
     seen = watch()
     looks(seen, 0.0, 0.001)
     seen.stopped(["plank"])

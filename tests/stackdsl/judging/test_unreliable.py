@@ -29,7 +29,7 @@ def judged(trace: Trace, claim: str, system: str = "tuned") -> ClaimOutcome:
     return judge(trace, cases[0].scenario, cases[0].variant, cases[0].source, system)[0]
 
 
-def test_what_gains_energy_as_it_falls_is_neither_said_to_fall_nor_to_stand() -> None:
+def test_a_run_that_gains_energy_is_unreliable() -> None:
     trace = fallen(AT_ONCE)
     assert trace.energy_gained > 0.05
     assert trace.verdict is RunVerdict.COLLAPSES
@@ -56,7 +56,7 @@ def test_a_collapse_before_an_engine_added_energy_is_sure_and_what_came_of_it_is
     assert "unreliable" in falls.measured
 
 
-def test_what_is_known_from_outside_is_not_met_by_an_unreliable_run() -> None:
+def test_an_unreliable_run_meets_no_truth() -> None:
     text = "truth: [{collapses: any, source: a test}]"
     cases, mistakes = compiled(scene("- column: {levels: 2}", text))
     assert mistakes == []
@@ -76,13 +76,13 @@ def after_fault(trace: Trace, end: EarlyEnd | None = None) -> Trace:
     return replace(trace, energy=gained, before_fault=replace(trace, energy=gained, early_end=end))
 
 
-def test_what_statics_said_before_an_engine_added_energy_stays_said(stood: Trace) -> None:
+def test_proofs_before_an_energy_gain_stay_valid(stood: Trace) -> None:
     trace = after_fault(stood)
     assert judged(trace, "verdict: stable", "exact").passed
     assert not judged(trace, "stands: all", "exact").passed
 
 
-def test_what_statics_say_of_bricks_set_down_later_hangs_on_where_the_others_have_come(stood: Trace) -> None:
+def test_proofs_after_an_energy_gain_depend_on_unreliable_poses(stood: Trace) -> None:
     coming = timeline_of("- column: {levels: 2}").placements[-1:]
     trace = after_fault(stood, EarlyEnd(0.5, 2.0, coming))
     assert not judged(trace, "verdict: stable", "exact").passed

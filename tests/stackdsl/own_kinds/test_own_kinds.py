@@ -103,7 +103,7 @@ def test_the_timeline_has_a_push_of_every_brick_of_the_level(tmp_path: Path) -> 
         assert len(case.timeline.placements) == 6
 
 
-def test_they_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_own_kinds_are_played_judged_reported_and_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)  # CI writes no golden
     gathering = gathered(tmp_path)
     assert gathering.diagnostics == ()
@@ -124,7 +124,7 @@ def passed(result: VariantResult) -> bool:
     return all(outcome.passed for outcome in (*result.outcomes, *result.truths))
 
 
-def test_they_are_explained(tmp_path: Path) -> None:
+def test_own_kinds_are_explained(tmp_path: Path) -> None:
     cases = gathered(tmp_path).cases
     assert "pushed by (20 0 0) mN*s" in explanation_text(cases)
 

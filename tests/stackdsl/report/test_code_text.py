@@ -81,7 +81,7 @@ def test_what_has_no_short_example_is_given_by_what_its_entry_describes(tmp_path
         assert code in [mistake.code for mistake in cases_of(loaded)[1]]
 
 
-def test_it_is_told_without_the_marks_of_a_page() -> None:
+def test_the_text_of_a_code_has_no_markdown() -> None:
     told = code_text(ENTRIES["SD101"])
     assert told.startswith("SD101: unknown key\n\nThere is no key of this name here.")
     assert "\n    scenario: tower\n    gravity: 1.62 m/s2\n" in told

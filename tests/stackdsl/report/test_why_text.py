@@ -38,7 +38,7 @@ def test_a_side_along_no_axis_is_told_in_degrees() -> None:
     ]
 
 
-def test_it_stands_once_below_all_that_failed_of_a_run() -> None:
+def test_the_cause_stands_once_below_all_failures_of_a_run() -> None:
     twice = replace(FAILED, why=WHY, outcomes=(*FAILED.outcomes, *FAILED.outcomes))
     lines = report_text(Report((twice, FAILED))).splitlines()
     block = lines[lines.index("Failed expectations") + 1 :]

@@ -32,7 +32,7 @@ def test_the_topmost_plank_of_a_column_is_pulled_out_and_the_rest_stands(system:
 
 
 @ON_ALL
-def test_what_lay_on_a_plank_that_is_pulled_out_falls_by_its_thickness(system: str) -> None:
+def test_bricks_on_a_removed_plank_fall_by_its_thickness(system: str) -> None:
     trace = played("- column: {levels: 3}", "{after: built + 1 s, remove: {brick: L2.1}}", system)
     assert trace.collapse is not None
     assert (trace.collapse.brick, trace.collapse.level) == ("L3.1", 3)
@@ -81,7 +81,7 @@ def test_exact_opens_no_engine_to_pull_out_what_nothing_needs() -> None:
     assert trace.statics.stability is Stability.STABLE
 
 
-def test_what_is_pulled_out_before_it_has_come_to_rest_is_forgotten() -> None:
+def test_a_falling_brick_that_is_removed_is_no_collapse() -> None:
     #   It is still falling when it is taken away.
     build = "- column: {levels: 1}\n- bricks: [{name: drop, at: [0 mm, 0 mm, 500 mm], drop: true}]"
     for system in SYSTEMS:
@@ -145,7 +145,7 @@ def test_the_level_under_construction_is_not_that_of_a_brick_slid_in_below() -> 
 
 
 @pytest.mark.parametrize("system", ["exact", "thesis"])
-def test_who_carried_a_plank_when_it_was_placed_stays_known_after_a_support_is_pulled_out(system: str) -> None:
+def test_initial_supports_of_a_plank_are_kept_after_a_removal(system: str) -> None:
     trace = played(GAP, "{after: built + 1 s, remove: {brick: left}}", system)
     assert trace.verdict == "stands"
     assert {edge.lower for edge in trace.edges_when_placed["beam"]} == {"left", "middle"}

@@ -90,7 +90,7 @@ def test_a_head_on_hit_shares_the_momentum_evenly_with_a_frozen_plank() -> None:
     assert moved(trace, "shot")[0] == pytest.approx(0.02 + 0.5 * (0.3 - 0.02), rel=0.01)
 
 
-def test_it_does_so_as_between_planks_that_were_never_frozen() -> None:
+def test_a_hit_moves_frozen_planks_as_awake_ones() -> None:
     frozen, free = head_on(EXACT), head_on(ALL_AWAKE)
     for brick in ("a", "shot"):
         assert moved(frozen, brick)[0] == pytest.approx(moved(free, brick)[0], rel=0.01)
@@ -131,7 +131,7 @@ def test_a_push_as_slow_as_what_counts_as_rest_wakes_nothing() -> None:
     assert woken(trace) == set()
 
 
-def test_what_rides_and_is_pushed_moves_by_itself() -> None:
+def test_a_pushed_plank_leaves_the_bricks_it_rides_with() -> None:
     #   While level 3 is hit, a plank of level 9, far up in what rides along, is pushed gently, and then hard.
     tower = built(four_stack(range(1, 11)))
     gentle = PushAction(HIT_AT + 0.02, "L9.2", (0.0, MASS * 0.01, 0.0))
@@ -271,7 +271,7 @@ def test_no_plank_passes_through_a_single_one_at_20_metres_a_second(turn: Quater
 
 
 @pytest.mark.parametrize(("turn", "reach"), [(ACROSS, LENGTH / 2.0), (ALONG, WIDTH / 2.0)])
-def test_none_passes_through_level_3_of_a_tower(turn: Quaternion, reach: float) -> None:
+def test_no_thrown_plank_passes_through_level_3_of_a_tower(turn: Quaternion, reach: float) -> None:
     shot = thrown(lying(3, 0.0, LENGTH / 2.0 + reach + 0.01, turn), (0.0, -20.0, 0.0025))
     assert deepest(four_stack(range(1, 9)), shot, 0.02) < DEEPEST
 

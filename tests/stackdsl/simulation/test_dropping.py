@@ -60,7 +60,7 @@ def test_a_tower_whose_lowest_level_is_pulled_comes_down_by_a_level_and_stands(l
 
 @needs_pybullet
 @pytest.mark.parametrize("levels", [3, pytest.param(6, marks=pytest.mark.slow)])
-def test_so_it_does_with_all_awake_at_ever_smaller_steps(levels: int) -> None:
+def test_a_tower_dropped_by_a_pull_lands_as_on_the_bare_engine(levels: int) -> None:
     removed = f"- four_stack: {{levels: {levels}}}"
     as_proven, awake = pulled(removed, "L1.1, L1.2"), pulled(removed, "L1.1, L1.2", "tuned")
     for name, track in awake.tracks.items():
@@ -109,7 +109,7 @@ def test_a_plank_that_is_let_go_beside_a_wall_falls_along_it() -> None:
 
 
 @pytest.mark.parametrize(("beside", "stands"), [(0.0, True), (11.2, True), (11.8, False)])
-def test_what_lands_with_its_centre_beyond_the_edge_tips_over_it(beside: float, stands: bool) -> None:
+def test_a_brick_landing_with_its_centre_beyond_the_edge_tips(beside: float, stands: bool) -> None:
     # Half the width of a plank is 11.7 mm.
     trace = dropped(
         f"""
@@ -122,7 +122,7 @@ def test_what_lands_with_its_centre_beyond_the_edge_tips_over_it(beside: float, 
     assert (trace.tracks["plank"].final.position_W[2] > 0.1) is stands
 
 
-def test_what_only_its_counterweight_holds_does_not_bear_a_blow() -> None:
+def test_a_counterweighted_plank_does_not_bear_a_landing() -> None:
     # Statics lets the beam stand with the plank on its free end: a blow of the same place is many times its weight.
     beam = """
 - bricks: [{name: post, at: [0 mm, 0 mm, 50 mm], brick: {size: [40 mm, 23.4 mm, 100 mm], density: 1000 kg/m3}}]
@@ -135,7 +135,7 @@ def test_what_only_its_counterweight_holds_does_not_bear_a_blow() -> None:
     assert hit.cost.steps > 0
 
 
-def test_what_has_come_past_a_place_does_not_land_on_what_lands_there_later() -> None:
+def test_a_brick_that_fell_past_a_place_does_not_land_on_a_brick_landing_there_later() -> None:
     # The plank comes to lie across two posts when the cube, which was below it all the time, is between them already.
     trace = dropped(
         """

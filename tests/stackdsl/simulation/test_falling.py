@@ -204,7 +204,7 @@ def test_a_part_is_given_to_the_engine_before_it_strikes_what_stands_in_its_way_
     assert 0.0 <= min(gaps) < 0.002
 
 
-def test_what_is_awake_besides_stays_where_it_is_while_the_others_turn_as_a_part_does() -> None:
+def test_other_awake_bricks_stay_in_place_while_a_part_falls() -> None:
     bricks = stepped(0.011, 11)
     after = []
     for besides in ((), ("p00",)):
@@ -220,7 +220,7 @@ def test_what_is_awake_besides_stays_where_it_is_while_the_others_turn_as_a_part
     assert all_awake["p10"].pose.position_W == pytest.approx(alone["p10"].pose.position_W, abs=1e-3 * way)
 
 
-def test_it_is_as_late_after_ten_steps_at_once_as_after_ten_by_one() -> None:
+def test_ten_steps_at_once_take_the_time_of_ten_single_steps() -> None:
     bricks = stepped(0.011, 11)
     motion, times = motion_of(bricks), []
     for at_once in (1, 10, 100):
@@ -300,7 +300,7 @@ def test_a_prism_of_twelve_faces_rolls_down_a_slope_from_face_to_face_as_a_plast
         assert step * (landed + 1) == pytest.approx(time, rel=0.005)
 
 
-def test_what_is_pushed_at_the_moment_when_a_part_begins_to_fall_does_not_wait_for_it() -> None:
+def test_a_push_at_the_onset_of_a_falling_part_ends_the_part() -> None:
     bricks = stepped(0.011, 11)
     motion, world = motion_of(bricks), world_of(bricks)
     falling = FallingParts(world, [FLOOR], 0.5, G)
@@ -347,7 +347,7 @@ def test_a_plank_falls_with_next_to_no_friction_when_it_falls_with_none(system: 
     assert falls_at(friction) == pytest.approx(falls_at(0.0), abs=0.02)
 
 
-def test_what_is_proven_to_fall_does_not_stand_because_the_run_ended_before_it_was_seen() -> None:
+def test_a_proven_fall_counts_though_the_run_ends_before_it_is_seen() -> None:
     #   18 mm a plank: the seventh is 108 mm out, and the six above the first balance 63 mm out, beyond its 58.8 mm. At
     #   0.001 m/s2 a plank falls by half a millimetre in a second.
     build = "- column: {levels: 8, step: 18 mm}\n  every: 1 s"

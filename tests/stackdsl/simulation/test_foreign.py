@@ -67,7 +67,7 @@ def test_a_system_of_another_package_plays_what_it_is_asked_for(beside: Played, 
 
 
 @pytest.mark.usefixtures("example")
-def test_what_a_foreign_engine_drops_lands_where_it_should(beside: Played, tmp_path: Path) -> None:
+def test_a_foreign_engine_drops_a_brick_onto_the_ground(beside: Played, tmp_path: Path) -> None:
     #   From 100 mm it falls for sqrt(2 h / g) = 0.143 s, and lies with its centre half a thickness over the ground.
     dropped = "bricks: [{name: one, at: [0 mm, 0 mm, 103.9 mm], drop: true}]"
     write(tmp_path, f"scenario: drop\nbuild: [{dropped}]\nexpect: [{{height: '7.8 mm ± 0.01 mm'}}]\n")
@@ -86,7 +86,7 @@ def test_the_page_about_own_engines_shows_the_example_as_it_is() -> None:
 
 
 @pytest.mark.usefixtures("example")
-def test_it_explains_itself(beside: Played, tmp_path: Path) -> None:
+def test_explain_describes_a_foreign_system(beside: Played, tmp_path: Path) -> None:
     write(tmp_path, column(10.0))
     told = beside("explain", "scene.yaml", "--system", "example")
     assert "example: bricks that only fall\n    step 1/500 s, bounces by 0\n" in told.out
@@ -151,7 +151,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("entry_points", BROKEN)
-def test_what_is_wrong_with_one_is_told_in_a_line(
+def test_an_error_of_a_foreign_system_is_one_line(
     beside: Played, install: Install, tmp_path: Path, entry_points: str
 ) -> None:
     install("broken", entry_points)

@@ -74,7 +74,7 @@ def test_a_row_is_squeezed_gap_by_gap_and_each_brick_goes_as_far_as_the_gaps_bef
 
 
 @pytest.mark.parametrize("bearing", [30.0, 215.0])
-def test_it_is_the_same_in_every_direction_and_place(bearing: float) -> None:
+def test_a_pushed_row_moves_alike_in_every_direction_and_place(bearing: float) -> None:
     gaps = [6.0]
     trace = played(row(gaps, bearing, (250.0, -130.0)), pushed_row(gaps, 20.0, bearing))
     assert [way(trace, f"b{i}", bearing) for i in range(2)] == pytest.approx([20.0, 14.0], abs=0.02)
@@ -88,7 +88,7 @@ def test_the_least_push_is_kept(travel: float) -> None:
     assert way(trace, "b1") == pytest.approx(travel, abs=0.01)
 
 
-def test_what_it_does_not_reach_stays_where_it_was_to_the_last_digit() -> None:
+def test_bricks_that_a_hand_does_not_reach_stay_to_the_last_digit() -> None:
     gaps = [10.0, 20.0]
     trace = played(row(gaps), pushed_row(gaps, 15.0))
     assert trace.tracks["b2"].final == trace.tracks["b2"].placed
@@ -106,7 +106,7 @@ def test_a_hand_that_pushes_a_row_against_a_wall_is_told_to_end_its_way(system: 
 
 
 @pytest.mark.parametrize("system", ENGINES)
-def test_what_lies_on_a_carried_brick_goes_with_it_and_what_is_below_stays(system: str) -> None:
+def test_bricks_on_a_carried_brick_move_along_and_bricks_below_stay(system: str) -> None:
     move = "impacts: [move: {brick: L2.1, by: [30 mm, 10 mm, 0 mm]}]"
     trace = played("- column: {levels: 4}", move, system)
     assert [way(trace, f"L{i}.1") for i in range(1, 5)] == pytest.approx([0.0, 30.0, 30.0, 30.0], abs=0.03)
@@ -128,7 +128,9 @@ def left_behind(way_m: float, speed: float, friction: float) -> float:
 
 @pytest.mark.parametrize("system", ["exact", "tuned"])
 @pytest.mark.parametrize("share", [pytest.param(0.9, marks=pytest.mark.slow), 4.0])
-def test_it_is_left_behind_where_the_hand_accelerates_by_more_than_friction_bears(system: str, share: float) -> None:
+def test_a_brick_on_a_carried_one_is_left_behind_by_more_acceleration_than_friction_bears(
+    system: str, share: float
+) -> None:
     way_mm, friction = 30.0, 0.05
     speed = 15.0 / 8.0 * (share * friction * 9.81 * way_mm / 1e3 * 3.0**0.5 / 10.0) ** 0.5
     rest = f"friction: {friction}\nimpacts: [move: {{brick: L1.1, by: [{way_mm} mm, 0 mm, 0 mm], speed: {speed} m/s}}]"
@@ -174,7 +176,7 @@ def test_a_plank_that_is_carried_over_an_edge_tips_when_let_go_beyond_half_its_l
 
 
 @pytest.mark.parametrize(("system", "over", "falls"), sides((46.0, False), (52.0, True)))
-def test_one_that_is_slid_tips_in_the_hand_sooner_by_half_its_thickness_times_friction(
+def test_a_slid_plank_tips_over_an_edge_sooner_by_half_its_thickness_times_friction(
     system: str, over: float, falls: bool
 ) -> None:
     #   Pushed at its centre against friction at its bottom it presses 2.5 mm ahead of its centre.
@@ -183,9 +185,7 @@ def test_one_that_is_slid_tips_in_the_hand_sooner_by_half_its_thickness_times_fr
 
 
 @pytest.mark.parametrize(("system", "ground", "goes"), sides((0.3, True), (0.5, False)))
-def test_what_is_under_a_slid_plank_follows_where_the_ground_holds_it_less(
-    system: str, ground: float, goes: bool
-) -> None:
+def test_a_plank_under_a_slid_one_follows_if_ground_friction_is_less(system: str, ground: float, goes: bool) -> None:
     #   On top of the lowest 4 planks rub with 0.5 * 4 m g, below it 5 with those of the ground.
     rest = f"""world: {{ground: {{friction: {ground}}}}}
 impacts: [move: {{brick: L2.1, by: [30 mm, 0 mm, 0 mm], slid: true}}]"""
@@ -210,9 +210,7 @@ def overhanging(counterweight: bool) -> str:
 
 
 @pytest.mark.parametrize(("system", "counterweight"), sides((True,), (False,)))
-def test_what_would_tip_stands_as_long_as_it_is_held_and_after_if_it_is_balanced_by_then(
-    system: str, counterweight: bool
-) -> None:
+def test_a_held_plank_stands_and_stays_if_it_is_balanced_when_let_go(system: str, counterweight: bool) -> None:
     trace = played(overhanging(counterweight), system=system)
     assert (trace.verdict is RunVerdict.STANDS) is counterweight
     if not counterweight:
@@ -241,7 +239,7 @@ def test_a_held_brick_carries_what_lies_on_it_when_its_own_support_is_gone(syste
 # --- what is brought --------------------------------------------------------------------------------------------------
 
 
-def test_what_hands_build_falls_at_the_level_where_it_does_when_set_down() -> None:
+def test_a_column_built_by_hand_collapses_at_the_level_of_the_closed_form() -> None:
     #   N d > L from the fourth on, 30 mm each
     trace = played("- column: {levels: 6, step: 30 mm}\n  place: by hand")
     assert trace.collapse is not None
@@ -277,7 +275,7 @@ def test_a_brick_that_is_let_go_in_the_air_falls_from_there() -> None:
     assert trace.collapse.time - let_go == pytest.approx((2.0 * 3.9e-3 / 9.81) ** 0.5, abs=0.012)
 
 
-def test_what_hands_do_is_no_energy_that_the_engine_added() -> None:
+def test_work_of_hands_is_no_energy_gain() -> None:
     trace = played("- column: {levels: 4}", "impacts: [move: {brick: L2.1, by: [20 mm, 0 mm, 40 mm], held: 1 s}]")
     assert trace.energy is not None
     assert trace.energy.gain < 0.01

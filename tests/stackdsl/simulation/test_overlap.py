@@ -62,7 +62,7 @@ def test_the_deepest_look_of_all_is_told_with_its_time() -> None:
     assert {found.brick, found.other} == {"a", "b"}
 
 
-def test_what_was_pulled_out_is_in_nobodys_way() -> None:
+def test_a_removed_brick_overlaps_nothing() -> None:
     meter = OverlapMeter((FLOOR,))
     meter.see(0.0, BRICKS, {"a": at(0.0, 0.0, 0.5 * THICKNESS)})
     meter.forget(["a"])
@@ -71,7 +71,7 @@ def test_what_was_pulled_out_is_in_nobodys_way() -> None:
     assert meter.penetration.depth == pytest.approx(0.0, abs=1e-15)
 
 
-def test_what_was_frozen_between_two_looks_is_where_it_was_frozen() -> None:
+def test_overlap_uses_the_pose_at_which_a_brick_froze() -> None:
     #   One slides out of the way and is frozen there, before another comes to where it was last looked at.
     build = "- bricks: [{name: a, at: [0 mm, 0 mm, 3.9 mm]}, {name: b, at: [0 mm, 100 mm, 3.9 mm]}]"
     timeline = timeline_of(build, "expect: [penetration: < 1 mm]")
@@ -90,7 +90,7 @@ def sinks(system: str, upper: str, expect: str = "penetration: < 1 mm") -> Penet
     return play(timeline_of(build, f"brick: kapla\nexpect: [{expect}]\n"), SYSTEMS[system]).penetration
 
 
-def test_what_is_proven_to_stand_touches_and_no_more() -> None:
+def test_proven_bricks_touch_without_overlap() -> None:
     found = sinks("exact", "{name: upper, at: [0 mm, 0 mm, 11.7 mm]}")
     assert found is not None
     assert found.depth < 1e-15

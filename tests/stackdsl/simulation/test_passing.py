@@ -50,5 +50,5 @@ def test_a_plank_that_flies_through_a_tower_is_told_of() -> None:
 
 
 @pytest.mark.parametrize(("speed", "system"), [(1.0, "modified"), (8.0, "exact"), (8.0, "thesis")])
-def test_one_that_is_stopped_or_pushes_what_it_hits_passed_through_nothing(speed: float, system: str) -> None:
+def test_a_stopped_or_pushing_brick_passed_through_nothing(speed: float, system: str) -> None:
     assert thrown(speed, system).passed_through is None

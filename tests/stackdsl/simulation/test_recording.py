@@ -53,12 +53,12 @@ def test_recording_changes_nothing_of_a_run() -> None:
     assert timeless(trace) == timeless(plain)
 
 
-def test_what_stands_is_recorded_once() -> None:
+def test_a_brick_at_rest_is_recorded_once() -> None:
     _, recording = recorded("- column: {levels: 5}\n  every: 1 s", "expect: [{stands: {for: 3 s}}]")
     assert [len(recording.track(name).times) for name in recording.names] == [1] * 5
 
 
-def test_what_nobody_saw_fall_freely_is_where_a_free_fall_is_at_any_time() -> None:
+def test_a_free_fall_without_engine_is_recorded_by_its_closed_form() -> None:
     trace, recording = recorded(
         "- column: {levels: 2}",
         "impacts: [{remove: {bricks: [L1.1]}, at: 1 s}]\nexpect: [{collapses: any}]",
@@ -70,7 +70,7 @@ def test_what_nobody_saw_fall_freely_is_where_a_free_fall_is_at_any_time() -> No
         assert fallen == pytest.approx(0.5 * G * time**2, abs=1e-6)
 
 
-def test_what_is_pulled_out_is_nowhere_from_then_on() -> None:
+def test_a_removed_brick_has_no_recorded_pose() -> None:
     _, recording = recorded(
         "- column: {levels: 2}", "impacts: [{remove: {bricks: [L2.1]}, at: 1 s}]\nexpect: [{stands: all}]"
     )
@@ -103,7 +103,7 @@ def test_a_long_run_takes_bounded_memory_and_is_still_followed(most: int, off: f
         assert recording.at(time).positions[0][0] == pytest.approx(swing(time), abs=off)
 
 
-def test_what_creeps_is_not_missed() -> None:
+def test_creep_is_recorded() -> None:
     recorder = Recorder()
     recorder.add(0.0, plank("a"), BodyState(Pose((0.0, 0.0, 0.0))))
     for look in range(1, 50_001):  # a micrometre in ten looks, so that no look by itself sees any
@@ -113,7 +113,7 @@ def test_what_creeps_is_not_missed() -> None:
         assert recording.at(time).positions[0][0] == pytest.approx(1e-5 * time, abs=2e-5)
 
 
-def test_what_rests_before_it_moves_does_not_begin_early() -> None:
+def test_a_recorded_motion_begins_when_rest_ends() -> None:
     recorder = Recorder()
     recorder.add(0.0, plank("a"), BodyState(Pose((0.0, 0.0, 0.0))))
     for look in range(1, 1001):

@@ -153,7 +153,7 @@ def test_a_column_tips_as_one_where_its_weight_as_tilted_leaves_its_foot(share: 
 
 
 @pytest.mark.parametrize(("bearing", "stands"), [(0.0, True), (180.0, False)])
-def test_what_hangs_over_bears_less_of_a_ground_that_goes_the_other_way(bearing: float, stands: bool) -> None:
+def test_an_overhanging_brick_bears_less_acceleration_away_from_its_overhang(bearing: float, stands: bool) -> None:
     #   A tall block 10 mm off its base tips at g / 10 over the edge that it hangs over, and at g / 5 over its own.
     flat, tall = "{size: [40 mm, 40 mm, 10 mm], mass: 50 g}", "{size: [40 mm, 40 mm, 200 mm], mass: 500 g}"
     build = (
@@ -165,7 +165,7 @@ def test_what_hangs_over_bears_less_of_a_ground_that_goes_the_other_way(bearing:
     assert trace.verdict is (RunVerdict.STANDS if stands else RunVerdict.COLLAPSES)
 
 
-def test_what_stands_slides_first_where_friction_is_least() -> None:
+def test_shaken_bricks_slide_first_where_friction_is_least() -> None:
     #   The top of three planks lies as rough as all others, and the ground is smooth.
     world = f"world: {{ground: {{friction: 0.1}}, shake: {{{pulse(0.15 * GRAVITY, 0.2)}}}}}"
     build = timeline_of("- column: {levels: 3}", f"{world}\nexpect: [energy: {{gain: <= 1 %}}]")
@@ -190,7 +190,7 @@ def test_cartons_that_were_shaken_are_proven_again_as_soon_as_the_ground_is_stil
 
 
 @pytest.mark.parametrize("system", ENGINES)
-def test_what_falls_while_the_ground_accelerates_is_left_behind(system: str) -> None:
+def test_a_falling_brick_is_left_behind_by_the_accelerating_ground(system: str) -> None:
     #   In the air all the time, 0.19 s from 200 mm up. What is known of falls without an engine is of ground at rest.
     build = "- bricks: [{name: a, at: [0 mm, 0 mm, 203.9 mm], drop: true}]"
     trace = play(timeline_of(build, f"world: {{shake: {{{pulse(4.0, 0.15)}}}}}\nwatch: 0.04 s"), system_named(system))

@@ -75,11 +75,11 @@ def test_creep_beside_it_takes_away_what_it_does_not_come_back(creep: float) -> 
     ],
     ids=["creep", "shift", "tremble", "tremble while it creeps", "rest"],
 )
-def test_what_does_not_come_back_does_not_sway(way: Callable[[float], float]) -> None:
+def test_a_motion_without_return_is_no_sway(way: Callable[[float], float]) -> None:
     assert swayed(way) is None
 
 
-def test_what_goes_out_and_comes_back_once_sways_by_half_of_that() -> None:
+def test_the_sway_of_one_swing_is_half_its_range() -> None:
     assert found(lambda t: 1e-3 * max(0.0, sin(pi * t)) if t < 1.0 else 0.0).amplitude == pytest.approx(5e-4, rel=0.01)
 
 
@@ -87,7 +87,7 @@ def test_nothing_sways_that_flies_by() -> None:
     assert swayed(lambda t: 1e-3 * sin(2.0 * pi * t), arrival=Arrival.THROWN) is None
 
 
-def test_what_has_left_its_place_falls_and_does_not_sway() -> None:
+def test_a_falling_brick_does_not_sway() -> None:
     sway = found(lambda t: 1e-3 * sin(2.0 * pi * t) if t < 1.5 else 0.02 * sin(2.0 * pi * t))
     assert sway.amplitude == pytest.approx(1e-3, rel=0.01)
 

@@ -118,7 +118,7 @@ def test_where_it_stands_again_further_out_that_is_told() -> None:
     assert found.contradicting
 
 
-def test_it_may_stand_up_to_the_last_number_with_which_it_is_a_scenario() -> None:
+def test_a_limit_may_be_the_last_valid_value_of_a_scenario() -> None:
     found, asking = asked(lambda value: value <= 9.0 or TrialVerdict.NO_SCENARIO, 4.0, upwards=True)
     stands, none = sides(found)
     assert stands <= 9.0 < none <= stands * (1.0 + 1.1e-7)

@@ -102,7 +102,7 @@ def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_ma
     assert sensitivity_table([found]).details[0]["in_doubt"] is in_doubt
 
 
-def test_it_is_told_as_text_csv_and_json() -> None:
+def test_sensitivities_are_reported_as_text_csv_and_json() -> None:
     found = of(ON_END.replace("X", "80"), check=1)
     lines = list(sensitivity_lines(found, most=1))
     assert lines[1] == "  acceleration 0.6667 g; by a hundredth of each number it changes by up to:"

@@ -88,7 +88,7 @@ CRASHES = [
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_a_crash_is_told_of_exactly_its_task(workers: int) -> None:
+def test_a_crash_is_reported_for_its_task_alone(workers: int) -> None:
     tasks = [task for number, (crash, _) in enumerate(CRASHES) for task in (call(square, number), crash)]
     results = run(*tasks, call(square, 9), workers=workers)
     assert [result.value for result in results[::2]] == [0, 1, 4, 9, 16, 25, 81]
@@ -98,7 +98,7 @@ def test_a_crash_is_told_of_exactly_its_task(workers: int) -> None:
 
 
 @pytest.mark.parametrize("task", [call(lambda: None), call(return_something_unpicklable)], ids=["task", "result"])
-def test_what_cannot_be_pickled_is_a_crash_of_its_task(task: Task) -> None:
+def test_a_pickling_error_is_a_crash_of_its_task(task: Task) -> None:
     crashed, done = run(task, call(square, 2))
     assert crashed.status is TaskStatus.CRASHED
     assert "lambda" in crashed.message
@@ -145,7 +145,7 @@ def test_a_worker_that_cuts_its_connection_is_ended_at_once() -> None:
 GARBAGE = [b"x", b"begun", b"\x00\x00\x00\x05begun", bytes(3_000_000), pickle.dumps("a result")]
 
 
-def test_what_a_task_writes_into_the_pipe_is_a_crash_of_it_and_of_no_other() -> None:
+def test_bytes_that_a_task_writes_into_the_pipe_are_its_crash_alone() -> None:
     tasks = [task for what in GARBAGE for task in (call(write_into_all_pipes, what), call(square, 4))]
     results = run(*tasks, workers=1)
     assert [result.value for result in results[1::2]] == [16] * len(GARBAGE)
@@ -165,7 +165,7 @@ def test_of_a_task_that_forks_only_the_worker_tells_the_result(tmp_path: Path) -
     assert (tmp_path / "note").exists()
 
 
-def test_what_a_task_has_started_ends_with_its_worker(tmp_path: Path) -> None:
+def test_child_processes_of_a_task_end_with_its_worker(tmp_path: Path) -> None:
     run(call(fork_a_child_that_stays, tmp_path / "note"), workers=1)
     child = int((tmp_path / "note").read_text(encoding="utf-8"))
     deadline = time.monotonic() + AMPLE
@@ -188,7 +188,7 @@ def test_large_results_arrive_whole() -> None:
     assert [result.value for result in run(*(call(large) for _ in range(3)))] == [bytes(5_000_000)] * 3
 
 
-def test_each_end_is_told_once_with_its_index() -> None:
+def test_on_done_is_called_once_for_each_task_with_its_index() -> None:
     told: dict[int, TaskStatus] = {}
 
     def on_done(index: int, result: TaskResult) -> None:
@@ -268,7 +268,7 @@ def test_an_interrupt_while_a_worker_is_started_is_not_lost(
     assert number not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
-def test_nothing_that_was_held_back_stays_so_in_a_worker() -> None:
+def test_a_worker_inherits_no_blocked_signals() -> None:
     (done,) = run(call(signal.pthread_sigmask, signal.SIG_BLOCK, ()))
     assert done.value == set()
 
@@ -354,7 +354,7 @@ def test_a_worker_is_a_copy_of_this_process_unless_that_has_several_threads(
     assert done.stdout == copied + "\n"
 
 
-def test_whoever_waits_is_told_again_and_again(tmp_path: Path) -> None:
+def test_on_wait_is_called_again_and_again(tmp_path: Path) -> None:
     told, enough = count(1), tmp_path / "told three times"
 
     def on_wait() -> None:

@@ -64,7 +64,7 @@ def complaints(page: "Chrome") -> list[str]:
     return [str(entry["message"]) for entry in page.get_log("browser")]  # type: ignore[no-untyped-call]
 
 
-def test_it_opens_from_a_file_without_any_request_and_without_a_complaint(page: "Chrome") -> None:
+def test_a_replay_page_opens_from_a_file_without_requests_or_errors(page: "Chrome") -> None:
     assert asked(page, "performance.getEntriesByType('resource').length") == 0
     assert "slant-tower[exact]: collapses at level 7" in asked(page, "document.querySelector('h1').textContent")
     assert complaints(page) == []
@@ -111,7 +111,7 @@ def test_a_click_on_a_brick_names_it_and_what_it_rests_on(page: "Chrome", tower:
     assert "scene.yaml:4:" in label
 
 
-def test_it_plays_and_stops_at_the_end(page: "Chrome", tower: RunView) -> None:
+def test_a_replay_plays_and_stops_at_its_end(page: "Chrome", tower: RunView) -> None:
     end = tower.trace.cost.simulated_time
     asked(page, f"replay.seek({end - 0.2!r})")
     press(page, "Play")
@@ -177,7 +177,7 @@ def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chro
     assert asked(page, "window.ran") is None
 
 
-def test_what_stands_fills_85_percent_of_the_picture_without_perspective(page: "Chrome", tower: RunView) -> None:
+def test_the_structure_fills_85_percent_of_an_orthographic_replay(page: "Chrome", tower: RunView) -> None:
     asked(page, "replay.seek(12.5)")
     press(page, "Orthographic")
     page.execute_script(

@@ -73,7 +73,7 @@ def test_the_page_is_there_for_who_knows_the_token(page: Served) -> None:
         assert (status, b"tower" in said) == (404, False), path
 
 
-def test_who_calls_this_machine_by_another_name_gets_nothing(page: Served) -> None:
+def test_a_request_with_another_host_name_is_refused(page: Served) -> None:
     port = page.host.split(":")[1]
     assert page.got(f"/{TOKEN}/", f"localhost:{port}")[0] == 200
     for hosts in (["evil.example"], [f"evil.example:{port}"], ["127.0.0.1"], [page.host, "evil.example"], [""]):
@@ -81,7 +81,7 @@ def test_who_calls_this_machine_by_another_name_gets_nothing(page: Served) -> No
         assert (status, b"tower" in said) == (421, False), hosts
 
 
-def test_it_listens_on_the_loopback_interface_alone(page: Served) -> None:
+def test_the_server_listens_on_the_loopback_interface_alone(page: Served) -> None:
     assert page.server.socket.getsockname()[0] == "127.0.0.1"
 
 

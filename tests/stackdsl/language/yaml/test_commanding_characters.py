@@ -33,7 +33,7 @@ def test_control_characters_in_escapes_are_rejected(escaped: str) -> None:
     assert mistake.hint
 
 
-def test_so_is_one_in_a_key() -> None:
+def test_a_control_character_in_a_key_is_refused() -> None:
     (mistake,) = parse('scenario: good\n"\\e[2J": 1\n', "a.yaml").diagnostics
     assert (mistake.code, mistake.span.line, mistake.span.column) == ("SD004", 2, 1)
 
