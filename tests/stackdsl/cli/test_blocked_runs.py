@@ -73,7 +73,7 @@ def blocked(text: str) -> tuple[Case, Blocked]:
         (BUILT, (4, 14), ("'second' cannot be placed at 2 s", "'first' has moved"), "place it elsewhere"),
     ],
 )
-def test_what_is_in_the_way_is_told_at_the_action_that_it_blocks(
+def test_a_blocking_brick_is_named_at_the_blocked_action(
     text: str, place: tuple[int, int], told: tuple[str, str], remedy: str
 ) -> None:
     case, found = blocked(text)
@@ -90,7 +90,7 @@ def test_the_depth_is_that_of_the_slide() -> None:
     assert found.depth == pytest.approx(0.0025, rel=0.15)
 
 
-def test_what_lies_deepest_in_the_way_is_named() -> None:
+def test_the_deepest_blocking_brick_is_named() -> None:
     #   Two dropped planks lie 6 mm above and 2 mm below the place of a third, 7.8 mm thick: 1.8 and 5.8 mm into it.
     watch = BrickTracker()
     for name, height in (("above", 0.006), ("below", -0.002), ("beyond", 0.1)):
@@ -102,7 +102,7 @@ def test_what_lies_deepest_in_the_way_is_named() -> None:
 
 
 @pytest.mark.parametrize(("lift", "told"), [(0.005, True), (0.003, False)])
-def test_what_tipped_without_falling_is_in_the_way_where_it_is_halfway_in(lift: float, told: bool) -> None:
+def test_a_tipped_brick_blocks_an_action(lift: float, told: bool) -> None:
     #   A plank on the ground comes up by 5 mm, which is more than half of the 7.8 mm that the next one is thick.
     watch = BrickTracker()
     watch.add(placed("first", 0.0039))

@@ -84,7 +84,7 @@ def test_along_a_bearing_it_tips_over_its_other_side(stackdsl: Stackdsl, tmp_pat
     assert sides(told, "acceleration: (.+) g stands, (.+) g falls") == pytest.approx([0.5, 0.5])  # it slides before
 
 
-def test_what_no_limit_can_be_asked_of_is_told_with_why(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_find_refuses_a_name_of_no_number_with_the_reason(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, COLUMN, "leaning.yaml")
     refused = stackdsl("find", "leaning.yaml", "--largest", "stepp", "--largest", "kind")
     assert refused.code == ExitCode.USAGE
@@ -108,7 +108,7 @@ def test_nothing_is_asked_of_what_is_thrown(stackdsl: Stackdsl, tmp_path: Path) 
         ("import", "--friction"),
     ],
 )
-def test_what_is_no_number_is_within_no_range(stackdsl: Stackdsl, tmp_path: Path, asked: tuple[str, ...]) -> None:
+def test_find_refuses_a_range_that_is_no_number(stackdsl: Stackdsl, tmp_path: Path, asked: tuple[str, ...]) -> None:
     write(tmp_path, COLUMN, "leaning.yaml")
     command, *options = asked
     refused = stackdsl(command, "leaning.yaml", *options, "nan")

@@ -49,7 +49,7 @@ def test_a_case_that_is_named_without_an_option_is_answered_by_the_option(stackd
         assert (refused.code, option in refused.err) == (4, True)
 
 
-def test_what_agrees_again_no_longer_waits(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+def test_a_golden_that_agrees_again_is_no_longer_pending(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     stackdsl("check")
     change(tmp_path, MOVED)
     stackdsl("check")
@@ -69,9 +69,7 @@ def test_a_rename_that_was_taken_back_takes_no_golden_file_away(
     assert locked.exists()
 
 
-def test_what_was_renamed_since_is_not_accepted_under_its_old_name(
-    stackdsl: Stackdsl, tmp_path: Path, locked: Path
-) -> None:
+def test_a_renamed_case_is_not_accepted_under_its_old_name(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     was = locked.read_text()
     change(tmp_path, MOVED)
     stackdsl("check")
@@ -86,7 +84,7 @@ def test_what_was_renamed_since_is_not_accepted_under_its_old_name(
     assert stackdsl("golden", "status").out.strip() == "0 waiting"
 
 
-def test_what_an_author_knows_to_fail_is_accepted_unasked(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+def test_a_known_failure_is_accepted_without_accept_failing(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     change(tmp_path, FAILING + "xfail: it is to be 20 mm high one day\n")
     assert stackdsl("check").code == 3
     assert stackdsl("golden", "accept").code == 0
@@ -113,9 +111,7 @@ def test_a_review_shows_brick_quantity_was_and_is_and_takes_one_key(
     assert stackdsl("check", CI="true").code == 0
 
 
-def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(
-    stackdsl: Stackdsl, tmp_path: Path, locked: Path
-) -> None:
+def test_a_failing_case_is_accepted_only_with_accept_failing(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     was = locked.read_text()
     change(tmp_path, FAILING)
     assert stackdsl("check").code == 1
@@ -127,7 +123,9 @@ def test_what_fails_its_expectations_is_accepted_only_if_that_is_asked_for(
     assert locked.read_text() != was
 
 
-def test_what_has_changed_since_it_was_seen_is_not_accepted(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+def test_a_golden_that_changed_since_the_review_is_not_accepted(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path
+) -> None:
     change(tmp_path, MOVED)
     stackdsl("check")
     locked.write_text(locked.read_text().replace('"format"', ' "format"'))
@@ -156,7 +154,7 @@ def test_a_rename_is_seen_as_one(stackdsl: Stackdsl, tmp_path: Path, locked: Pat
         ("golden/a/exact.json", "golden/../precious"),
     ],
 )
-def test_what_waits_reaches_golden_files_alone(
+def test_a_forged_pending_change_writes_and_removes_no_other_file(
     stackdsl: Stackdsl, tmp_path: Path, locked: Path, golden: str, renamed_from: str
 ) -> None:
     precious = write(tmp_path, "precious", "precious")

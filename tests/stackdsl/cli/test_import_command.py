@@ -15,7 +15,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
     ("text", "options", "bricks"),
     [(TABLE, ("--point", "corner"), 3), (PALLET, (), 3), (PLAN, ("--name", "My Plan"), 3)],
 )
-def test_what_is_printed_plays(
+def test_the_output_of_import_is_a_scenario_that_plays(
     stackdsl: Stackdsl, tmp_path: Path, text: str, options: tuple[str, ...], bricks: int
 ) -> None:
     write(tmp_path, text, "load.txt")
@@ -26,9 +26,7 @@ def test_what_is_printed_plays(
     assert (done.code, f"measured {bricks} bricks stand" in done.out) == (ExitCode.OK, True)
 
 
-def test_what_was_moved_and_what_is_not_taken_is_told_and_stands_at_the_head(
-    stackdsl: Stackdsl, tmp_path: Path
-) -> None:
+def test_import_lists_moved_and_ignored_parts_at_the_head(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, '"z": 144.0'.join(PALLET.rsplit('"z": 140.0', 1)), "order.json")
     printed = stackdsl("import", "order.json", "--settle", "within 5 mm")
     told = [
@@ -99,7 +97,7 @@ def test_a_wrong_option_is_a_wrong_usage(stackdsl: Stackdsl, tmp_path: Path, opt
     assert stackdsl("import", "nowhere.csv").code == ExitCode.USAGE
 
 
-def test_what_is_a_load_of_nothing_known_is_asked_for(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_import_of_an_unknown_file_asks_for_its_format(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, "<lorry/>", "load.xml")
     printed = stackdsl("import", "load.xml")
     assert printed.code == ExitCode.INVALID

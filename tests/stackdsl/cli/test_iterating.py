@@ -49,7 +49,7 @@ def test_the_first_failure_is_the_last_that_is_played(stackdsl: Stackdsl) -> Non
 
 
 @pytest.mark.usefixtures("folder")
-def test_what_failed_last_is_played_until_it_passes(stackdsl: Stackdsl, folder: Path) -> None:
+def test_failed_plays_the_last_failures_until_they_pass(stackdsl: Stackdsl, folder: Path) -> None:
     assert "nothing failed" in stackdsl("check", "scene.yaml", "--failed", "--list").err
     stackdsl("check", "scene.yaml")
     assert listed(stackdsl, "--failed") == NAMES[:1]
@@ -61,7 +61,7 @@ def test_what_failed_last_is_played_until_it_passes(stackdsl: Stackdsl, folder: 
 
 
 @pytest.mark.usefixtures("folder")
-def test_what_changed_is_what_is_not_known_to_pass(stackdsl: Stackdsl, folder: Path) -> None:
+def test_changed_plays_the_cases_without_a_remembered_pass(stackdsl: Stackdsl, folder: Path) -> None:
     for _ in range(2):
         stackdsl("check", "scene.yaml")
     assert listed(stackdsl, "--changed") == NAMES[:1]
@@ -143,7 +143,7 @@ def test_a_first_run_is_green_at_home_and_red_in_ci(stackdsl: Stackdsl, folder: 
     assert stackdsl("check", "scene.yaml", CI="true").code == 0
 
 
-def test_what_fails_its_expectations_is_not_locked_unasked(stackdsl: Stackdsl, folder: Path) -> None:
+def test_a_failing_case_writes_no_golden_file(stackdsl: Stackdsl, folder: Path) -> None:
     write(folder, BAD)
     assert stackdsl("check", "scene.yaml").code == 1
     assert not list((folder / "golden").rglob("*.json"))

@@ -88,7 +88,7 @@ def test_a_check_that_watches_serves_the_pages_that_it_writes(tmp_path: Path) ->
         assert process.wait(AMPLE) == 0
 
 
-def test_what_cannot_be_watched_is_refused(tmp_path: Path, stackdsl: Stackdsl) -> None:
+def test_run_watch_refuses_files_that_cannot_be_watched(tmp_path: Path, stackdsl: Stackdsl) -> None:
     (tmp_path / "good.yaml").write_text(GOOD, encoding="utf-8")
     assert "none.yaml is not there to be watched" in stackdsl("run", "--watch", "none.yaml").err
     assert "--watch needs a file that can be saved" in stackdsl("run", "--watch", "-").err

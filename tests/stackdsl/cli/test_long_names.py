@@ -20,7 +20,7 @@ def test_a_file_whose_name_is_too_long_cannot_be_read(stackdsl: Stackdsl, comman
 
 
 @pytest.mark.parametrize("name", [LONG, "SD" + "9" * 800])
-def test_what_is_neither_a_file_nor_a_code_cannot_be_explained(stackdsl: Stackdsl, name: str) -> None:
+def test_explain_refuses_names_of_no_file_and_no_code(stackdsl: Stackdsl, name: str) -> None:
     done = stackdsl("explain", name)
     assert (done.code, UNREAD in done.text) == (ExitCode.INVALID, True)
 

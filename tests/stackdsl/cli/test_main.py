@@ -159,7 +159,7 @@ def test_refined_runs_write_no_snapshots(stackdsl: Stackdsl, tmp_path: Path) -> 
     assert "--refine writes no golden files" in result.err
 
 
-def test_what_is_proven_does_not_depend_on_the_step(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_refine_plays_proven_cases_once(stackdsl: Stackdsl, tmp_path: Path) -> None:
     path = write(tmp_path, GOOD)
     assert stackdsl("check", str(path), "--update").code == 0
     report = json.loads(stackdsl("check", str(path), "--refine", "--format", "json").out)

@@ -65,7 +65,7 @@ def test_the_reason_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     assert "failed, as was said to fail: the statics are wrong" in stackdsl("run", "a.yaml").out
 
 
-def test_what_fails_as_its_author_says_is_locked_at_the_first_run(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_known_failure_writes_its_golden_at_the_first_run(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, f"{FALLS}xfail: why", "a.yaml")
     assert stackdsl("check", "a.yaml").code == 0
     again = stackdsl("check", "a.yaml")
@@ -83,7 +83,7 @@ def test_a_golden_file_that_differs_is_a_failure_also_of_what_is_known_to_fail(
     assert "golden different" in result.out
 
 
-def test_what_some_variants_pass_and_others_fail_is_to_be_two_scenarios(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_known_failure_with_passing_variants_is_a_failure(stackdsl: Stackdsl, tmp_path: Path) -> None:
     column = '  - column: {levels: "${count}", step: 12 mm}\n'  # nine of these stand, and the tenth is one too many
     text = f"scenario: both\nmatrix: {{count: [9, 10]}}\nbuild:\n{column}expect: [{{stands: all}}]\nxfail: too long\n"
     write(tmp_path, text, "both.yaml")

@@ -46,7 +46,7 @@ def without(folder: Path, packages: set[str], *arguments: str) -> Result:
     return Result(done.returncode, done.stdout, done.stderr)
 
 
-def test_what_needs_pybullet_is_skipped_by_name_and_the_rest_is_played(tmp_path: Path) -> None:
+def test_cases_that_need_pybullet_are_skipped_by_name_and_others_are_played(tmp_path: Path) -> None:
     write(tmp_path, BOTH)
     result = without(tmp_path, {"pybullet", "mujoco"}, "check", "--update", "scene.yaml")
     assert result.code == 0
@@ -70,7 +70,7 @@ def test_a_system_that_is_asked_for_is_refused_as_those_of_other_engines_are(tmp
 
 
 @pytest.mark.skipif(not find_spec("mujoco"), reason="mujoco is not installed")
-def test_what_falls_is_stepped_by_mujoco_instead_and_report_and_golden_say_so(tmp_path: Path) -> None:
+def test_without_pybullet_mujoco_steps_falls_and_report_and_golden_name_it(tmp_path: Path) -> None:
     write(tmp_path, FALLS)
     assert without(tmp_path, {"pybullet"}, "check", "--update", "scene.yaml").code == 0
     result = without(tmp_path, {"pybullet"}, "check", "--format", "json", "scene.yaml")
@@ -89,7 +89,7 @@ skip: {reason: MuJoCo reads it, without: mujoco}
 """
 
 
-def test_what_cannot_be_read_here_is_left_out_if_its_author_says_so(tmp_path: Path) -> None:
+def test_a_scenario_is_skipped_without_a_package_that_its_skip_names(tmp_path: Path) -> None:
     write(tmp_path, UNREAD, "crates.yaml")
     checked = without(tmp_path, {"mujoco"}, "check", ".", "--format", "json")
     assert json.loads(checked.out)["conclusions"] == {"passed": 0, "skipped": 1}
@@ -98,14 +98,16 @@ def test_what_cannot_be_read_here_is_left_out_if_its_author_says_so(tmp_path: Pa
     assert explained.err == "crates is skipped: MuJoCo reads it; try: pip install 'stackdsl[mujoco]'\n"
 
 
-def test_what_is_left_out_without_a_package_is_read_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scenario_is_read_with_the_package_that_its_skip_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     write(tmp_path, UNREAD, "crates.yaml")
     monkeypatch.setattr(schema, "find_spec", lambda _: True)
     (mistake,) = gather([tmp_path / "crates.yaml"]).diagnostics
     assert mistake.message.startswith("there is no file")
 
 
-def test_what_nothing_is_read_with_is_no_package_to_do_without(tmp_path: Path) -> None:
+def test_skip_without_names_only_optional_packages(tmp_path: Path) -> None:
     write(tmp_path, UNREAD.replace("import: {file: crates.xml, format: mjcf}", "column: {levels: 2}"), "good.yaml")
     write(tmp_path, (tmp_path / "good.yaml").read_text().replace("without: mujoco", "without: numpy"), "bad.yaml")
     (mistake,) = gather([tmp_path / "bad.yaml"]).diagnostics

@@ -87,7 +87,7 @@ def test_a_tower_is_built_block_by_block(stackdsl: Stackdsl, tmp_path: Path) -> 
     assert [row["brick"].split(".")[0] for row in rows] == ["L1"] * 3 + ["L2"] * 3 + ["L3"] * 3
 
 
-def test_what_falls_is_told_where_to_find_what_mends_it(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_check_of_a_fall_names_the_command_suggest(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, LEANING, "leaning.yaml")
     for command in ("pull", "order"):
         told = stackdsl(command, "leaning.yaml")
@@ -133,7 +133,7 @@ def test_an_order_that_is_interrupted_is_told_with_what_is_proven(
     assert (told["interrupted"], told["props"], len(told["rows"])) == (True, ["L1.2", "L1.1"], 2)
 
 
-def test_what_falls_as_a_brick_is_pulled_out_is_mended(tmp_path: Path) -> None:
+def test_suggest_mends_a_fall_after_a_removal(tmp_path: Path) -> None:
     # The middle of the lintel is 30 mm beyond that of the post that stays, and may be 11.7 mm: half a width.
     told = CliRunner().invoke(suggest_command, [str(write(tmp_path, PULLED, "pulled.yaml"))])
     assert told.exit_code == ExitCode.OK

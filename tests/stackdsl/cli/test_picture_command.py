@@ -77,7 +77,7 @@ def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(f
         (("a.svg", "--at", "1e6"), "good[exact] ends at"),
     ],
 )
-def test_what_would_be_left_out_without_a_word_is_refused(
+def test_picture_refuses_options_that_it_would_ignore(
     falls: Path, stackdsl: Stackdsl, options: tuple[str, ...], told: str
 ) -> None:
     result = stackdsl("picture", "falls.yaml", "-o", *options)
@@ -86,7 +86,7 @@ def test_what_would_be_left_out_without_a_word_is_refused(
     assert not (falls / options[0]).exists()
 
 
-def test_where_no_proof_holds_it_says_so(stackdsl: Stackdsl) -> None:
+def test_picture_says_if_there_are_no_forces_at_a_time(stackdsl: Stackdsl) -> None:
     assert "no forces at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "5.2").err
     assert "no forces at" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
 
@@ -114,7 +114,7 @@ def test_without_ffmpeg_a_film_is_refused_with_what_to_do(falls: Path, stackdsl:
     assert not (falls / "a.mp4").exists()
 
 
-def test_what_ffmpeg_says_of_a_film_that_it_does_not_make_is_told(
+def test_picture_reports_the_error_of_ffmpeg(
     falls: Path, stackdsl: Stackdsl, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     pytest.importorskip("resvg_py")

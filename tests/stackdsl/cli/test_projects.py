@@ -122,9 +122,7 @@ def test_doctor_looks_where_the_project_says_from_wherever_it_is_called(
     assert (wrong.code, "unknown key 'goldens'" in wrong.out) == (1, True)
 
 
-def test_what_a_scenario_takes_from_is_inside_the_root_that_its_goldens_belong_to(
-    stackdsl: Stackdsl, tmp_path: Path
-) -> None:
+def test_extended_files_are_inside_the_project_of_the_scenario(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "stackdsl.toml").write_text("")
     (tmp_path / "_part.yaml").write_text("build: [column: {levels: 1}]\n")
     inner = tmp_path / "package"
@@ -148,7 +146,7 @@ def test_a_shell_is_told_how_to_complete(shell: str, stackdsl: Stackdsl) -> None
     ("words", "offered"),
     [("stackdsl ", "check"), ("stackdsl check --sys", "--system"), ("stackdsl check --system ex", "exact")],
 )
-def test_what_may_be_typed_next_is_offered(words: str, offered: str, stackdsl: Stackdsl) -> None:
+def test_shell_completion_offers_names(words: str, offered: str, stackdsl: Stackdsl) -> None:
     parts = words.split(" ")
     asking = {"_STACKDSL_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(parts) - 1)}
     told = stackdsl(**asking)

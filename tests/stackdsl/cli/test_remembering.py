@@ -140,7 +140,7 @@ def test_the_key_is_for_its_owner_alone_and_is_made_once(stackdsl: Stackdsl, pas
     assert "2 passed in" in stackdsl("check", "scene.yaml", XDG_STATE_HOME=str(states)).out
 
 
-def test_where_there_can_be_no_key_nothing_is_remembered(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_without_a_key_no_pass_is_remembered(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TWO)
     nowhere = str(write(tmp_path, "", "a file"))
     for _ in range(3):

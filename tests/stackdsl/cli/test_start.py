@@ -51,7 +51,7 @@ def test_help_imports_no_command_and_nothing_that_commands_need(tmp_path: Path) 
 # `run` plays in its own process, and so shows what a worker of `check` imports as well. It asks the programs how far
 # what stands is from falling, which `check` does where something failed.
 @pytest.mark.parametrize(("command", "spared"), [("check --update", ENGINES | PROGRAMS | {"numpy"}), ("run", ENGINES)])
-def test_what_stands_is_played_and_judged_without_engine_units_and_tables(
+def test_a_standing_case_is_played_without_importing_engine_units_and_tables(
     tmp_path: Path, command: str, spared: set[str]
 ) -> None:
     write(tmp_path, GOOD + "  - height: 23.4 mm ± 1 mm\n")

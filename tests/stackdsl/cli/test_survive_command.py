@@ -50,7 +50,7 @@ def test_survive_prints_a_row_for_each_bearing(stackdsl: Stackdsl, tmp_path: Pat
     assert len(told["cases"][0]["bearings"]) == 8
 
 
-def test_what_does_not_stand_survives_nothing(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_survive_of_a_falling_structure_says_that_it_does_not_stand(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, FALLS, "falls.yaml")
     told = stackdsl("survive", "falls.yaml")
     assert (told.code, told.out) == (ExitCode.OK, "")

@@ -65,7 +65,7 @@ def test_variants_without_samples_have_a_row_each(stackdsl: Stackdsl, tmp_path: 
     ]
 
 
-def test_what_cannot_be_swept_or_written_is_told_and_nothing_is_lost(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, SHAKY, "shaky.yaml")
     write(tmp_path, STEPS, "steps.yaml")
     write(tmp_path, "mine\n", "mine.jsonl")

@@ -212,7 +212,7 @@ NEVER_UNCLEAR = [
 
 
 @pytest.mark.parametrize(("quantity", "change"), NEVER_UNCLEAR)
-def test_what_no_run_finds_too_close_to_call_a_file_cannot_call_so(quantity: str, change: Change) -> None:
+def test_a_golden_cannot_declare_other_values_too_close_to_call(quantity: str, change: Change) -> None:
     snapshot = FALLS if quantity == "collapse time" else STANDS
     (found,) = compare(changed(change, snapshot), snapshot)
     assert (found.quantity, found.expected) == (quantity, "unclear")
@@ -237,7 +237,7 @@ UNCLEAR_NUMBERS: list[tuple[str | int, ...]] = [("height_mm",), (*BRICK, "at_mm"
         ((*BRICK, "state"), [*JUNK, *NUMBERS]),
     ],
 )
-def test_what_is_too_close_to_call_agrees_with_nothing_that_is_no_value_of_it(
+def test_a_value_too_close_to_call_agrees_with_no_invalid_value(
     place: tuple[str | int, ...], junk: list[object]
 ) -> None:
     unclear = changed(put(*place, value="unclear"))
@@ -247,11 +247,11 @@ def test_what_is_too_close_to_call_agrees_with_nothing_that_is_no_value_of_it(
 
 @pytest.mark.parametrize("place", UNCLEAR_NUMBERS)
 @pytest.mark.parametrize("value", NUMBERS)
-def test_what_is_too_close_to_call_agrees_with_every_value_of_it(place: tuple[str | int, ...], value: object) -> None:
+def test_a_value_too_close_to_call_agrees_with_every_valid_value(place: tuple[str | int, ...], value: object) -> None:
     assert compare_documents(changed(put(*place, value=value)), changed(put(*place, value="unclear"))) == ()
 
 
-def test_what_gave_way_is_the_name_of_a_brick_or_none_where_it_is_too_close_to_call() -> None:
+def test_gave_way_is_a_brick_or_too_close_to_call() -> None:
     unclear = changed(put("collapse", "gave_way", value="unclear"), FALLS)
     assert compare_documents(changed(put("collapse", "gave_way", value="L2.1"), FALLS), unclear) == ()
     assert compare_documents(changed(drop("collapse", "gave_way"), FALLS), unclear) == ()

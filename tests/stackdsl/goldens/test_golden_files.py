@@ -153,7 +153,7 @@ def test_accepting_what_comes_out_brings_the_stamp_up_to_date_and_leaves_what_ag
     assert path.read_text(encoding="utf-8") == near
 
 
-def test_what_people_wrote_otherwise_than_we_do_stays_when_only_the_stamp_is_accepted(tmp_path: Path) -> None:
+def test_accepting_a_stamp_keeps_hand_written_layout(tmp_path: Path) -> None:
     snapshot = replace(STANDS, identity=replace(IDENTITY, variant="a=5 °,thesis"), stamp={"python": "3.11"})
     text = canonical_text(snapshot)
     by_hand = text.replace("\\u00b0", "°").replace('"3.11"', '"3.10"')
@@ -215,14 +215,14 @@ def test_obsolete_files_are_those_of_no_variant(tmp_path: Path) -> None:
     assert [name for name in names if not (tmp_path / name).exists()] == ["gone/thesis.json"]
 
 
-def test_what_the_disk_refuses_to_remove_is_left_and_the_rest_removed(tmp_path: Path) -> None:
+def test_an_obsolete_golden_that_cannot_be_removed_does_not_keep_others(tmp_path: Path) -> None:
     (tmp_path / "stays" / "x.json").mkdir(parents=True)  # unlink refuses a directory to everybody, even to root
     goes = str(write(tmp_path, "", "goes/x.json"))
     assert remove_obsolete([str(tmp_path / "stays" / "x.json"), goes]) == (goes,)
     assert [entry.name for entry in tmp_path.iterdir()] == ["stays"]
 
 
-def test_what_is_behind_a_link_is_no_obsolete_file(tmp_path: Path) -> None:
+def test_a_golden_behind_a_link_is_not_obsolete(tmp_path: Path) -> None:
     elsewhere, golden = tmp_path / "elsewhere", tmp_path / "golden"
     elsewhere.mkdir()
     golden.mkdir()
@@ -270,7 +270,7 @@ def test_runs_with_one_process_id_write_files_of_their_own(
     assert len([*tmp_path.rglob("*.*")]) == 2
 
 
-def test_what_a_killed_run_left_is_cleaned_up_and_what_another_writes_is_not(tmp_path: Path) -> None:
+def test_temporary_files_of_a_killed_run_are_removed_and_fresh_ones_kept(tmp_path: Path) -> None:
     folder = place(tmp_path).parent
     left, fresh = folder / ".0123.golden.tmp", folder / ".4567.golden.tmp"
     for file in (left, fresh):
@@ -294,7 +294,7 @@ def test_a_pipe_in_place_of_a_golden_is_not_waited_for(tmp_path: Path) -> None:
     assert check_golden(STANDS, tmp_path, update=False).note == "it is not a regular file"
 
 
-def test_what_a_newer_version_wrote_is_left_alone(tmp_path: Path) -> None:
+def test_a_golden_of_a_newer_version_is_left_alone(tmp_path: Path) -> None:
     path = place(tmp_path)
     path.write_text('{"format": 3}', encoding="utf-8")
     for update in (False, True):

@@ -26,7 +26,7 @@ def test_a_brick_that_was_pulled_out_is_locked_with_its_time_and_without_a_place
     assert (last.state, last.at_mm, last.rests_on) == ("removed", None, None)
 
 
-def test_what_was_pulled_out_is_no_part_of_what_stands() -> None:
+def test_a_removed_brick_is_not_locked_as_standing() -> None:
     snapshot = taken(pulled_out())
     assert (snapshot.verdict, snapshot.height_mm, snapshot.levels_standing) == ("stands", 16.0, 2)
 
@@ -62,7 +62,7 @@ def hit_tower(*changed: BrickTrack, collapse: Collapse | None = None) -> Trace:
     return replace(trace, events=(*trace.events, Event(3.0, EventKind.PLACED, ("shot",))))
 
 
-def test_where_nothing_was_moved_by_a_hit_all_is_locked_as_ever() -> None:
+def test_a_hit_that_moves_nothing_changes_no_locked_value() -> None:
     snapshot = taken(hit_tower())
     assert states(snapshot) == {"shot": "thrown", "L1.1": "frozen", "L2.1": "frozen", "L3.1": "frozen"}
     assert snapshot.bricks["L2.1"].at_mm == (0.0, 0.0, 12.0)
@@ -83,7 +83,7 @@ def test_where_nothing_was_moved_by_a_hit_all_is_locked_as_ever() -> None:
         (9.0, 3.5, BrickState.FALLEN, "fallen"),
     ],
 )
-def test_what_a_hit_did_to_a_brick_is_locked_where_it_is_clear_cut(
+def test_the_effect_of_a_hit_on_a_brick_is_locked_if_it_is_clear(
     shift: float, sunk: float, state: BrickState, expected: str
 ) -> None:
     moved = struck("L3.1", 3, shift * THRESHOLD, sunk * THRESHOLD, state)

@@ -119,7 +119,7 @@ OPEN: dict[str, tuple[str, dict[str, object], str]] = {
 
 
 @pytest.mark.parametrize("what", OPEN)
-def test_what_is_left_open_is_asked_for(what: str) -> None:
+def test_missing_keys_of_an_import_are_required(what: str) -> None:
     text, keys, message = OPEN[what]
     write("load.csv", text)
     written = {key: value for key, value in ({"file": "load.csv", "point": "corner"} | keys).items() if value}
@@ -196,7 +196,7 @@ def test_a_step_imports_or_has_bricks_of_its_own() -> None:
     assert mistake(SCENARIO.replace("every: 1 s", "bricks: []")).code == "SD108"
 
 
-def test_what_was_checked_is_checked_again_once_the_file_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_file_is_imported_again(monkeypatch: pytest.MonkeyPatch) -> None:
     from stackdsl.checking.cache import ResultCache  # noqa: PLC0415 -- as the test below it
     from stackdsl.checking.cases import survey  # noqa: PLC0415
 

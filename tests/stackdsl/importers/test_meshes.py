@@ -30,7 +30,7 @@ def mistakes(text: str, said: Said) -> list[Diagnostic]:
 
 
 @pytest.mark.parametrize("format_", ["compas", "obj"])
-def test_what_the_file_is_need_not_be_said(format_: Format) -> None:
+def test_the_format_of_a_mesh_is_recognized(format_: Format) -> None:
     assert read(TEXTS[format_], SAID[format_]) == read(TEXTS[format_], SAID[format_], format_)
 
 
@@ -45,7 +45,7 @@ def test_a_mesh_that_is_an_upright_box_is_a_box_and_may_settle() -> None:
     assert [box.is_upright for box in read(TEXTS["compas"], SAID["compas"]).boxes] == [True, False]
 
 
-def test_where_y_points_up_what_is_high_is_at_z() -> None:
+def test_a_mesh_with_y_up_is_turned_to_z_up() -> None:
     heights = [float(box.centre[2]) for box in read(TEXTS["obj"], SAID["obj"]).boxes]
     assert heights == pytest.approx([0.025, 0.075, 0.125])
     depths = [float(box.size[1]) for box in read(TEXTS["obj"], SAID["obj"] | {"up": "+z"}).boxes]
@@ -68,7 +68,7 @@ def test_a_load_may_be_shifted() -> None:
         ("compas", "supports", "'block-0' is a support: COMPAS fixes supports, but here every block may move"),
     ],
 )
-def test_what_is_left_open_is_asked_for(format_: Format, key: str, message: str) -> None:
+def test_missing_units_of_a_mesh_are_required(format_: Format, key: str, message: str) -> None:
     said = {name: value for name, value in SAID[format_].items() if name != key}
     (found,) = mistakes(TEXTS[format_], said)
     assert (found.code, found.message) == ("SD115", message)
@@ -101,7 +101,7 @@ def assembly(change: Callable[[dict[str, Any]], object]) -> str:
     return json.dumps(whole, indent=1)
 
 
-def test_what_an_assembly_has_beside_its_blocks_is_named() -> None:
+def test_parts_of_an_assembly_other_than_blocks_are_named() -> None:
     joined = assembly(lambda graph: graph.update(edge={"0": {"1": {"interfaces": [{}]}}}))
     assert read(joined, SAID["compas"]).skipped == ("interfaces",)
     glued = assembly(lambda graph: graph["node"]["1"].update(glued=True))
@@ -177,7 +177,7 @@ def test_groups_are_bricks_where_there_are_no_objects() -> None:
     assert names == ["base", "the-middle", "brick-3rd"]
 
 
-def test_what_looks_like_something_only_is_named_as_not_taken() -> None:
+def test_ignored_statements_of_a_mesh_are_named() -> None:
     assert read(TEXTS["obj"] + "g all\ns off\n", SAID["obj"]).skipped == ("mtllib", "usemtl", "g", "s")
 
 

@@ -51,7 +51,7 @@ def test_as_much_as_is_allowed_is_not_told_and_a_millimetre_more_is() -> None:
     assert told(order(401.0)) == []  # the last digit of the file is a millimetre
 
 
-def test_what_the_author_says_of_the_deck_counts_before_what_the_file_says() -> None:
+def test_the_deck_of_the_scenario_overrides_that_of_the_file() -> None:
     assert told(order(490.0), deck="EUR") == []
     assert "the deck of 390 x 800 mm by 100 mm towards +x" in told(order(90.0), deck={"size": ["390 mm", "0.8 m"]})[0]
 
@@ -89,7 +89,7 @@ def test_the_deck_goes_with_the_load_that_is_shifted() -> None:
     assert told(order(400.0), origin=["5 m", "1 m", "0 mm"]) == []
 
 
-def test_where_nobody_says_a_deck_nothing_overhangs() -> None:
+def test_a_load_without_a_deck_has_no_overhang() -> None:
     asked = Import.model_validate(ASKED)
     assert overhangs(read_load(f"{HEAD}\nc,400,300,200,5,9000,0,0".encode(), "a.csv", asked), asked) == []
 

@@ -103,7 +103,7 @@ SECTIONS = {
 
 
 @pytest.mark.parametrize("added", SECTIONS)
-def test_what_a_scene_has_beside_bodies_is_named_and_may_be_passed_over(added: str) -> None:
+def test_elements_other_than_bodies_are_named_and_may_be_ignored(added: str) -> None:
     text = put(MJCF, "  <worldbody>", added)
     (found,) = mistakes(text)
     assert (found.code, found.message) == ("SD115", f"'{SECTIONS[added]}' is not supported")
@@ -132,7 +132,7 @@ def test_a_shape_of_the_world_itself_is_the_ground_or_named() -> None:
     assert len(mistakes(MJCF.replace('type="plane"', 'type="plane" euler="0 5 0"'))) == 1
 
 
-def test_what_only_looks_or_measures_is_named_as_not_taken() -> None:
+def test_visuals_and_sensors_are_named_as_ignored() -> None:
     assert read(MJCF).skipped == ("option", "light")
     assert read(URDF).skipped == ("inertia",)
 
@@ -210,7 +210,7 @@ def test_a_urdf_that_is_wrong_is_told(written: str, instead: str, message: str) 
     assert found.hint
 
 
-def test_what_a_link_has_beside_is_named() -> None:
+def test_other_elements_of_a_link_are_named() -> None:
     (found,) = mistakes(put(URDF, "</robot>", '<transmission name="t"/>'))
     assert found.message == "'transmission' is not supported"
     seen = URDF.replace("<collision>", '<visual><geometry><sphere radius="1"/></geometry></visual><collision>', 1)

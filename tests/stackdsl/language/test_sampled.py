@@ -54,7 +54,7 @@ def test_placement_errors_are_normal_by_default(written: str, jitter: Jitter) ->
         ("- column: {levels: 2}\n  jitter: {yaw: 91 deg}", SURE, "91 deg"),
     ],
 )
-def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) -> None:
+def test_contradictory_sampling_keys_are_refused(build: str, rest: str, words: str) -> None:
     mistakes = mistakes_of(build, rest)
     assert any(words in mistake.message for mistake in mistakes), [mistake.message for mistake in mistakes]
     assert all(mistake.hint for mistake in mistakes)

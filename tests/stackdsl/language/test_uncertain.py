@@ -122,7 +122,7 @@ COLUMN = "- column: {levels: 2, step: '${gap}'}"
         (COLUMN, "samples: 5\nuncertain: {gap: 5 mm}", "not a distribution"),
     ],
 )
-def test_what_does_not_go_together_is_told(build: str, rest: str, words: str) -> None:
+def test_contradictory_uncertain_values_are_refused(build: str, rest: str, words: str) -> None:
     mistakes = mistakes_of(build, rest)
     assert any(words in mistake.message for mistake in mistakes), [mistake.message for mistake in mistakes]
 

@@ -43,7 +43,7 @@ def test_every_variant_is_a_test_of_its_own_name(scenarios: Path, pytester: pyte
     )
 
 
-def test_what_stands_passes_and_what_falls_fails_with_place_expectation_and_measure(
+def test_a_standing_scenario_passes_and_a_falling_one_fails_with_place_and_measure(
     scenarios: Path, pytester: pytest.Pytester
 ) -> None:
     result = pytester.runpytest("--no-golden", "scenarios")
@@ -72,9 +72,7 @@ def test_a_new_golden_file_is_written_at_home_and_refused_in_ci_as_by_check(
     pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
 
 
-def test_what_fails_its_expectations_is_not_locked_unless_that_is_asked_for(
-    scenarios: Path, pytester: pytest.Pytester
-) -> None:
+def test_a_failing_scenario_is_locked_only_with_accept_failing(scenarios: Path, pytester: pytest.Pytester) -> None:
     locked = pytester.path / "golden" / "column" / "levels-3.exact.json"
     for options in ([], ["--snapshot-update"]):
         result = pytester.runpytest(*options, "-k", "column and 3", "scenarios")
@@ -154,7 +152,7 @@ def test_golden_files_are_where_the_project_has_them(scenarios: Path, pytester: 
     assert (pytester.path / "locked" / "other" / "exact.json").exists()
 
 
-def test_what_falls_and_of_which_nothing_is_expected_is_warned_of(scenarios: Path, pytester: pytest.Pytester) -> None:
+def test_a_falling_scenario_without_expectations_is_a_warning(scenarios: Path, pytester: pytest.Pytester) -> None:
     (scenarios / "columns.yaml").write_text(COLUMN.replace("expect:\n  - stands: all\n", ""), encoding="utf-8")
     result = pytester.runpytest("-W", "default", "--no-golden", "scenarios")
     result.assert_outcomes(passed=3, warnings=1)

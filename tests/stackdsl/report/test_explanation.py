@@ -26,7 +26,7 @@ def test_each_placement_has_the_stage_that_proved_it() -> None:
     assert "  statics: every placement proven to stand" in lines
 
 
-def test_what_proofs_cost_is_told_on_demand() -> None:
+def test_the_cost_of_proofs_is_printed_on_demand() -> None:
     lines = explained("- four_stack: {levels: 2}\n  every: 1 s", margins=False, times=True)
     assert all(" load core, " in line and line.endswith(" us") for line in lines if " at (" in line)
     assert any("every placement proven to stand, in " in line and line.endswith(" ms") for line in lines)
@@ -42,7 +42,7 @@ def test_a_group_tells_its_cost_once() -> None:
     assert [line.endswith(" us for 4 bricks") for line in lines if " at (" in line] == [False] * 3 + [True]
 
 
-def test_what_falls_is_named_with_the_reason() -> None:
+def test_an_explanation_names_falling_bricks_with_the_reason() -> None:
     lines = explained("- column: {levels: 3, step: 45 mm}")  # two planks' centre is 67 mm out, beyond 58.8 mm
     assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls: tipping"] * 2
     assert any("UNSTABLE" in line and "over L1.1" in line for line in lines)
@@ -56,7 +56,7 @@ def test_every_brick_that_moves_is_named_as_people_count() -> None:
     assert f"    moves: {', '.join(moves)}" in lines
 
 
-def test_what_would_mend_a_fall_is_told() -> None:
+def test_an_explanation_of_a_fall_has_remedies() -> None:
     #   Ten planks stand up to a step of a tenth of the length of one.
     lines = explained("- column: {levels: 10, step: 12 mm}")
     mended = lines[lines.index("    what would mend it, each tried:") + 1 :]
@@ -67,7 +67,7 @@ def test_what_would_mend_a_fall_is_told() -> None:
     ]
 
 
-def test_what_would_mend_a_fall_of_many_bricks_is_left_out_until_asked_for() -> None:
+def test_remedies_for_many_bricks_are_left_out_unless_requested() -> None:
     build = "- column: {levels: 61, step: 2 mm}"  # 122 mm, more than the length of a plank
     assert any("ask for it with --remedies" in line for line in explained(build))
     assert not any("mend" in line for line in explained(build, remedies=False))
@@ -81,7 +81,7 @@ def test_the_weakest_spot_and_the_joint_of_the_least_margin_of_placement_are_tol
     assert "    least margin of placement: L2.1 on L1.1" in lines
 
 
-def test_what_lies_on_the_ground_alone_may_lie_anywhere() -> None:
+def test_the_placement_margin_on_the_ground_alone_is_infinite() -> None:
     assert any(line.endswith("every brick however far beside its place") for line in explained("- column: {levels: 1}"))
 
 
@@ -122,7 +122,7 @@ def test_the_ground_and_the_walls_are_named_that_a_brick_stands_on_and_touches()
 
 
 @pytest.mark.parametrize(("thickness", "told"), [(0.39, True), (0.41, False)])
-def test_what_is_touched_through_a_sheet_is_named_as_such(thickness: float, told: bool) -> None:
+def test_a_contact_through_a_sheet_is_named(thickness: float, told: bool) -> None:
     #   2 % of 20 mm are 0.4 mm.
     build = f"""
 - bricks:
@@ -149,7 +149,7 @@ def test_a_push_and_a_throw_have_lines_of_their_own() -> None:
     assert any("2 bricks on 2 levels" in line for line in lines)
 
 
-def test_what_falls_without_a_brick_that_is_pulled_out_is_told() -> None:
+def test_an_explanation_names_bricks_that_fall_after_a_removal() -> None:
     lines = explained("- column: {levels: 3}", "impacts: [{remove: {brick: L2.1}}]")
     assert any("UNSTABLE" in line and "L3.1" in line for line in lines)
 

@@ -50,7 +50,7 @@ def test_variables_are_numbers_with_their_units() -> None:
     }
 
 
-def test_what_was_measured_is_a_number_beside_its_limits(stackdsl: Stackdsl, tmp_path: Path) -> None:
+def test_a_measured_value_is_a_number_beside_its_limits(stackdsl: Stackdsl, tmp_path: Path) -> None:
     #   Two planks of 7.8 mm are 15.6 mm high.
     text = """\
 scenario: two

@@ -224,7 +224,7 @@ def test_a_narrow_table_breaks_between_words_and_never_within() -> None:
     assert {"slant", "step=11mm,thesis", "collapses", "9600"} <= set(" ".join(lines).split())
 
 
-def test_what_passed_is_not_told_again_below_the_table() -> None:
+def test_passed_cases_are_not_repeated_below_the_table() -> None:
     # Header, row, blank line, sums.
     assert len(report_text(report(PASSED)).splitlines()) == 4
 
@@ -308,7 +308,7 @@ def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> Non
     assert ends == [{"time_s": 9.25, "planned_s": 14.0, "actions_left_out": 1}, None]
 
 
-def test_what_still_moves_is_counted_in_the_table_and_named_to_programs() -> None:
+def test_bricks_still_moving_are_counted_in_the_table_and_named_in_json() -> None:
     seen = report(replace(PASSED, moving=("d61", "d62")), PASSED)
     header, moving, still = report_text(seen).splitlines()[:3]
     at = header.index("still moving")

@@ -28,7 +28,7 @@ def test_a_failure_tells_cause_action_first_and_how_to_see_it() -> None:
     ]
 
 
-def test_what_is_not_known_has_no_line() -> None:
+def test_an_unknown_cause_has_no_line() -> None:
     assert list(why_lines(FailureCause(first="a left its place at 1 s"))) == ["  first  a left its place at 1 s"]
 
 

@@ -99,13 +99,13 @@ def test_a_column_is_decided_by_forces_and_falls_that_are_passed_on() -> None:
         "- bricks: [{on: ground, rotate: [0, 20 deg, 0]}]\n  jitter: {position: 1 mm}",
     ],
 )
-def test_what_leans_is_asked_anew(build: str) -> None:
+def test_leaning_samples_are_judged_anew(build: str) -> None:
     found = sample_outcomes_of(designed(build), some(3))
     assert set(found.ways) == {Way.ANEW}
     assert SampleOutcome.UNFIT not in found.values
 
 
-def test_what_a_slope_lets_slide_falls_in_every_sample() -> None:
+def test_sliding_bricks_fall_in_every_sample() -> None:
     design = designed(
         "- column: {levels: 2}\n  jitter: {position: 0.1 mm}", "friction: 0.3\nworld: {tilt: 17 deg}"
     )  # whose tangent is 0.306

@@ -65,7 +65,7 @@ def test_a_value_depends_on_its_sample_alone() -> None:
     assert list(drawn_values(case.variant, Draws(3, "slope", 12, 4))) == together[12:16]
 
 
-def test_what_a_let_makes_of_a_variable_goes_with_it() -> None:
+def test_values_computed_by_let_vary_with_their_variable() -> None:
     case, draws = case_of(SLOPE), Draws(3, "slope", 0, 5)
     for values, timeline in zip(drawn_values(case.variant, draws), timelines(case.variant, draws), strict=True):
         assert timeline.world.friction == pytest.approx(float(str(values["mu"])), rel=1e-12)

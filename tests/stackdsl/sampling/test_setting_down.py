@@ -60,7 +60,7 @@ def test_where_it_would_lie_in_its_neighbour_a_brick_is_set_down_anew() -> None:
     assert hands.fits.mean() > 0.98  # the errors of the first try alone would be 0.58
 
 
-def test_what_has_no_place_is_no_guess() -> None:
+def test_a_brick_without_a_free_place_makes_a_sample_unfit() -> None:
     """Between two planks that leave 1 um to spare, errors of 5 mm find no place in 50 attempts."""
     build = """\
     - bricks: [{name: a, on: ground}, {name: b, on: ground, offset: [0 mm, 46.801 mm, 0 mm]}]

@@ -61,7 +61,7 @@ def test_a_comment_or_what_is_expected_makes_no_other_sweep_of_it(out: Path) -> 
 @pytest.mark.parametrize(
     "text", [b"a,b\n1,2\n", b"\x89PNG\r\n\x1a\n", b"{}\n", b"[1]\n", b"no end of line", b'"text"\n']
 )
-def test_what_is_no_file_of_a_sweep_is_never_written_over(tmp_path: Path, text: bytes) -> None:
+def test_a_sweep_never_overwrites_a_foreign_file(tmp_path: Path, text: bytes) -> None:
     (tmp_path / "mine.jsonl").write_bytes(text)
     with pytest.raises(RowsError, match="is no file of a sweep"):
         JsonLines(tmp_path / "mine.jsonl", plan())
@@ -135,7 +135,7 @@ def test_rows_that_the_disk_has_no_room_for_are_told_and_come_with_the_next_call
     assert out.read_bytes() == whole.read_bytes()
 
 
-def test_what_cannot_be_swept_is_told() -> None:
+def test_a_scenario_that_cannot_be_swept_is_refused() -> None:
     with pytest.raises(NothingToSweepError, match="there is nothing to sweep"):
         plan_of([])
     with pytest.raises(NothingToSweepError, match=r"'once\[exact\]' has no samples"):

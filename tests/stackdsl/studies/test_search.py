@@ -98,7 +98,7 @@ def test_without_a_limit_in_the_range_it_stands_to_the_end() -> None:
     assert (found.stands.value, found.beyond) == (5.0, None)
 
 
-def test_what_never_stands_has_no_limit() -> None:
+def test_a_search_without_a_stand_finds_no_limit() -> None:
     assert asked(lambda value: False, 3.0, upwards=True)[0] == SearchResult(None)
     assert asked(lambda value: TrialVerdict.OPEN, 3.0, upwards=True)[0] == SearchResult(None)
 
@@ -111,7 +111,7 @@ def test_a_window_is_told_as_no_only_limit() -> None:
     assert all(each.value < 2.0 for each in found.contradicting)
 
 
-def test_where_it_stands_again_further_out_that_is_told() -> None:
+def test_a_search_reports_a_second_range_that_stands() -> None:
     found, _ = asked(lambda value: value <= 5.0 or value >= 7.0, 4.0, upwards=True)
     assert sides(found)[0] == pytest.approx(5.0, rel=1e-7)
     assert [each.answer for each in found.contradicting] == [TrialVerdict.STANDS] * len(found.contradicting)
@@ -125,7 +125,7 @@ def test_a_limit_may_be_the_last_valid_value_of_a_scenario() -> None:
     assert asking(none).answer is TrialVerdict.NO_SCENARIO
 
 
-def test_what_falls_just_before_it_is_no_scenario_has_its_limit_there() -> None:
+def test_a_limit_may_lie_just_before_invalid_values() -> None:
     found, asking = asked(
         lambda v: v <= 8.8 or (TrialVerdict.FALLS if v <= 9.0 else TrialVerdict.NO_SCENARIO), 4.0, upwards=True
     )
@@ -134,7 +134,7 @@ def test_what_falls_just_before_it_is_no_scenario_has_its_limit_there() -> None:
     assert stands == pytest.approx(8.8, rel=1e-7)
 
 
-def test_what_grows_too_large_is_left_alone() -> None:
+def test_a_search_tries_one_scene_that_is_too_large() -> None:
     found, asking = asked(lambda value: value <= 900 or TrialVerdict.TOO_LARGE, 20.0, upwards=True, whole=1.0)
     assert found.beyond is not None
     assert found.beyond.answer is TrialVerdict.TOO_LARGE

@@ -33,7 +33,7 @@ def effect(found: Sensitivities, what: str) -> Effect:
     return next(each for each in found.effects if each.what == what)
 
 
-def test_what_lies_near_an_end_survives_less_the_further_out_it_lies() -> None:
+def test_the_margin_decreases_towards_the_end_of_a_beam() -> None:
     found = of(ON_END.replace("X", "80"))
     assert found.margin == pytest.approx(20.0 / 30.0, rel=1e-6)
     for what, slope in (("x of top", -1.0 / 30.0), ("x of base", 1.0 / 30.0)):
@@ -52,7 +52,7 @@ def test_flush_on_what_it_lies_it_survives_less_either_way() -> None:
     assert (each.source, each.has_kink) == (SlopeSource.CHECKED, True)
 
 
-def test_what_slides_survives_as_much_as_its_friction() -> None:
+def test_the_acceleration_margin_of_a_sliding_brick_is_its_friction() -> None:
     found = of(SLAB)
     assert found.margin == pytest.approx(0.4, rel=1e-6)
     each = effect(found, "friction of slab on ground")
@@ -80,7 +80,7 @@ def test_a_counterweight_holds_by_its_moment() -> None:
     assert effect(found, "mass of load").more == pytest.approx(less, rel=1e-5)
 
 
-def test_what_does_not_stand_or_needs_no_friction_has_no_margin() -> None:
+def test_sensitivities_need_a_standing_structure_with_a_margin() -> None:
     with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a structure that stands has a margin"):
         of(ON_END.replace("X", "110"))
     with pytest.raises(SearchError, match="it has no limit of friction"):

@@ -107,7 +107,7 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
         ("mass of L99.1", "there is no brick 'L99.1'"),
     ],
 )
-def test_what_no_limit_can_be_asked_of_is_told_with_why(name: str, why: str) -> None:
+def test_find_refuses_a_name_of_no_number_with_the_reason(name: str, why: str) -> None:
     with pytest.raises(SearchError) as refused:
         find(cases(COLUMN)[0], largest=name)
     assert why in str(refused.value)
@@ -127,7 +127,7 @@ def test_what_cannot_be_asked_so_is_told_with_why() -> None:
         find(case, largest="step", within=0.0)
 
 
-def test_what_is_written_twice_is_told_with_both_places() -> None:
+def test_a_value_written_twice_is_refused_with_both_places() -> None:
     with pytest.raises(SearchError, match=r"'step' is written in 2 places: known.yaml:4:\d+, known.yaml:5:\d+"):
         find(cases(TWO)[0], largest="step")
 
@@ -144,12 +144,12 @@ def test_no_friction_holds_what_tips() -> None:
     assert "tip over L1.1" in found.why
 
 
-def test_what_falls_survives_no_tilt() -> None:
+def test_a_falling_structure_has_no_tilt_limit() -> None:
     found = find(cases(COLUMN)[0], largest="tilt")
     assert (found.end, found.stands) == (End.NOWHERE, None)
 
 
-def test_what_is_wedged_is_undecided_whatever_its_friction() -> None:
+def test_a_wedged_brick_is_undecided_at_every_friction() -> None:
     walls = "walls: [{bearing: 0 deg, distance: 58.8 mm}, {bearing: 180 deg, distance: 58.8 mm}]"
     plank = "bricks: [{at: [0 mm, 0 mm, 103.9 mm]}]"
     found = find(cases(f"scenario: wedged\nworld: {{{walls}}}\nbuild:\n  - {plank}\n")[0], least="friction")

@@ -51,7 +51,7 @@ def test_each_sample_has_the_row_that_statics_give_it_from_an_empty_site_on(tmp_
     assert counted.fell == {level: levels.count(level) for level in sorted({level for level in levels if level})}
 
 
-def test_whatever_does_the_work_in_whatever_pieces_the_file_is_the_same_to_the_byte(
+def test_rows_are_the_same_to_the_byte_for_all_executors_and_pieces(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, processes: SupervisedExecutor
 ) -> None:
     swept(plan(), tmp_path / "here.jsonl")
@@ -170,9 +170,7 @@ class Waits(Here):
             future.set_result(call())
 
 
-def test_what_is_judged_waits_for_the_rows_before_it_but_no_more_than_a_few_pieces_do(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rows_are_written_in_order_and_few_pieces_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sweeping, "FIRST", 5)
     monkeypatch.setattr(sweeping, "MOST", 5)
     executor = Waits()
@@ -188,7 +186,7 @@ def test_what_is_judged_waits_for_the_rows_before_it_but_no_more_than_a_few_piec
     assert [row["sample"] for row in rows_of(tmp_path / "rows.jsonl")] == [*range(300)]
 
 
-def test_what_brings_its_process_down_costs_one_sample_and_is_named(
+def test_a_sample_that_crashes_its_worker_costs_that_row_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, processes: SupervisedExecutor
 ) -> None:
     swept(plan(), tmp_path / "sound.jsonl")
@@ -253,7 +251,7 @@ class Fails(Here):
         return future
 
 
-def test_what_an_executor_loses_is_asked_again_and_not_for_ever(tmp_path: Path) -> None:
+def test_lost_pieces_are_sent_again_a_limited_number_of_times(tmp_path: Path) -> None:
     swept(plan(), tmp_path / "whole.jsonl")
     sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(Fails(2), lambda: 1)))
     assert (tmp_path / "rows.jsonl").read_bytes() == (tmp_path / "whole.jsonl").read_bytes()

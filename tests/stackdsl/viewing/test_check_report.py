@@ -41,7 +41,7 @@ class Elements(HTMLParser):
         self.links += [value for key, value in attrs if key in ("href", "src") and value]
 
 
-def test_what_failed_comes_first_with_all_that_was_expected() -> None:
+def test_failures_come_first_in_the_report_page() -> None:
     page = index_page(Report((result("good"), result("bad", -1.0))), {}, {})
     assert page.index("bad[exact]") < page.index("good[exact]")
     assert '<tr data-passed="no">' in page
@@ -81,7 +81,7 @@ def test_a_margin_over_one_variable_is_a_line_and_over_two_a_map() -> None:
     assert cells.count('class="below') == 1  # where a < b
 
 
-def test_what_has_no_numbers_has_no_chart() -> None:
+def test_a_report_without_numbers_has_no_chart() -> None:
     assert not charts([result("a", kind="wood"), result("a", kind="stone"), result("b")])
     assert not charts([result("a", x="1 mm"), result("a", x="2 s"), result("a", x="3 mm")])  # of two kinds
     unmeasured = [replace(run, outcomes=(replace(run.outcomes[0], margin=inf),)) for run in [result("a", x="1")] * 4]
@@ -147,7 +147,7 @@ def test_lengths_in_several_units_lie_on_one_axis() -> None:
     assert re.findall(r'text-anchor="middle">([^<]+)</text>', line) == ["10", "15", "20", "25", "30", "step, mm"]
 
 
-def test_what_else_differs_makes_a_line_of_its_own() -> None:
+def test_other_variables_make_separate_lines_of_a_chart() -> None:
     runs = [result("tower", 1.0, step=f"{step} mm", kind=kind) for kind in ("wood", "stone") for step in range(3)]
     line = charts(runs)
     assert line.count("<polyline") == 2

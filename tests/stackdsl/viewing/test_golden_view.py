@@ -101,6 +101,6 @@ def test_a_file_that_somebody_spoiled_shows_nothing(tmp_path: Path, tower: RunVi
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", "7", '{"events": 3}', "[" * 100_000])
-def test_what_is_no_golden_file_shows_nothing(tmp_path: Path, tower: RunView, text: str) -> None:
+def test_an_invalid_golden_file_shows_nothing(tmp_path: Path, tower: RunView, text: str) -> None:
     assert view(tmp_path, text, tower) is None
     assert golden_view(GoldenResult(GoldenStatus.MISSING, (tmp_path / "none.json").as_posix()), tower) is None

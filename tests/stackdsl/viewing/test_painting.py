@@ -56,7 +56,7 @@ def wrongly_covered(solids: Sequence[Solid], view: View, points: int = 300) -> i
 
 @pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
 @pytest.mark.parametrize("text", [SLANT_TOWER, CARD_HOUSE], ids=["fallen tower", "card house"])
-def test_what_is_painted_last_is_what_is_nearest(text: str, view: View) -> None:
+def test_the_nearest_brick_is_painted_last(text: str, view: View) -> None:
     (run,) = views_of(text)
     assert wrongly_covered(list(solids_at(run, run.trace.cost.simulated_time).values()), view) == 0
 

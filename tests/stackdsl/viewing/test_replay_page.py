@@ -75,7 +75,7 @@ def test_the_page_asks_for_nothing_and_keeps_the_licence_of_what_is_in_it(tower:
     assert not re.search(r"""(src|href)\s*=""", page.split('id="program"')[0].split("</style>")[1])
 
 
-def test_what_is_written_as_data_ends_no_script() -> None:
+def test_data_of_a_replay_page_cannot_end_its_script() -> None:
     text = "</script><!--<script>&"
     assert not set("<>&") & set(harmless(json.dumps(text)))
     assert json.loads(harmless(json.dumps(text))) == text

@@ -37,7 +37,7 @@ def test_between_two_pictures_bricks_go_as_far_as_between_any_others() -> None:
     assert times_of_motion(falling, 1.0, 10.0, 5) == pytest.approx([1.0, 1.25, 1.5, 1.75, 10.0])
 
 
-def test_where_nothing_moves_pictures_are_as_far_apart_in_time() -> None:
+def test_pictures_of_a_strip_without_motion_are_evenly_spaced() -> None:
     assert times_of_motion(keys([(0.0, 0.0)], [(1.0, 5.0)]), 0.0, 4.0, 3) == [0.0, 2.0, 4.0]
 
 
@@ -48,7 +48,7 @@ def test_no_two_pictures_of_a_fall_are_the_same() -> None:
     assert len({re.sub(r"<text.*|x=\S+", "", one) for one in drawn}) == 6
 
 
-def test_what_hits_is_on_the_paper() -> None:
+def test_a_strip_shows_the_thrown_brick() -> None:
     (run,) = views_of(THROWN)
     drawn = picture(run, strip(run, VIEWS["front"], 4), width=200.0)
     for panel in re.findall(r"<svg x=.*?</svg>", drawn, re.DOTALL):

@@ -51,7 +51,7 @@ def test_a_card_house_of_n_has_n_vs_then_one_flat_plank_and_one_v_less_each_time
 
 
 @pytest.mark.parametrize("angle", [61, 65, 70, 75, 86])
-def test_what_touches_in_a_card_house_is_vs_peaks_and_feet_and_nothing_else(angle: float) -> None:
+def test_contacts_of_a_card_house_are_peaks_and_feet_alone(angle: float) -> None:
     #       /\
     #    ___________
     #    /\       /\      bricks 0 1 and 2 3, flat 4, and 5 6 on it

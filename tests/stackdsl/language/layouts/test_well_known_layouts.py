@@ -143,7 +143,7 @@ def test_a_wall_over_an_opening_wants_a_level_on_its_edges(levels: int, holds: b
     assert stands(made("wall", levels=levels, bricks=5, gap="2 mm", omit=["L2.3"])) is holds
 
 
-def test_what_is_left_out_is_counted_in_the_names_of_the_others() -> None:
+def test_omitted_bricks_count_in_the_names_of_others() -> None:
     left = made("wall", levels=2, bricks=3, omit=["L1.2", "L2.1", "L2.2"])
     assert [(spec.level, spec.passed) for spec in left] == [(1, 0), (1, 1), (2, 2), (2, 0)]
 

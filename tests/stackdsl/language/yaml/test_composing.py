@@ -53,7 +53,7 @@ def mistakes(file: str = "a.yaml") -> list[Diagnostic]:
 pytestmark = pytest.mark.usefixtures("project")
 
 
-def test_what_a_scenario_does_not_say_the_one_says_that_it_extends() -> None:
+def test_missing_keys_come_from_the_extended_scenario() -> None:
     write(
         base=BASE,
         a="scenario: a\nextends: base.yaml\nlet: {levels: 5}\nworld: {gravity: 1 g0}\nexpect: [{drift: 0 mm}]",
@@ -103,7 +103,7 @@ expect:
     assert set(case.source.parts) == {"parts/_base.yaml", "parts/_pair.yaml"}
 
 
-def test_what_only_others_take_from_is_no_scenario_of_its_own() -> None:
+def test_a_base_that_others_extend_is_no_scenario() -> None:
     write(_part="build: []", a=BASE)
     assert [case.scenario.scenario for case in gather([Path()]).cases] == ["base"]
 
@@ -118,7 +118,7 @@ def test_a_mistake_is_told_in_the_file_in_which_it_is_and_from_where_that_is_tak
     assert len(mistakes(".")) == 2  # each once, whoever takes it
 
 
-def test_what_is_included_may_be_repeated_and_says_so() -> None:
+def test_an_included_step_may_be_repeated_and_names_its_repetition() -> None:
     write(
         _part="build:\n  - repeat: {x: 1 .. 3}\n    column: {levels: '${x - 2}', origin: ['${x * 1 m}', 0, 0]}\n",
         a="scenario: a\nbuild:\n  - include: _part.yaml\n",

@@ -158,7 +158,7 @@ def test_every_key_has_its_place(path: tuple[str | int, ...], line: int, column:
     assert (span.line, span.column, marked(span)) == (line, column, underlined)
 
 
-def test_what_is_missing_is_placed_at_its_closest_ancestor() -> None:
+def test_a_missing_value_has_the_place_of_its_closest_ancestor() -> None:
     source = only(parse(PLACES, "a.yaml"))
     assert source.span_of(("build", 0, "every", "x", 3)) == source.span_of(("build", 0, "every"))
     assert source.span_of(("impacts", 0)) == source.span_of(())
@@ -231,7 +231,7 @@ def test_a_file_that_may_not_be_read_is_a_diagnostic(tmp_path: Path, monkeypatch
         (b"a: \xed\xa0\x80\n", "SD002 1:4"),  # a surrogate
     ],
 )
-def test_what_is_not_utf8_is_placed_at_the_first_bad_byte(tmp_path: Path, data: bytes, expected: str) -> None:
+def test_invalid_utf8_has_the_place_of_its_first_bad_byte(tmp_path: Path, data: bytes, expected: str) -> None:
     path = tmp_path / "a.yaml"
     path.write_bytes(data)
     loaded = load(path)

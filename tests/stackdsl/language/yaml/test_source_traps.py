@@ -12,7 +12,7 @@ __all__ = ["each_parser"]  # used by every test here
 
 
 @pytest.mark.parametrize(("text", "remedy"), REMEDIES, ids=lambda text: text[:30])
-def test_what_yaml_versions_read_differently_is_refused_with_the_remedy(text: str, remedy: str) -> None:
+def test_scalars_that_yaml_versions_read_differently_are_refused_with_the_remedy(text: str, remedy: str) -> None:
     (diagnostic,) = parse(f"b: 1\na: {text}  # why\n", "a.yaml").diagnostics
     assert (diagnostic.code, str(diagnostic.span)) == ("SD009", "a.yaml:2:4")
     assert diagnostic.span.end_column == 4 + len(text)
