@@ -8,7 +8,7 @@ READY := $(VENV)/.ready
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup check check-all test test-slow without-pybullet check-without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
+.PHONY: help setup check check-all test test-slow without-pybullet test-without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -75,11 +75,11 @@ bench-compas: $(READY) ## the same towers and walls with compas_cra, side by sid
 	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.against_compas
 
-without-pybullet: $(READY) check-without-pybullet ## statics, and all that exact plays, for Pythons that have no PyBullet
-	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
-
-check-without-pybullet: $(READY) ## of these, the scenarios alone
+without-pybullet: $(READY) test-without-pybullet ## statics, and all that exact plays, for Pythons that have no PyBullet
 	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large' --tag '!pybullet'
+
+test-without-pybullet: $(READY) ## of these, the tests alone
+	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
 	tools/try_wheel.sh $(BIN)/python
