@@ -43,7 +43,7 @@ SCENES: Final = {
 }
 TURNS: Final = 5
 PATIENCE: Final = 120.0  # [s]
-PLAYED: Final = "window.replay && replay.drawn() && !document.querySelector('h1').textContent.includes('being played')"
+PLAYED: Final = "window.replay && replay.drawn() && !document.querySelector('h1').textContent.includes('is running')"
 WAIT: Final = """
 const heard = replay.heard();
 let drawn = replay.drawn();

@@ -194,7 +194,7 @@ class Friction:
 
     def __post_init__(self) -> None:
         """Raise for invalid types. `admit_friction` checks the coefficients when the law is used."""
-        admit_number("the usual friction is", self.usual, "write a coefficient of 0 or more")
+        admit_number("`usual` of the Friction is", self.usual, "write a coefficient of at least 0")
         for what, entries in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
             if not isinstance(entries, Mapping):
                 raise TypeError(f"`{what}` of a Friction is {told(entries)}; write a mapping, such as {_SUCH_AS[what]}")
@@ -284,24 +284,24 @@ def admit_friction(friction: GivenFriction) -> None:
         _admit(what, coefficient)
     for name, kind in friction.kinds.items():
         if not isinstance(name, str) or not isinstance(kind, str):
-            raise TypeError(f"{told(name)} is of the kind {told(kind)}; write names as texts")
+            raise TypeError(f"the kind of {told(name)} is {told(kind)}; write both names as strings")
     if not isinstance(friction.rule, Rule):
         raise TypeError(f"the rule of friction is {told(friction.rule)}; write one of {', '.join(map(str, Rule))}")
     for one, other in friction.between:
         if friction.between[one, other] != friction.between.get((other, one), friction.between[one, other]):
-            raise ValueError(f"there are two frictions between '{one}' and '{other}'; give one")
+            raise ValueError(f"there are two friction coefficients between '{one}' and '{other}'; keep one of them")
 
 
 def _coefficients(friction: Friction) -> Iterator[tuple[str, float]]:
     yield "the friction is", friction.usual
-    yield from ((f"'{name}' has the friction", own) for name, own in friction.own.items())
+    yield from ((f"the friction of '{name}' is", own) for name, own in friction.own.items())
     for pair, between in friction.between.items():
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):  # noqa: PLR2004
             raise TypeError(f"expected a pair of names, such as ('sheet', 'carton'), not {told(pair)}")
-        yield f"between '{pair[0]}' and '{pair[1]}' the friction is", between
+        yield f"the friction between '{pair[0]}' and '{pair[1]}' is", between
 
 
 def _admit(what: str, coefficient: float) -> None:
-    admit_number(what, coefficient, "write a coefficient of 0 or more")
+    admit_number(what, coefficient, "write a coefficient of at least 0")
     if not 0.0 <= coefficient < float("inf"):
-        raise ValueError(f"{what} {told(coefficient)}; it is 0 or more")
+        raise ValueError(f"{what} {told(coefficient)}; it must be finite and at least 0")

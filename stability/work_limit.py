@@ -39,7 +39,7 @@ class WorkLimit:
         """Count work before it is done. Raises TooMuchWorkError if it exceeds the limit."""
         self.done += units
         if self.done > self.most:
-            raise TooMuchWorkError(f"it needs more than the {self.most:.2g} units of work that are allowed")
+            raise TooMuchWorkError(f"the computation needs more than the permitted {self.most:.2g} units of work")
 
 
 _LIMIT: Final = ContextVar[WorkLimit | None]("work_limit", default=None)
@@ -77,7 +77,7 @@ def add_program(entries: int) -> None:
 def _admit(entries: int) -> None:
     limit = _LIMIT.get()
     if limit is not None and entries > limit.largest:
-        message = f"one matrix of {entries} entries takes too much memory, and {limit.largest:.0f} are allowed"
+        message = f"a matrix of {entries} entries takes too much memory; the maximum is {limit.largest:.0f} entries"
         raise TooMuchWorkError(message)
 
 

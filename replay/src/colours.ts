@@ -11,9 +11,9 @@ const PALETTE = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00
 );
 const UNKNOWN = new Color("#b8b4aa");
 const STATES: [State, string, Color][] = [
-  [State.Proven, "held still: proven, or found stable", new Color("#d9b98a")],
-  [State.Awake, "moves by itself", new Color("#56b4e9")],
-  [State.Riding, "rides on another", new Color("#009e73")],
+  [State.Proven, "frozen, since proven or judged stable", new Color("#d9b98a")],
+  [State.Awake, "moves freely", new Color("#56b4e9")],
+  [State.Riding, "moves rigidly with other bricks", new Color("#009e73")],
   [State.Fallen, "has left its place", new Color("#d55e00")],
   [State.Thrown, "thrown or dropped", new Color("#cc79a7")],
 ];
@@ -62,12 +62,12 @@ export class Colours {
       case "state":
         return STATES.map(([, text, colour]) => [text, colour]);
       case "stage":
-        return [...this.stages.map((stage, place): Entry => [stage, PALETTE[place % 8]]), ["no proof now", UNKNOWN]];
+        return [...this.stages.map((stage, place): Entry => [stage, PALETTE[place % 8]]), ["no proof at this time", UNKNOWN]];
       case "room":
         return [
-          ["its centre at the edge of what carries it", LOW],
-          [`${ENOUGH} mm inside, or more`, HIGH],
-          ["not told by this", UNKNOWN],
+          ["centre of mass at the edge of the support", LOW],
+          [`${ENOUGH} mm or more inside the support`, HIGH],
+          ["not determined", UNKNOWN],
         ];
       case "material":
         return this.kinds.slice(0, 8).map((kind, place) => [kind, PALETTE[place % 8]]);

@@ -49,5 +49,5 @@ export function listen(player: Player, heard: Heard): void {
     player.retell();
   });
   source.addEventListener("open", () => say(state, ""));
-  source.addEventListener("error", () => say(state, "stackdsl has ended: what is seen is of its last run"));
+  source.addEventListener("error", () => say(state, "stackdsl has ended; this page shows its last run"));
 }

@@ -10,13 +10,13 @@ import { marksOf, Run, State } from "./run";
 import { DIFFERENT } from "./stage";
 import type { From } from "./viewer";
 
-const NOTHING_YET = "waiting for what is to be shown";
+const NOTHING_YET = "waiting for the first run";
 const VIEWS: From[] = ["three-quarter", "front", "side", "plan"];
 const WORDS: Record<State, string> = {
-  [State.Absent]: "not there",
-  [State.Awake]: "moves by itself",
-  [State.Riding]: "rides on another",
-  [State.Proven]: "held still",
+  [State.Absent]: "absent",
+  [State.Awake]: "moves freely",
+  [State.Riding]: "moves rigidly with other bricks",
+  [State.Proven]: "frozen",
   [State.Fallen]: "has left its place",
   [State.Thrown]: "thrown or dropped",
 };
@@ -27,13 +27,13 @@ function labelOf(run: Run, brick: number, time: number, marks: Map<string, strin
   const found = run.proofAt(time);
   const place = found?.place.get(brick);
   const lines = [
-    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${run.told.marks ? "as the golden file has it" : WORDS[run.stateAt(brick, time)]}`,
+    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${run.told.marks ? "as in the golden file" : WORDS[run.stateAt(brick, time)]}`,
   ];
   if (found && place !== undefined) {
     const on = found.proof.rests[place].map(([below, share]) => run.nameOf(below) + (share === null ? "" : ` ${Math.round(100 * share)} %`));
     lines.push(`rests on ${on.join(", ") || "nothing"}`, `proven by ${found.proof.stages[found.proof.stage[place]]}`);
     const depth = found.proof.depth[place];
-    if (depth !== null) lines.push(`its centre is ${depth} mm inside what carries it`);
+    if (depth !== null) lines.push(`centre of mass ${depth} mm inside the support`);
   }
   return [...lines, ...(marks?.get(bricks.name[brick]) ?? []), bricks.place[brick]].join("\n");
 }
@@ -52,7 +52,7 @@ function build(player: Player): Heard {
   const captions = [part("div", { class: "caption" }), part("div", { class: "caption" })];
   const clock = part("output");
   const playing = button("Play", "space", () => player.play());
-  const following = button("Follow", "f: move along with the brick that was clicked", () => player.follow());
+  const following = button("Follow", "f: follow the selected brick", () => player.follow());
   const flat = button("Orthographic", "o", () => {
     viewer.orthographic = !viewer.orthographic;
     player.touch();
@@ -71,14 +71,14 @@ function build(player: Player): Heard {
     return told?.room ? told.bricks.name[told.room.brick] : undefined;
   };
   const pickRoom = (): void => player.pickNamed(roomOf());
-  const weakest = button("Weakest", "w: the lowest brick of what gives way first when it is pulled sideways", pickWeakest);
-  const room = button("Least room", "r: the brick whose centre has least room inside what carries it", pickRoom);
-  const swing = button("How it falls", "m: play the motion with which it begins to fall, which proves that it does", () => player.swing());
+  const weakest = button("Weakest", "w: select the lowest brick of the part that moves first under horizontal acceleration", pickWeakest);
+  const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom);
+  const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing());
   speed.value = "1";
   const buttons = [
-    button("|<", "the event before: ,", () => player.step(-1)),
+    button("|<", "previous event: ,", () => player.step(-1)),
     playing,
-    button(">|", "the next event: .", () => player.step(1)),
+    button(">|", "next event: .", () => player.step(1)),
     clock,
     speedLabel,
     colourLabel,
@@ -96,7 +96,7 @@ function build(player: Player): Heard {
     const names = runs.map((run, number): [string, string] => [String(number), run.told.name]);
     several.hidden = runs.length < 2;
     offer(first[1], names, String(player.shown[0] ?? 0));
-    offer(second[1], [["", "nothing"], ...names], String(player.shown[1] ?? ""));
+    offer(second[1], [["", "none"], ...names], String(player.shown[1] ?? ""));
     player.retell();
   };
   viewer.canvas.tabIndex = 0;
@@ -137,7 +137,7 @@ function build(player: Player): Heard {
     if (key !== legendOf) {
       legendOf = key;
       const entries = viewer.stages[0].colours.legend(player.mode);
-      if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "not where it is in the other run", DIFFERENT]);
+      if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "position differs from the other run", DIFFERENT]);
       legend.hidden = entries.length === 0;
       legend.replaceChildren(...entries.map(([text, code]) => part("div", {}, swatch(`#${code.getHexString()}`), document.createTextNode(text))));
     }
@@ -206,8 +206,8 @@ function build(player: Player): Heard {
 
 // The weakest spot of what stands, and where a centre has least room; or what gives way.
 function factOf({ told }: Run): string {
-  if (told.fall) return `gives way at ${told.fall.time.toFixed(3)} s: ${told.fall.reason}`;
-  const room = told.room && `least room: ${told.bricks.name[told.room.brick]}, whose centre is ${told.room.depth} mm inside what carries it`;
+  if (told.fall) return `falls at ${told.fall.time.toFixed(3)} s: ${told.fall.reason}`;
+  const room = told.room && `least room: ${told.bricks.name[told.room.brick]}, with its centre of mass ${told.room.depth} mm inside the support`;
   return [told.weakest?.text, room].filter(Boolean).join("\n");
 }
 

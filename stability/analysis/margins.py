@@ -159,9 +159,9 @@ def margins(
     See `acceleration`, `least_friction` and `placement`.
     """
     admit_problem(problem)
-    admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a share of the limit, from 1e-15 to 0.5")
+    admit_in_range("the tolerance is", tolerance, 1e-15, 0.5, "write a fraction of the limit, from 1e-15 to 0.5")
     if gravity is not None:
-        admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, "write m/s2, as a number that is more than 0")
+        admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, "write a number greater than 0, in m/s2")
     planes = listed(planes, f"names of planes, such as ['{GROUND}']")
     for plane in planes:
         admit_name("a plane", plane)

@@ -457,7 +457,9 @@ def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[Body
     `planes` are the infinite fixed bodies; the borders of any other fixed body do not move.
     """
     if _pushed_sideways(problem):
-        return PlacementMargin(0.0, reason="a load acts sideways; placement errors are worked out for weights only")
+        return PlacementMargin(
+            0.0, reason="a load has a horizontal component, but placement margins are computed for weights only"
+        )
     patches = plan_patches(problem, planes)
     whole = _answer(problem, patches, 0.0)
     if whole is None or not whole.displacement > 0.0:  # also catches NaN
@@ -469,7 +471,7 @@ def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[Body
     return PlacementMargin(value, limit, "" if value > 0.0 else UNSAFE)
 
 
-UNSAFE = "it stands by edges, corners or leaning faces, which an error takes away, or only just"
+UNSAFE = "the structure depends on contacts at edges, corners or inclined faces, or has no reserve"
 
 
 def _pushed_sideways(problem: Problem) -> bool:

@@ -103,7 +103,7 @@ class LongestSearch:
     @property
     def best(self) -> LongestOrder:
         """Return the current bounds."""
-        reason = self.reason or ("" if self.closed else "the bound was not closed")
+        reason = self.reason or ("" if self.closed else "the search ended before the bounds met")
         return LongestOrder(self.order, max(self.at_most, len(self.order)), reason)
 
     @property
@@ -152,10 +152,10 @@ class LongestSearch:
         if self.bounded:
             self.at_most = min(self.at_most, count - kept.at_least)
         if kept.chosen is None or len(self.order) >= count - kept.chosen.bit_count():
-            self.reason = "" if self.closed else "nothing longer was found, and not all of it was proven"
+            self.reason = "" if self.closed else "no longer order was found, but some verdicts were not proven"
             return
         if parts.verdict_count >= self.last:
-            self.reason = "as many verdicts were asked as may be"
+            self.reason = "the limit of verdicts was reached"
             return
         stands = parts.ask(kept.chosen).stability is Stability.STABLE
         self.known(parts.verdict_count)
@@ -172,7 +172,7 @@ class LongestSearch:
         """Search for an order that leaves exactly this remainder; return whether there is one."""
         self.descents += 1
         if self.descents > MOST_DESCENTS:
-            self.reason = "what may stay was found, but no way there"
+            self.reason = "a smaller remaining structure was found, but no order that leads to it"
         search = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.known)
         self.bounded &= search.order is not None or search.impossible
         self.order = search.order or self.order

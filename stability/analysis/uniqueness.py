@@ -224,14 +224,14 @@ class RestOutcome:
     def reason(self) -> str:
         """Return the reason in words; empty if normal forces alone balance everything."""
         if self.across_gaps:
-            return "it counts on gaps as contact"
+            return "the proof counts gaps as contact"
         if self.lets_go:
-            return f"it could let go: {self.lets_go}"
+            return f"the bricks could also start to move: {self.lets_go}"
         if self.undecided:
             names = in_order(self.undecided)
             shown = ", ".join(names) if len(names) <= MOST_BRICKS else f"{names[0]} and {len(names) - 1} more"
-            return f"friction is needed, and whether it could let go was not decided of {shown}"
-        return "friction is needed, and nothing else can happen" if self.braced else ""
+            return f"friction is needed, and it is undecided whether {shown} could start to move"
+        return "friction is needed, and no motion is possible" if self.braced else ""
 
 
 @one_thread()

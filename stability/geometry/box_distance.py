@@ -318,7 +318,7 @@ def _affine_shares(points: Sequence[Vec3]) -> Sequence[float]:
             )
             return 1.0 - (weights[0] + weights[1] + weights[2]), *weights
         case _:
-            raise ValueError("corners in space span a tetrahedron at most")
+            raise ValueError("a simplex in space has at most four corners")
 
 
 def _mixed(shares: Sequence[float], points: Sequence[Vec3]) -> Vec3:

@@ -52,7 +52,7 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     """
     if not LEAST_POINTS <= len(points) <= MOST_POINTS:
         raise NotASolidError(
-            f"{len(points)} points enclose nothing"
+            f"{len(points)} points enclose no volume"
             if len(points) < LEAST_POINTS
             else f"{len(points)} points are too many",
             f"write {LEAST_POINTS} to {MOST_POINTS} corners",
@@ -60,7 +60,7 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     array = np.array(points, dtype=float)
     centred = array - array.mean(axis=0)
     extent = float(np.ptp(centred, axis=0).max())
-    flat = NotASolidError("all points lie in one plane", "a solid has a thickness")
+    flat = NotASolidError("all points lie in one plane", "write points that enclose a volume")
     if extent == 0.0:
         raise flat
     scaled = centred / extent
@@ -69,8 +69,8 @@ def hull_faces(points: Sequence[Vec3]) -> tuple[list[Vec3], list[tuple[int, ...]
     except QhullError as error:
         raise flat from error
     if len(hull.vertices) > MOST_CORNERS:
-        message = f"the hull of the points has {len(hull.vertices)} corners, and {MOST_CORNERS} is the most"
-        raise NotASolidError(message, "write a simpler solid, close to it")
+        message = f"the hull of the points has {len(hull.vertices)} corners; the maximum is {MOST_CORNERS}"
+        raise NotASolidError(message, "simplify the solid")
     thickness = float(np.ptp(scaled @ hull.equations[:, :3].T, axis=0).min())
     if thickness <= FLUSH:
         raise flat
@@ -162,8 +162,8 @@ def _in_order(
     corners = sorted(faces_at)
     if min(faces_at.values()) < LEAST_FACES_AT_A_CORNER or not _is_a_sphere(len(corners), loops):
         raise NotASolidError(
-            "its corners are too close together, or its faces too nearly flush, to be distinguished",
-            "omit corners that differ only by rounding",
+            "the corners are too close together, or the faces too nearly coplanar, to be distinguished",
+            "remove corners that differ only by rounding",
         )
     new = {corner: number for number, corner in enumerate(corners)}
     depths = np.array([normal @ scaled[on[0]] for normal, on in planes]) - scaled @ np.array([n for n, _ in planes]).T
@@ -246,7 +246,9 @@ def solid_of_corners(points: Sequence[Vec3], centre_of_mass: Vec3 | None = None)
     corners, loops, inside = hull_faces(points)
     if inside:
         raise NotASolidError(
-            f"point {inside[0] + 1} is no corner: it lies inside the hull of the others", "omit it", inside[0]
+            f"point {inside[0] + 1} is not a corner, since it lies inside the hull of the other points",
+            "remove this point",
+            inside[0],
         )
     return _made(corners, loops, centre_of_mass)
 
@@ -257,8 +259,8 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
     The outline may run in either direction. Raises NotASolidError if it is not convex, and as `solid_of_corners`.
     """
     outline = _admitted(outline, 2, "corners of an outline", "x and z in metres")
-    remedy = f"write metres, more than 0: a number from {SHORTEST:g} to {LONGEST:g}"
-    admit_in_range("a prism has the depth", depth, SHORTEST, LONGEST, remedy)
+    remedy = f"write a number from {SHORTEST:g} to {LONGEST:g}, in metres"
+    admit_in_range("the depth of the prism is", depth, SHORTEST, LONGEST, remedy)
     _admit_centre(centre_of_mass)
     _admit_outline(outline)
     half = 0.5 * depth
@@ -273,8 +275,8 @@ def _admitted(points: Sequence[tuple[float, ...]], count: int, noun: str, coordi
         _admit_place(f"point {number} is", point, count, f"write {coordinates}")
     converted = [tuple(map(float, point)) for point in points]
     if converted and max(max(along) - min(along) for along in zip(*converted, strict=True)) < SHORTEST:
-        message = f"all points lie within {SHORTEST:g} m"
-        raise NotASolidError(message, "write metres: a solid must be larger")
+        message = f"the extent of the points is less than {SHORTEST:g} m"
+        raise NotASolidError(message, "check the unit, which is metres")
     return converted
 
 
@@ -291,14 +293,14 @@ def _admit_centre(centre_of_mass: Vec3 | None) -> None:
 
 def _admitted_loops(faces: Sequence[Sequence[int]], count: int) -> list[list[int]]:
     """Check faces that list corners by number. Raises TypeError or ValueError for other values."""
-    loops = listed(faces, "faces, each the numbers of its corners")
+    loops = listed(faces, "faces, each a list of corner numbers")
     for number, loop in enumerate(loops, start=1):
         sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
         if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):
             raise TypeError(f"face {number} is {told(loop)}; list the numbers of its corners, from 0")
         if len(loop) < 3 or not all(0 <= corner < count for corner in loop):  # noqa: PLR2004 -- as a triangle has
-            corners = f"there are the corners 0 to {count - 1}"
-            raise ValueError(f"face {number} is {told(tuple(loop))}; list three of its corners or more; {corners}")
+            corners = f"corner numbers run from 0 to {count - 1}"
+            raise ValueError(f"face {number} is {told(tuple(loop))}; list at least three corners; {corners}")
     return [[int(corner) for corner in loop] for loop in loops]
 
 
@@ -310,7 +312,7 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
     extent = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if extent == 0.0 or np.abs(turns.sum()) <= FLUSH * extent**2:
         raise NotASolidError(
-            "the outline has no area, or crosses itself", "write three corners or more, in order around it"
+            "the outline has no area, or crosses itself", "write at least three corners, in order around the outline"
         )
     sense = 1.0 if turns.sum() > 0.0 else -1.0
     slack = FLUSH * extent * extent
@@ -319,15 +321,15 @@ def _admit_outline(outline: Sequence[tuple[float, float]]) -> None:
         corner = int(dents[0])
         raise NotASolidError(
             f"the outline is not convex: it turns inwards at corner {corner + 1}",
-            "write its corners in order around it, or divide it into convex parts that touch",
+            "write the corners in order around the outline, or divide it into convex parts that touch",
             corner,
         )
     lengths = np.hypot(*sides.T)
     nonzero = lengths > 0.0
     angles = np.arctan2(turns, np.einsum("ij,ij->i", before, sides))
     if not nonzero.all() or abs(abs(float(angles.sum())) - 2.0 * np.pi) > 1.0:
-        message = "the outline crosses itself" if nonzero.all() else "two corners of the outline are one"
-        raise NotASolidError(message, "write each of its corners once, in order around it")
+        message = "the outline crosses itself" if nonzero.all() else "two corners of the outline coincide"
+        raise NotASolidError(message, "write each corner once, in order around the outline")
 
 
 def solid_of_mesh(
@@ -346,18 +348,19 @@ def solid_of_mesh(
     extent = float(np.ptp(np.array([points[n] for n in used]), axis=0).max())
     volume = integrals(points, loops).volume
     if abs(volume) <= FLUSH * extent**3:
-        raise NotASolidError("the faces enclose no volume", "a solid has a thickness")
+        raise NotASolidError("the faces enclose no volume", "write faces that enclose a volume")
     if volume < 0.0:
         raise NotASolidError(
-            "the faces are oriented inwards", "list the corners of each face counter-clockwise, as seen from outside"
+            "the faces are oriented inwards",
+            "list the corners of each face counter-clockwise, as seen from outside the solid",
         )
     corners, hull_loops, inside = hull_faces([points[n] for n in used])
     hull_volume = integrals(corners, hull_loops).volume
     if inside or hull_volume - volume > file_tolerance(corners, hull_loops) * extent**3:
         share = 100.0 * (1.0 - volume / hull_volume)
-        where = f": corner {used[inside[0]] + 1} is inside of its hull" if inside else ""
+        where = f": corner {used[inside[0]] + 1} is inside its hull" if inside else ""
         raise NotASolidError(
-            f"the solid is not convex{where}; it fills {share:.3g} % less than its hull",
+            f"the solid is not convex{where}; its volume is {share:.3g} % less than that of its hull",
             "divide it into convex parts that touch, or write `points` for its hull",
             used[inside[0]] if inside else None,
         )
@@ -366,15 +369,15 @@ def solid_of_mesh(
 
 def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
     if len(loops) < 4:  # noqa: PLR2004 -- a tetrahedron has four
-        raise NotASolidError(f"{len(loops)} faces enclose nothing", "a solid has four faces or more")
+        raise NotASolidError(f"{len(loops)} faces enclose no volume", "write at least four faces")
     face_of_edge: dict[tuple[int, int], int] = {}
     for number, loop in enumerate(loops):
         for edge in pairwise((*loop, loop[0])):
             if edge in face_of_edge:
                 both = f"faces {face_of_edge[edge] + 1} and {number + 1}"
                 raise NotASolidError(
-                    f"{both} have their common edge in the same direction, so one faces inwards",
-                    "list the corners of each face counter-clockwise, as seen from outside",
+                    f"{both} traverse their common edge in the same direction, so one of them faces inwards",
+                    "list the corners of each face counter-clockwise, as seen from outside the solid",
                     number,
                 )
             face_of_edge[edge] = number
@@ -383,16 +386,14 @@ def _admit_closed(loops: Sequence[Sequence[int]]) -> None:
             edge_description = f"the edge of face {number + 1} from corner {start + 1} to {end + 1}"
             raise NotASolidError(
                 f"the mesh has a hole: no other face has {edge_description}",
-                "close it",
+                "add the missing face",
                 number,
             )
 
 
 def _made(corners: Sequence[Vec3], loops: Sequence[Sequence[int]], centre_of_mass: Vec3 | None) -> FramedSolid:
     if len(loops) > MOST_FACES:
-        raise NotASolidError(
-            f"the solid has {len(loops)} faces, and {MOST_FACES} is the most", "write a simpler solid, close to it"
-        )
+        raise NotASolidError(f"the solid has {len(loops)} faces; the maximum is {MOST_FACES}", "simplify the solid")
     filled = integrals(corners, loops)
     centre = filled.centre if centre_of_mass is None else _three(centre_of_mass)
     about = [subtract(corner, centre) for corner in corners]

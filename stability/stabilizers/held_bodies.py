@@ -104,16 +104,20 @@ def gravity_of(engine: Engine, given: float | None) -> float:
     if not callable(getattr(engine, "masses", None)):
         raise TypeError(f"expected an engine, such as PyBulletBodies(client), not {engine!r}")
     if given is not None:
-        admit_number("the gravity is", given, "write m/s2, as a number that is more than 0")
+        admit_number("the gravity is", given, "write a number greater than 0, in m/s2")
     if (reported_W := engine.gravity_W()) is None:
         return EARTH if given is None else given
     x, y, z = reported_W
     if x == y == z == 0.0:
         if given is None:
-            raise ValueError("the engine has no gravity: set it first (in PyBullet: p.setGravity(0, 0, -9.81))")
+            raise ValueError("the engine has no gravity; set it first, in PyBullet with p.setGravity(0, 0, -9.81)")
         return given
     if z >= 0.0 or hypot(x, y) > SAME * -z:
-        raise ValueError(f"the engine's gravity is ({x:g}, {y:g}, {z:g}) m/s2: proofs require gravity along -z")
+        raise ValueError(
+            f"the gravity of the engine is ({x:g}, {y:g}, {z:g}) m/s2, but proofs require gravity along -z"
+        )
     if given is not None and not isclose(given, -z, rel_tol=SAME):
-        raise ValueError(f"gravity={given:g} differs from the engine's {-z:g} m/s2: omit it, or correct one of them")
+        raise ValueError(
+            f"gravity={given:g} differs from the gravity of the engine, {-z:g} m/s2; omit it, or correct one of them"
+        )
     return -z

@@ -55,7 +55,7 @@ def bricks_in_poses(
     values.
     """
     if isinstance(names, str):
-        raise TypeError(f"give a sequence of names, such as ['{told(names)[1:-1]}']")
+        raise TypeError(f"expected a sequence of names, such as ['{told(names)[1:-1]}'], not a string")
     names = listed(names, "names, such as ['a']")
     count = len(names)
     made = _shapes(shapes, count)
@@ -121,7 +121,7 @@ def _shapes(shapes: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[C
         sizes: ArrayLike = shapes  # type: ignore[assignment]  # as no shape is among them
         return [Box(_vector(size)) for size in _rows("sizes", sizes, count, (3,))]
     if len(shapes) != count:
-        raise ValueError(f"there are {count} names and {len(shapes)} shapes; give one shape a brick")
+        raise ValueError(f"there are {count} names but {len(shapes)} shapes; write one shape for each brick")
     return shapes  # type: ignore[return-value]  # `add_all` refuses other types
 
 
@@ -130,21 +130,21 @@ def _rows(what: str, values: ArrayLike, count: int, shape: tuple[int, ...]) -> A
     try:
         rows = np.asarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError) as error:
-        raise ValueError(f"{what} are no numbers: {error}") from error
+        raise ValueError(f"{what} must be numbers: {error}") from error
     if rows.shape not in (shape, (count, *shape)):
         row = f"({', '.join(map(str, shape))},)" if shape else "a number"
         whole = f"({', '.join(map(str, (count, *shape)))}{'' if shape else ','})"
-        raise ValueError(f"{what} have the shape {rows.shape}; give {whole}, or {row} for all")
+        raise ValueError(f"{what} have the array shape {rows.shape}; expected {whole}, or {row} for all bricks")
     return np.broadcast_to(rows, (count, *shape))
 
 
 def _vector(row: Array) -> Vec3:
-    admit_numbers("an array has the row", row.tolist(), 3, "write finite numbers")
+    admit_numbers("a row of an array is", row.tolist(), 3, "write finite numbers")
     x, y, z = row.tolist()
     return (x, y, z)
 
 
 def _quaternion(row: Array) -> Quaternion:
-    admit_numbers("an array has the row", row.tolist(), 4, "write finite numbers")
+    admit_numbers("a row of an array is", row.tolist(), 4, "write finite numbers")
     x, y, z, w = row.tolist()
     return (x, y, z, w)

@@ -65,8 +65,8 @@ def admit_brick(placed: Placed) -> None:
     _admit_kinds(placed)
     brick, name = placed.brick, placed.brick.id
     _admit_shape("brick", name, brick.shape)
-    remedy = f"write kilograms, as a number; it is from {LIGHTEST:g} to {HEAVIEST:g} kg"
-    admit_in_range(f"brick '{name}' has the mass", brick.mass, LIGHTEST, HEAVIEST, remedy)
+    remedy = f"write a number from {LIGHTEST:g} to {HEAVIEST:g}, in kilograms"
+    admit_in_range(f"the mass of brick '{name}' is", brick.mass, LIGHTEST, HEAVIEST, remedy)
     admit_place(placed)
 
 
@@ -103,13 +103,15 @@ def _admit_kinds(placed: object) -> None:
         raise TypeError(f"expected Brick(name, shape, mass), not {told(placed.brick)}")
     admit_name("a brick", placed.brick.id)
     if not isinstance(placed.pose, Pose):
-        raise TypeError(f"brick '{placed.brick.id}' has the pose {told(placed.pose)}; write Pose((x, y, z)) in metres")
+        raise TypeError(
+            f"the pose of brick '{placed.brick.id}' is {told(placed.pose)}; write Pose((x, y, z)), in metres"
+        )
 
 
 def admit_name(what: str, name: object) -> None:
     """Raise TypeError for anything but a name."""
     if not isinstance(name, str):
-        raise TypeError(f"{what} is called {told(name)}; write its name as a text")
+        raise TypeError(f"the name of {what} is {told(name)}; write a string")
 
 
 def admit_place(placed: Placed) -> None:
@@ -117,16 +119,18 @@ def admit_place(placed: Placed) -> None:
     name, pose = placed.brick.id, placed.pose
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
-        raise ValueError(f"brick '{name}' is at {told(pose.position_W)}; put it within {LONGEST:g} m of the origin")
+        raise ValueError(
+            f"the position of brick '{name}' is {told(pose.position_W)}; it must be within {LONGEST:g} m of the origin"
+        )
     _admit(name, "orientation", pose.orientation, 4, "write a quaternion x, y, z, w")
     if abs(sum(part * part for part in pose.orientation) - 1.0) > UNIT:
-        raise ValueError(f"brick '{name}' has the orientation {told(pose.orientation)}; divide it by its length")
+        raise ValueError(f"the orientation of brick '{name}' is {told(pose.orientation)}; write a unit quaternion")
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
     """Raise ValueError for invalid fixed bodies, friction or gravity, TypeError for other types."""
     admit_friction(friction)
-    remedy = f"write m/s2, as a number that is more than 0, from {WEAKEST:g} to {STRONGEST:g}; it points down"
+    remedy = f"write a number from {WEAKEST:g} to {STRONGEST:g}, in m/s2; gravity points down"
     admit_in_range("the gravity is", gravity, WEAKEST, STRONGEST, remedy)
     for plane in planes:
         _admit_plane(plane)
@@ -152,9 +156,9 @@ def admit_forces(forces: object) -> None:
 
 def admit_overlap(overlap: float) -> None:
     """Raise ValueError for an invalid depth, TypeError for anything but a number."""
-    admit_number("the overlap is", overlap, "write metres, as a number")
+    admit_number("the overlap is", overlap, "write a number, in metres")
     if not overlap >= 0.0:
-        raise ValueError(f"the overlap is {overlap} m; it is 0 or more")
+        raise ValueError(f"the overlap is {overlap} m; it must be at least 0")
 
 
 def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
@@ -163,43 +167,45 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
         case Box(size):
             _admit_size(what, name, size)
         case tuple():
-            raise ValueError(f"{what} '{name}' has the shape {told(shape)}; write Box({told(shape)})")
+            raise ValueError(f"the shape of {what} '{name}' is {told(shape)}; write Box({told(shape)})")
         case OffCentreBox(size, centre):
             _admit_size(what, name, size)
-            _admit(name, "centre of mass", centre, 3, "write x, y and z from the middle of the box in metres")
+            _admit(name, "centre of mass", centre, 3, "write x, y and z from the centre of the box, in metres")
             if any(abs(part) >= 0.5 * side for part, side in zip(centre, size, strict=True)) and what == "brick":
-                raise ValueError(f"{what} '{name}' has its centre of mass at {centre}, which is not inside of {size}")
+                raise ValueError(f"the centre of mass of {what} '{name}' is {centre}, outside the box of size {size}")
         case _ if not (hasattr(shape, "faces") and hasattr(shape, "least_thickness")):
             raise TypeError(
-                f"{what} '{name}' has the shape {told(shape)}; write Box((length, width, thickness)) in metres"
+                f"the shape of {what} '{name}' is {told(shape)}; write Box((length, width, thickness)), in metres"
             )
         case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
             across = f"{shape.least_thickness} to {shape.length} m"
-            raise ValueError(f"{what} '{name}' measures {across}; each measure is {limits}")
+            raise ValueError(f"{what} '{name}' measures {across}; each dimension must be {limits}")
 
 
 def _admit_size(what: str, name: BodyId, size: Sequence[float]) -> None:
-    _admit(name, "size", size, 3, "write length, width and thickness in metres")
+    _admit(name, "size", size, 3, "write length, width and thickness, in metres")
     if not isinstance(size, tuple):
-        raise TypeError(f"{what} '{name}' has the size {told(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
+        raise TypeError(f"the size of {what} '{name}' is {told(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
     if not all(SHORTEST <= side <= LONGEST for side in size):
         limits = f"from {SHORTEST:g} to {LONGEST:g} m"
-        raise ValueError(f"{what} '{name}' has the size {told(size)}; each side is {limits}")
+        raise ValueError(f"the size of {what} '{name}' is {told(size)}; each side must be {limits}")
 
 
 def _admit_plane(plane: Plane) -> None:
     if not isinstance(plane, Plane):
         raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
     admit_name("a plane", plane.id)
-    admit_number(f"plane '{plane.id}' has the friction", plane.friction, "write a coefficient of 0 or more")
+    admit_number(f"the friction of plane '{plane.id}' is", plane.friction, "write a coefficient of at least 0")
     _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in plane.point_W):
-        raise ValueError(f"plane '{plane.id}' is at {told(plane.point_W)}; put it within {LONGEST:g} m of the origin")
-    _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the way out of the solid")
+        raise ValueError(
+            f"the point of plane '{plane.id}' is {told(plane.point_W)}; it must be within {LONGEST:g} m of the origin"
+        )
+    _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the outward normal")
     if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
-        raise ValueError(f"plane '{plane.id}' has the normal {plane.normal_W}; divide it by its length")
+        raise ValueError(f"the normal of plane '{plane.id}' is {plane.normal_W}; write a unit vector")
     if not 0.0 <= plane.friction < float("inf"):
-        raise ValueError(f"plane '{plane.id}' has the friction {plane.friction}; it is 0 or more")
+        raise ValueError(f"the friction of plane '{plane.id}' is {plane.friction}; it must be finite and at least 0")
 
 
 def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
@@ -207,12 +213,12 @@ def admit_names(coming: Iterable[BodyId], known: Collection[BodyId]) -> None:
     among: set[BodyId] = set()
     for name in coming:
         if name in known or name in among:
-            raise ValueError(f"there are two bodies called '{name}'; give each a name of its own")
+            raise ValueError(f"there are two bodies with the name '{name}'; give each a different name")
         among.add(name)
 
 
 def _admit(name: BodyId, what: str, numbers: Sequence[float], count: int, remedy: str) -> None:
-    admit_numbers(f"'{name}' has the {what}", numbers, count, remedy)
+    admit_numbers(f"the {what} of '{name}' is", numbers, count, remedy)
 
 
 # Queries about placed bricks and their proofs, without changes.
@@ -340,7 +346,7 @@ class AssemblyAnswers:
         forces = total_forces(self._structure, self._prover.ledger, list(problem.contacts))
         check = check_forces(problem, forces, rounded(problem, self._structure.tolerances))
         if not check.holds:
-            raise ArithmeticError(f"the proof of the assembly does not hold: {check}")
+            raise ArithmeticError(f"the check of the proof of the assembly failed: {check}")
         return forces
 
     def forces_above(self, bricks: Collection[BodyId], among: Set[BodyId] | None = None) -> Tally:
@@ -402,8 +408,10 @@ def _shrunk(low_W: Vec3, high_W: Vec3, by: float) -> tuple[Vec3, Vec3]:
 
 def _refuse(placed: Placed, other: BodyId, gap: float, forgiven: float) -> None:
     if -gap > LIMIT_ITSELF * forgiven:
-        depth = f"{MILLIMETRES * -gap:.3g} mm deep in '{other}'"
-        raise ValueError(f"brick '{placed.brick.id}' is {depth}; move it, or give Assembly a larger `overlap`")
+        depth = f"{MILLIMETRES * -gap:.3g} mm inside '{other}'"
+        raise ValueError(
+            f"brick '{placed.brick.id}' is {depth}; move it, or create the Assembly with a larger `overlap`"
+        )
 
 
 # Placed bricks and their proofs: the statics API.
@@ -583,9 +591,9 @@ class Assembly(AssemblyAnswers):
     def restore(self, state: AssemblyState) -> None:
         """Restore a state, with its proofs, bit for bit. Raises ValueError for the state of another assembly."""
         if not isinstance(state, AssemblyState):
-            raise TypeError(f"expected what `state()` gave, not {told(state)}")
+            raise TypeError(f"expected an AssemblyState, as returned by `state()`, not {told(state)}")
         if state.of is not self:
-            raise ValueError("this is the state of another assembly; restore it there")
+            raise ValueError("this is the state of another assembly; restore it in that assembly")
         with self._changing() as prover:
             prover.restore(state.known)
             self._last_verdict[LAST] = state.verdict
@@ -615,7 +623,7 @@ class Assembly(AssemblyAnswers):
     def _removed(self, bricks: Collection[BodyId], names_smallest: bool, keep: bool = True) -> Verdict:
         started = perf_counter()
         if isinstance(bricks, str):
-            raise TypeError(f"give a collection of names, such as ['{bricks}']")
+            raise TypeError(f"expected a collection of names, such as ['{bricks}'], not a string")
         names = listed(bricks, "names, such as ['a']")
         self._reject_unknown(names)
         with self._changing() as prover:

@@ -324,10 +324,10 @@ def _in_doubt(structure: Structure, careful: _Careful) -> StageAnswer:
 
     problem, balance = careful.problem, careful.balance
     if balance.forces is not None:
-        reason = "it can hold only by self-stress: forces that its weight does not call for may be there, or not"
+        reason = "only self-stress can hold the structure: contact forces that the weights do not require"
         start = find_start(problem, structure.tolerances)
         if start is not None:
-            reason += f"; if they are not, {described(problem, start.acceleration)}"
+            reason += f"; without these forces, {described(problem, start.acceleration)}"
     else:
-        reason = f"too close to its limit to prove either way ({balance.note})"
+        reason = f"too close to the limit of stability for a proof in either direction ({balance.note})"
     return StageAnswer(verdict=Verdict(Stability.UNDECIDED, Stage.CONES, reason, tuple(problem.bricks)))

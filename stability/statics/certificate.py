@@ -67,7 +67,7 @@ def _summed(contact: Contact, noted: Sequence[ConeForces | VerticalLoad]) -> Con
 def _press(contact: Contact, load: VerticalLoad, sums: Sequence[list[Vec3]]) -> None:
     normal = upright_normal(contact)
     if normal is None:
-        raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries nothing upright")
+        raise ValueError(f"the contact of {contact.upper} on {contact.lower} carries no vertical force")
     for at_point, share in zip(sums, _at_corners(contact, load.at), strict=True):
         at_point[normal] = add(at_point[normal], (0.0, 0.0, share * load.weight))
 

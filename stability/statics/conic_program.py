@@ -147,5 +147,5 @@ def solve(program: ConicProgram, accuracy: float, solver: Solver) -> SolverPoint
     except Exception as error:
         return f"the solver failed: {error}"
     if point.x.shape != program.cost.shape or point.dual.shape != program.offset.shape:
-        return f"{point.status}, and its point is of the wrong shape"
+        return f"{point.status}, but the returned point has the wrong shape"
     return point

@@ -195,7 +195,9 @@ def balance(
         motion = None if forces else proven_motion(problem, system, point.x, tolerances)
         if forces or motion:
             return Balance(forces, motion, "")
-        notes.append(f"{build.__name__.strip('_')} to {accuracy:g}: {point.status}, but its point proves nothing")
+        notes.append(
+            f"{build.__name__.strip('_')} to {accuracy:g}: {point.status}, but the returned point is not a proof"
+        )
     return Balance(None, None, "; ".join(notes))
 
 

@@ -320,4 +320,4 @@ def overlap_in_words(structure: Structure, brick: BodyId) -> str:
     depth, deepest = max(((depth, other) for depth, other, reach in overlaps if depth > reach), default=(0.0, ""))
     if not deepest:
         return ""
-    return f"{brick} is {MILLIMETRES * depth:.3g} mm deep in {deepest}, so they are not taken to touch"
+    return f"{brick} is {MILLIMETRES * depth:.3g} mm inside {deepest}, too deep to count as contact"

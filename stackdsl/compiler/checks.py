@@ -30,8 +30,8 @@ def excessive_levels(built: ResolvedScenario, _scenario: Scenario, source: Sourc
         highest = max((built.bricks[other].level for other in brick.footing.on_boxes), default=0) + 1
         if brick.written.level > highest:
             where = "the ground" if highest == 1 else f"level {highest - 1}"
-            message = f"brick '{brick.name}' stands on {where}, so it cannot be of level {brick.written.level}"
-            hint = f"write at most {highest}, or leave it out"
+            message = f"brick '{brick.name}' stands on {where}, so its level cannot be {brick.written.level}"
+            hint = f"write a level of at most {highest}, or remove `level`"
             yield Diagnostic("SD104", source.span_of((*brick.written.path, "level")), message, hint)
 
 
@@ -42,7 +42,7 @@ def duplicate_names(built: ResolvedScenario, _scenario: Scenario, source: Source
         other = first.setdefault(brick.name, brick)
         if other is not brick:
             there, here = source.span_of(other.written.path), source.span_of(brick.written.path)
-            message = f"two bricks are called '{brick.name}'; the other one is at {there.seen_from(here)}"
+            message = f"two bricks have the name '{brick.name}'; the other one is at {there.seen_from(here)}"
             yield Diagnostic("SD203", here, message, "give the step or the brick a name")
 
 
@@ -52,7 +52,7 @@ def duplicate_missile_names(built: ResolvedScenario, scenario: Scenario, source:
     for number, brick in built.missiles.items():
         if brick.id in names:
             span = source.span_of(("impacts", number, scenario.impacts[number].kind, "name"))
-            yield Diagnostic("SD203", span, f"two bricks are called '{brick.id}'", "give one of them another name")
+            yield Diagnostic("SD203", span, f"two bricks have the name '{brick.id}'", "rename one of them")
         names.add(brick.id)
 
 
@@ -65,7 +65,7 @@ def unknown_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) 
     for reference in (*impacts, *(reference for _, reference in _claimed(scenario))):
         if reference.name not in (all_bodies if reference.or_plane else bricks):
             candidates = (*bodies, *planes) if reference.or_plane else bodies
-            hint = did_you_mean(reference.name, candidates) or f"the bricks are called {names[0]} to {names[-1]}"
+            hint = did_you_mean(reference.name, candidates) or f"the names of the bricks are {names[0]} to {names[-1]}"
             yield Diagnostic("SD204", source.span_of(reference.path), f"there is no brick '{reference.name}'", hint)
 
 
@@ -74,8 +74,8 @@ def claims_about_removed_bricks(_built: ResolvedScenario, scenario: Scenario, so
     removed = {reference.name for impact in scenario.impacts for reference in impact.content.pulled_out}
     for claim, reference in _claimed(scenario):
         if reference.name in removed and not claim.content.allows_removed_bricks:
-            message = f"brick '{reference.name}' is pulled out, so no claim may refer to it"
-            yield Diagnostic("SD204", source.span_of(reference.path), message, "leave it out")
+            message = f"brick '{reference.name}' is pulled out, so claims cannot refer to it"
+            yield Diagnostic("SD204", source.span_of(reference.path), message, "remove this name")
 
 
 def claims_about_missiles(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -89,10 +89,10 @@ def claims_about_missiles(built: ResolvedScenario, scenario: Scenario, source: S
         if reference.name in missiles and not reference.or_plane:
             arrival = missiles[reference.name]
             message = (
-                f"'{reference.name}' is {arrival}, so it is not part of the structure, and no claim may refer to it"
+                f"brick '{reference.name}' is {arrival} and not part of the structure, so claims cannot refer to it"
             )
             yield Diagnostic(
-                "SD204", source.span_of(reference.path), message, "leave it out, or name a brick that is built"
+                "SD204", source.span_of(reference.path), message, "remove this name, or write a brick of the structure"
             )
 
 
@@ -165,8 +165,8 @@ def contradictions(built: ResolvedScenario, scenario: Scenario, source: Source) 
                 there = source.key_span_of(("expect", before, earlier.kind))
                 here = source.key_span_of(("expect", number, claim.kind))
                 other = f"`{earlier.kind}` at {there.seen_from(here)}"
-                message = f"this and {other} cannot both hold on {', '.join(shared)}"
-                yield Diagnostic("SD104", here, message, "remove one, or set `system:` for each")
+                message = f"this claim and {other} contradict each other on {', '.join(shared)}"
+                yield Diagnostic("SD104", here, message, "remove one of them, or add `system:` to both")
                 break
 
 
@@ -178,9 +178,9 @@ def excessive_counts(built: ResolvedScenario, scenario: Scenario, source: Source
             for count in claim.content.counts():
                 most = resolved_scenario[count.noun]
                 if count.least > most:
-                    message = f"{count.least:g} {count.noun} are claimed, but {most} are built"
+                    message = f"the claim needs {count.least:g} {count.noun}, but the structure has {most}"
                     span = source.span_of((key, number, claim.kind, count.key))
-                    yield Diagnostic("SD205", span, message, f"claim at most {most}, or build more")
+                    yield Diagnostic("SD205", span, message, f"reduce the number to at most {most}, or add bricks")
 
 
 def _is_of(claim: Expectation, system: str) -> bool:
@@ -260,8 +260,8 @@ def misfits(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Ite
 
 def crowded(brick: WrittenBrick, source: Source) -> Diagnostic:
     """Return the diagnostic for a brick with too many neighbours to compare."""
-    message = "too many bricks lie close together here to compute which of them touch"
-    hint = "build fewer bricks, or align long ones with the axes: bricks whose bounding boxes overlap are compared"
+    message = "too many bricks are close together here, so the search for contacts takes too long"
+    hint = "use fewer bricks, or align long ones with the axes, so that fewer bounding boxes overlap"
     return Diagnostic("SD206", source.span_of(brick.path), message, hint)
 
 
@@ -288,13 +288,13 @@ def _misfit(
         other = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
         plane = built.planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
         message = f"brick '{brick.name}' is {mm(fit.depth)} inside {other or plane}"
-        return "SD201", message, f"move it out by at least {mm(fit.depth)}{', such as by `origin`' * of_layout}"
+        return "SD201", message, f"move it by at least {mm(fit.depth)}{', for example with `origin`' * of_layout}"
     if fit.in_the_air and not brick.written.drop:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
         hint = "place it on a support, or write `drop: true` to let it fall"
         if of_layout:
-            hint = "choose measures of the layout so that every brick has a support, or an `origin` on a support"
-        return "SD202", f"nothing is under brick '{brick.name}'{above}", hint
+            hint = "change the dimensions or the `origin` of the layout so that every brick has a support"
+        return "SD202", f"brick '{brick.name}' has no support{above}", hint
     return None
 
 
@@ -302,7 +302,7 @@ def _distances(clearance: float, reach: float) -> str:
     """Return the text of a distance and of the largest allowed one, with enough digits to distinguish them."""
     texts = ((mm(clearance, digits), mm(reach, digits)) for digits in range(USUAL_DIGITS, ALL_DIGITS + 1))
     away, most = next(pair for pair in texts if pair[0] != pair[1])
-    return f"{away} away, and bodies up to {most} away touch"
+    return f"{away} away; the largest gap that counts as contact is {most}"
 
 
 # Bricks placed on or beside others, which must be present and still at their written positions.
@@ -319,16 +319,16 @@ def missing_neighbours(built: ResolvedScenario, _scenario: Scenario, source: Sou
         error, span = brick.written.lost, _span(brick, source)
         assert error is not None  # as `lost` has only such bricks
         if error.too_costly:
-            message = f"to find '{error.name}', more than {MAX_NAMED} automatic names must be recomputed"
-            yield Diagnostic("SD206", span, message, "name the bricks on or beside which others are placed")
+            message = f"the search for '{error.name}' must recompute more than {MAX_NAMED} automatic names"
+            yield Diagnostic("SD206", span, message, "give names to the bricks on or beside which others are placed")
             return
         elif error.name in later:
             there = source.span_of(later[error.name].path)
-            message = f"brick '{error.name}' is placed only later, at {there.seen_from(span)}"
-            yield Diagnostic("SD204", span, message, "name a brick that is placed before, or place that one first")
+            message = f"brick '{error.name}' is placed later, at {there.seen_from(span)}"
+            yield Diagnostic("SD204", span, message, "refer to an earlier brick, or place that brick first")
         else:
-            hint = did_you_mean(error.name, names) or "name a brick that is placed before"
-            yield Diagnostic("SD204", span, f"there is no brick '{error.name}' before this one", hint)
+            hint = did_you_mean(error.name, names) or "refer to an earlier brick"
+            yield Diagnostic("SD204", span, f"no earlier brick has the name '{error.name}'", hint)
 
 
 def misplaced_bricks(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -346,8 +346,10 @@ def _moved_neighbours(built: ResolvedScenario, scenario: Scenario, source: Sourc
         for number in brick.written.placed_by:
             other = built.bricks[number]
             if (reason := _why_unknown(other, brick.placed, hit)) is not None:
-                message = f"brick '{brick.name}' is placed by '{other.name}' at {brick.placed.time:g} s, {reason}"
-                hint = "place it by another brick, `at` a position, or at another time"
+                message = (
+                    f"brick '{brick.name}' is placed relative to '{other.name}' at {brick.placed.time:g} s, {reason}"
+                )
+                hint = "refer to another brick, use `at` with a position, or place it at another time"
                 yield Diagnostic("SD204", _span(brick, source), message, hint)
                 break
 
@@ -357,7 +359,7 @@ def _why_unknown(other: ResolvedBrick, moment: ActionOrder, hit: Mapping[BodyId,
     if other.written.drop:
         return "which is dropped, so its position is unknown before the run"
     if other.placed > moment:
-        return f"which is placed only at {other.placed.time:g} s"
+        return f"which is not placed before {other.placed.time:g} s"
     if other.removed is not None and other.removed <= moment:
         return f"which is pulled out at {other.removed.time:g} s"
     if other.name in hit and hit[other.name] <= moment:
@@ -391,6 +393,6 @@ def slivers(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Ite
         if (written.shape.least_thickness < SHORTEST or written.mass < LIGHTEST) and written.path not in reported:
             reported.add(written.path)
             side = written.shape.least_thickness
-            message = f"brick '{brick.name}' is cut to {written.mass:.3g} kg and a side of {side:.3g} m"
-            hint = f"choose measures of the layout that leave every brick at least {LIGHTEST:g} kg and {SHORTEST:g} m"
+            message = f"the layout cuts brick '{brick.name}' too small: {written.mass:.3g} kg, side {side:.3g} m"
+            hint = f"change the dimensions of the layout; the minimum is {LIGHTEST:g} kg and {SHORTEST:g} m"
             yield Diagnostic("SD104", source.span_of(written.path), message, hint)

@@ -161,16 +161,23 @@ def invalid_friction_pairs(built: ResolvedScenario, scenario: Scenario, source: 
             there = source.span_of(("world", "friction", "between", number, "pair", place))
             if name not in bricks | planes | kinds:
                 hint = did_you_mean(name, (*kinds, *sorted(planes), *sorted(bricks)))
-                hint = hint or "name a kind of brick, a brick, the ground or a wall"
+                hint = hint or "write the name of a kind of brick, a brick, the ground or a wall"
                 yield Diagnostic("SD204", there, f"there is no brick or kind of brick '{name}'", hint)
             elif name in kinds and name in bricks | planes:
-                message = f"'{name}' is both a body and a kind of brick"
+                message = f"'{name}' is the name of both a body and a kind of brick"
                 yield Diagnostic("SD203", there, message, "rename one of them")
         one, other = each.pair
         if one == other and one in bricks:
-            yield Diagnostic("SD104", span, f"'{one}' is one brick, which cannot touch itself", "name two bodies")
+            yield Diagnostic(
+                "SD104", span, f"'{one}' is a single brick, which cannot touch itself", "write two different bodies"
+            )
         elif {one, other} <= planes:
-            yield Diagnostic("SD104", span, "both bodies are fixed, so no friction acts", "name a brick, or a kind")
+            yield Diagnostic(
+                "SD104",
+                span,
+                "both bodies are fixed, so no friction acts between them",
+                "write at least one brick or kind of brick",
+            )
     yield from _contradictory_repeats(pairs, source)
     yield from _ambiguous_pairs(built, scenario, source, bricks)
 
@@ -181,7 +188,7 @@ def _contradictory_repeats(pairs: Sequence[PairOfBodies], source: Source) -> Ite
         earlier = first.setdefault(frozenset(each.pair), number)
         if pairs[earlier].friction != each.friction:
             here, there = _lines(source, number, earlier)
-            message = f"this pair already has {pairs[earlier].friction:g}, at {there}"
+            message = f"this pair already has a friction coefficient of {pairs[earlier].friction:g}, at {there}"
             yield Diagnostic("SD104", here, message, "keep one of them")
 
 
@@ -209,7 +216,7 @@ def _ambiguous_pairs(
             continue
         if pairs[first].friction != pairs[second].friction:
             here, there = _lines(source, second, first)
-            message = f"this line and the one at {there} give {a} and {b} different frictions"
+            message = f"this line and the line at {there} specify different friction coefficients for {a} and {b}"
             yield Diagnostic("SD104", here, message, f"add the pair [{a}, {b}]")
 
 
@@ -300,12 +307,12 @@ def places_of(scenario: Scenario, source: Source) -> Mapping[BodyId, Span]:
 def _too_many(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     bricks = bricks_at_most(scenario)
     if bricks > MAX_BRICKS:
-        message = f"the scenario has {bricks} bricks; at most {MAX_BRICKS} are allowed"
-        yield Diagnostic("SD206", source.key_span_of(("build",)), message, "build fewer bricks")
+        message = f"the scenario has {bricks} bricks; the maximum is {MAX_BRICKS}"
+        yield Diagnostic("SD206", source.key_span_of(("build",)), message, "use fewer bricks")
     flying = sum(impact.content.missile is not None for impact in scenario.impacts)
     if flying * bricks > MAX_MEETINGS:
-        message = f"each of {flying} thrown or dropped bricks may meet {bricks} bricks"
-        hint = f"keep the product of both numbers at most {MAX_MEETINGS}"
+        message = f"the checks of {flying} thrown or dropped bricks against {bricks} bricks take too long"
+        hint = f"reduce the product of both numbers to at most {MAX_MEETINGS}"
         yield Diagnostic("SD206", source.key_span_of(("impacts",)), message, hint)
     yield from too_many_in_margins(bricks, scenario, source)
 

@@ -105,7 +105,7 @@ def blocked_carrying(built: ResolvedScenario, scenario: Scenario, source: Source
             continue
         if (obstacle := _obstacle(carried, built, places)) is not None:
             reported.add(step)
-            yield Diagnostic("SD209", source.span_of(path), obstacle, "choose another start by `from`")
+            yield Diagnostic("SD209", source.span_of(path), obstacle, "choose another start with `from`")
 
 
 def _places(built: ResolvedScenario) -> Neighbours[int]:
@@ -122,7 +122,7 @@ def _obstacle(carried: CarriedBrick, built: ResolvedScenario, places: Neighbours
     for plane in built.planes:
         gap = apart_from_plane(shape, carried.start, plane).gap
         if gap < -OVERLAP:
-            return f"brick '{name}' starts {mm(-gap)} inside {plane.id} in the hand"
+            return f"the path of the hand starts with brick '{name}' {mm(-gap)} inside {plane.id}"
     length = norm(carried.hand.from_)
     along, block = scale(-1.0 / length, carried.hand.from_), in_place(shape, carried.start)
     ends = (bounds_W(shape, carried.start), bounds_W(shape, carried.brick.written.pose))
@@ -136,7 +136,7 @@ def _obstacle(carried: CarriedBrick, built: ResolvedScenario, places: Neighbours
             continue
         way = meeting(block, in_place(other.written.shape, other.written.pose), along, OVERLAP)
         if way is not None and way[0] < length - OVERLAP and way[1] > OVERLAP:
-            return f"brick '{other.name}' is in the way of the hand that brings brick '{name}'"
+            return f"brick '{other.name}' blocks the path of the hand that brings brick '{name}'"
     return None
 
 
@@ -170,7 +170,7 @@ def actions_on_held_bricks(built: ResolvedScenario, scenario: Scenario, source: 
             if other is not None and begins < other.ends - ROUNDING:
                 there, here = source.key_span_of(other.path), source.key_span_of(path)
                 message = f"the hand of {there.seen_from(here)} holds brick '{name}' until {other.ends:g} s"
-                hint = f"begin at {other.ends:g} s or later, when it is released"
+                hint = f"begin at {other.ends:g} s or later, when the hand has released the brick"
                 yield Diagnostic("SD209", here, message, hint)
             if impact.content.lasts:
                 in_hand[name] = _InHand(path, begins, begins + impact.content.lasts)
@@ -202,5 +202,5 @@ def _through(  # noqa: PLR0913, PLR0917 -- a path, its start and its position in
             if gap < -OVERLAP:
                 span = source.span_of(("impacts", number, "move", move.kind))
                 message = f"the hand would move brick '{brick.name}' {mm(-gap)} into {plane.id}"
-                yield Diagnostic("SD209", span, message, f"choose a path clear of {plane.id}")
+                yield Diagnostic("SD209", span, message, f"choose a path that avoids {plane.id}")
                 return

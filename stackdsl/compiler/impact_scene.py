@@ -106,7 +106,7 @@ def aimed_at(aim: Aim, scene: ImpactScene, key: str) -> list[StandingBrick]:
     if aim.level is None:
         raise missing(aim.brick or "", scene, key)
     highest = max((brick.level for brick in scene.resting), default=0)
-    hint = f"name a level up to {highest}, or begin later" if highest else "begin later"
+    hint = f"write a level up to {highest}, or begin later" if highest else "begin later"
     raise MissError(key, "SD205", f"no brick of level {aim.level} stands at {scene.moment.time:g} s", hint)
 
 
@@ -115,9 +115,14 @@ def missing(name: BodyId, scene: ImpactScene, key: str) -> MissError:
     time, brick = scene.moment.time, next((brick for brick in scene.bricks if brick.name == name), None)
     if brick is None or (brick.let_go and brick.is_there(scene.moment)):
         message = f"brick '{name}' flies or falls, so its position at {time:g} s is unknown before the run"
-        return MissError(key, "SD204", message, "name a brick that is set down")
+        return MissError(key, "SD204", message, "refer to a brick that is set down")
     if brick.since < scene.moment:
-        return MissError(key, "SD204", f"brick '{name}' is pulled out by {time:g} s", "name another, or begin earlier")
+        return MissError(
+            key,
+            "SD204",
+            f"brick '{name}' is no longer present at {time:g} s, since it is pulled out earlier",
+            "refer to another brick, or begin earlier",
+        )
     hint = f"begin later, such as `after: brick {name} + 1 s`"
     return MissError(key, "SD204", f"brick '{name}' is placed at {brick.since.time:g} s, not before {time:g} s", hint)
 
@@ -134,4 +139,4 @@ def keep_out_of_planes(brick: Brick, pose: Pose, scene: ImpactScene, key: str) -
         gap = apart_from_plane(brick.shape, pose, plane).gap
         if gap < -OVERLAP:
             message = f"brick '{brick.id}' starts {mm(-gap)} inside {plane.id}"
-            raise MissError(key, "SD201", message, "start it elsewhere, turn it, or aim elsewhere")
+            raise MissError(key, "SD201", message, "change its start, its rotation or its target")

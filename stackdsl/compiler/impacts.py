@@ -60,12 +60,12 @@ def dropped(drop: Drop, scene: ImpactScene) -> tuple[Placement, ...]:
     # Distance from the midpoint of the target downwards; negative above.
     lands = min((met[other.name][0] for other in below if other.name in met), default=None)
     if lands is None:
-        hint = "turn it by `rotate`, or name a brick"
-        raise MissError("onto", "SD207", f"brick '{brick.id}' falls past its target", hint)
+        hint = "rotate it with `rotate`, or choose a brick as its target"
+        raise MissError("onto", "SD207", f"brick '{brick.id}' misses its target", hint)
     for name, (enters, leaves) in met.items():
         if enters < lands - OVERLAP and leaves > lands - drop.height + OVERLAP:
-            hint = f"drop it onto '{name}', from lower down, or turned by `rotate`"
-            raise MissError("onto", "SD207", f"brick '{name}' is in the way of brick '{brick.id}'", hint)
+            hint = f"drop it onto '{name}', from a smaller height, or rotated with `rotate`"
+            raise MissError("onto", "SD207", f"brick '{name}' blocks the path of brick '{brick.id}'", hint)
     start = Pose(add_scaled(middle, lands - drop.height, down), orientation)
     keep_out_of_planes(brick, start, scene, "height")
     pose, flight = turned_pose(start, scene.tilt), sqrt(2.0 * drop.height / scene.gravity)
@@ -169,7 +169,9 @@ def _reach_for(name: BodyId, scene: ImpactScene) -> None:
         if not brick.is_there(scene.moment):
             raise missing(name, scene, "brick")
     elif (comes := scene.flying[name].since) > scene.moment:
-        message = f"brick '{name}' comes at {comes.time:g} s, not before {scene.moment.time:g} s"
+        message = (
+            f"brick '{name}' does not exist before {comes.time:g} s, but this impact begins at {scene.moment.time:g} s"
+        )
         raise MissError("brick", "SD204", message, "begin later")
 
 
@@ -183,8 +185,8 @@ def limit_speed(speed: float, scene: ImpactScene) -> None:
     thinnest, name = min(sizes)
     most = sqrt(2.0 * scene.gravity * thinnest)
     if speed > most:
-        message = f"a hand at {speed:g} m/s is too fast to push the thinnest brick, '{name}' ({mm(thinnest)})"
-        hint = f"write at most {rounded_down(MILLIMETRES * most)} mm/s, or use `push` or `throw`"
+        message = f"a hand at {speed:g} m/s is too fast for the thinnest brick, '{name}' ({mm(thinnest)})"
+        hint = f"write a speed of at most {rounded_down(MILLIMETRES * most)} mm/s, or use `push` or `throw`"
         raise MissError("speed", "SD104", message, hint)
 
 
@@ -210,7 +212,9 @@ def pushed(push: Push, scene: ImpactScene) -> tuple[PushAction, ...]:
 
 def _await(name: BodyId, comes: ActionOrder, scene: ImpactScene) -> None:
     if comes > scene.moment:
-        message = f"brick '{name}' comes at {comes.time:g} s, not before {scene.moment.time:g} s"
+        message = (
+            f"brick '{name}' does not exist before {comes.time:g} s, but this impact begins at {scene.moment.time:g} s"
+        )
         raise MissError("brick", "SD204", message, "push it later")
 
 
@@ -219,7 +223,12 @@ def _touch(point: Vec3, brick: StandingBrick) -> None:
     beyond = distance_outside(brick.shape, add(brick.centre, point))
     if beyond > OVERLAP:
         message = f"the point is {mm(beyond)} outside brick '{brick.name}'"
-        raise MissError("point", "SD207", message, "write it from the centre of the brick, in the axes of the scene")
+        raise MissError(
+            "point",
+            "SD207",
+            message,
+            "write the point relative to the centre of the brick, along the axes of the scene",
+        )
 
 
 def limit_push(push: PushAction, scene: ImpactScene) -> None:
@@ -229,10 +238,8 @@ def limit_push(push: PushAction, scene: ImpactScene) -> None:
     speed, most = norm(push.impulse_W) / mass, float(SPEED.most)
     if 0.0 < speed <= most * (1.0 + TURNED):
         return
-    message = (
-        f"the push gives brick '{push.brick}' {speed:.4g} m/s, but it must be more than 0 and at most {most:g} m/s"
-    )
-    hint = f"write more than 0 and at most {rounded_down(1000.0 * mass * most)} mN*s"
+    message = f"the push accelerates brick '{push.brick}' to {speed:.4g} m/s, outside the range from 0 to {most:g} m/s"
+    hint = f"write an impulse greater than 0 and at most {rounded_down(1000.0 * mass * most)} mN*s"
     raise MissError("impulse", "SD104", message, hint)
 
 
@@ -299,7 +306,7 @@ def _blocked(crossing: Crossing, scenario: Scenario, source: Source) -> Diagnost
         f"brick '{later.placement.brick.id}' starts {mm(crossing.depth)} inside "
         f"brick '{earlier.placement.brick.id}', which is still in flight from {there.seen_from(here)}"
     )
-    hint = f"start it later, such as `after: impact {earlier.number + 1} + 0.5 s`, or elsewhere"
+    hint = f"start it later, for example with `after: impact {earlier.number + 1} + 0.5 s`, or elsewhere"
     return Diagnostic("SD201", here, message, hint)
 
 
@@ -323,11 +330,11 @@ def early_removals(built: ResolvedScenario, scenario: Scenario, source: Source) 
             path, name = (("impacts", number, impact.kind, *named.path)), named.name
             if name in removed_by:
                 there = source.span_of(removed_by[name])
-                message = f"brick '{name}' is pulled out already, at {there.seen_from(source.span_of(path))}"
-                yield Diagnostic("SD204", source.span_of(path), message, "delete one of them")
+                message = f"another impact also pulls out brick '{name}', at {there.seen_from(source.span_of(path))}"
+                yield Diagnostic("SD204", source.span_of(path), message, "remove one of them")
             elif name in placed_at and placed_at[name] > begins:
                 message = f"brick '{name}' is placed at {placed_at[name].time:g} s, not before {begins.time:g} s"
-                hint = f"pull it out later, such as `after: brick {name} + 1 s`"
+                hint = f"pull it out later, for example with `after: brick {name} + 1 s`"
                 yield Diagnostic("SD204", source.span_of(path), message, hint)
             removed_by.setdefault(name, path)
 
@@ -369,10 +376,12 @@ def _limit_height(throw: Throw, ahead_W: Vec3, scene: ImpactScene) -> None:
     slowest = gravity * distance / (most + sqrt(under_root)) if under_root >= 0.0 else inf
     nearest = 2.0 * (most - climb * speed) * speed / gravity
     remedies = [f"throw it at {rounded_up(slowest)} m/s or faster"] if speed < slowest <= most else []
-    remedies += [f"from {rounded_down(MILLIMETRES * nearest)} mm or nearer"] if nearest > 0.0 else []
-    limit = f"at most {most:g} m/s is allowed"
-    message = f"brick '{scene.missile.id}' would rise and fall at up to {fastest:.4g} m/s, but {limit}"
-    raise MissError("speed", "SD104", message, ", or ".join(remedies) or "throw it more slowly, or from nearer")
+    remedies += (
+        [f"throw it from a distance of at most {rounded_down(MILLIMETRES * nearest)} mm"] if nearest > 0.0 else []
+    )
+    limit = f"the maximum is {most:g} m/s"
+    message = f"the vertical speed of brick '{scene.missile.id}' reaches {fastest:.4g} m/s; {limit}"
+    raise MissError("speed", "SD104", message, ", or ".join(remedies) or "reduce the speed or the distance")
 
 
 def _direction_from(bearing: float) -> Vec3:
@@ -389,7 +398,7 @@ def _start(brick: Brick, throw: Throw, towards: Vec3, scene: ImpactScene) -> Pos
     nearest = min((way[0] for way in ways if way is not None), default=None)
     if nearest is None:
         hint = "aim at a brick, change the bearing, or write `turn: 90 deg` to throw it broadside"
-        raise MissError("at", "SD207", f"brick '{brick.id}' would hit nothing", hint)
+        raise MissError("at", "SD207", f"brick '{brick.id}' misses all bricks", hint)
     start = Pose(add_scaled(aim, nearest - throw.from_.distance, towards), orientation)
     keep_out_of_planes(brick, start, scene, "from")
     return start

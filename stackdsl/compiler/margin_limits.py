@@ -51,7 +51,9 @@ def _beyond(
             for margin in sorted(claim.content.needed_margins):
                 most = most_of(margin)
                 if most is not None and count > most:
-                    limit = f"at most {most} are allowed"
-                    message = f"the margin `{margin}` of up to {count} {noun} takes too much work; {limit}"
-                    hint = f"claim `verdict: stable` or `margin: {{friction: ...}}`, build less, {HINT}"
+                    limit = f"the maximum is {most}"
+                    message = (
+                        f"the computation of the margin `{margin}` for up to {count} {noun} takes too long; {limit}"
+                    )
+                    hint = f"claim `verdict: stable` or `margin: {{friction: ...}}` instead, use fewer bricks, {HINT}"
                     yield Diagnostic("SD206", source.key_span_of((key, number, claim.kind)), message, hint)

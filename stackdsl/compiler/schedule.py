@@ -105,8 +105,8 @@ def _turns(written: Sequence[WrittenBrick]) -> Mapping[int, list[int]]:
     return by_step
 
 
-SHAKEN_HINT = "name an event of the build or of an impact"
-_ANCHOR_HINT = "name an event of an earlier step"
+SHAKEN_HINT = "refer to an event of the build or of an impact"
+_ANCHOR_HINT = "refer to an event of an earlier step"
 
 
 def _event_time(anchor: Anchor, schedule: Schedule) -> float | str:
@@ -117,7 +117,7 @@ def _event_time(anchor: Anchor, schedule: Schedule) -> float | str:
         number = int(anchor.name)
         if number <= len(schedule.impacts):
             return schedule.over[number - 1]
-        return f"this step waits for impact {number}, but {len(schedule.impacts)} come before it"
+        return f"this step waits for impact {number}, but only {len(schedule.impacts)} impacts precede it"
     if (time := schedule.latest.get((anchor.event, anchor.name))) is not None:
         return time
     event = {"built": "anything", "level": f"level {anchor.name}", "brick": f"brick '{anchor.name}'"}[anchor.event]

@@ -114,9 +114,9 @@ def _imported(source: Source, path: KeyPath, step: dict[str, Plain], library: Li
     here = (*path, IMPORT)
     for other in ("bricks",):
         if other in step:
-            message = f"a step has `{IMPORT}` or `{other}`, not both"
+            message = f"`{IMPORT}` and `{other}` exclude each other in one step"
             raise _MistakeError(
-                Diagnostic("SD108", source.key_span_of((*path, other)), message, "split it into two steps")
+                Diagnostic("SD108", source.key_span_of((*path, other)), message, "split the step into two")
             )
     options = _options(source, here, step[IMPORT])
     span = source.span_of((*here, "file"))
@@ -134,13 +134,21 @@ def _imported(source: Source, path: KeyPath, step: dict[str, Plain], library: Li
         raise _MistakeError(*diagnostics) from error
     except OSError as error:
         message = f"cannot read the file: {error.strerror}"
-        raise _MistakeError(Diagnostic("SD113", span, message, "name a file that can be read")) from error
+        raise _MistakeError(
+            Diagnostic("SD113", span, message, "check the path and the permissions of the file")
+        ) from error
     if len(load.boxes) > MAX_BRICKS:
-        message = f"the load has {len(load.boxes)} boxes; at most {MAX_BRICKS} are allowed"
-        raise _MistakeError(Diagnostic("SD206", span, message, "split the file, and import its parts"))
+        message = f"the load has {len(load.boxes)} boxes; the maximum is {MAX_BRICKS}"
+        raise _MistakeError(
+            Diagnostic("SD206", span, message, "split the file, and import its parts in separate steps")
+        )
     if (unfit := first_unsettleable(load, options.settle)) is not None:
-        hint = "write `settle: as written`, or straighten it"
-        raise _MistakeError(Diagnostic("SD115", unfit.span, "a box that leans, or a solid, cannot be lowered", hint))
+        hint = "write `settle: as written`, or import an upright box"
+        raise _MistakeError(
+            Diagnostic(
+                "SD115", unfit.span, "`settle` can move upright boxes only, but this body is inclined or a solid", hint
+            )
+        )
     if (mistake := friction_conflict(load, source, span)) is not None:
         raise _MistakeError(mistake)
     return settled(load, options.settle), file, options
@@ -163,7 +171,7 @@ def _options(source: Source, here: KeyPath, written: Plain) -> Import:
 
 def _file(written: str, span: Span) -> str:
     if not written.strip() or "\0" in written:
-        raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as load.csv"))
+        raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write, for example, load.csv"))
     try:
         return file_in_project(written.strip(), span.file, root_of(span.file))
     except OutsideError as error:

@@ -48,7 +48,9 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
     """
     if len(data) > MAX_IMPORTED:
         message = f"the file is larger than {MAX_IMPORTED >> 20} MiB"
-        raise UnreadableLoadError([Diagnostic("SD006", Span(file, 1, 1, 1), message, "save the load by itself")])
+        raise UnreadableLoadError(
+            [Diagnostic("SD006", Span(file, 1, 1, 1), message, "save the load in a file of its own")]
+        )
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -29,21 +29,21 @@ def _rule_conflict(rule: Rule | None, source: Source, span: Span) -> Diagnostic 
         return None if stated else missing_rule(span, "world: {friction: {rule: lower}}", "ignore: ['contact']")
     if (own := stated or Rule.LOWER) == rule:
         return None
-    message = f"in this file the {rule} of two frictions counts, in the scenario the {own}"
+    message = f"this file combines friction coefficients by the rule `{rule}`, but the scenario by the rule `{own}`"
     return Diagnostic("SD115", span, message, f"write world: {{friction: {{rule: {rule}}}}}, {IGNORE_HINT}")
 
 
 def _ground_conflict(ground: Fraction | None, source: Source, span: Span) -> Diagnostic | None:
     if ground is None or _world_value(source, "ground", "friction") is not None:
         return None
-    message = f"the ground of this file has a friction of {digits(ground)}, and the scenario sets none"
+    message = f"this file sets a friction coefficient of {digits(ground)} for the ground, but the scenario sets none"
     hint = f"write world: {{ground: {{friction: {digits(ground)}}}}}, {IGNORE_HINT}"
     return Diagnostic("SD115", span, message, hint)
 
 
 def missing_rule(span: Span, rule: str, ignore: str) -> Diagnostic:
     """Return the diagnostic for a file that gives the friction of each body, but no rule for two in contact."""
-    message = "the file gives the friction of each body, but no rule for two in contact: simulators use different rules"
+    message = "the file sets the friction of each body, but no rule that combines the values of two bodies in contact"
     return Diagnostic("SD115", span, message, f"write {rule}, or another rule, or {ignore}")
 
 

@@ -120,19 +120,19 @@ class LoadReading:
         elif harmless:
             self.skipped[name] = None
         else:
-            hint = f"to skip it, write ignore: ['{name}']"
+            hint = f"to ignore it, write ignore: ['{name}']"
             self.undetermined(span, f"'{name}' is not supported", f"{advice}; {hint}" if advice else hint)
 
     def bytes_beside(self, name: str, span: Span) -> bytes:
         """Read another file that this file names; report and return b"" if that fails."""
         if self.read_file is None:
-            message = f"'{name}' cannot be read: this file was given without its folder"
-            self.wrong(span, message, "give the path of this file")
+            message = f"'{name}' cannot be read, since the folder of this file is unknown"
+            self.wrong(span, message, "pass the path of this file instead of its content")
             return b""
         try:
             return self.read_file(name)
         except OSError as error:
-            self.wrong(span, f"cannot read '{name}': {error.strerror or error}", "put it beside this file")
+            self.wrong(span, f"cannot read '{name}': {error.strerror or error}", "put it into the folder of this file")
             return b""
 
     def note_precision(self, unit: Fraction) -> None:
@@ -144,9 +144,11 @@ class LoadReading:
         self.end()
         start = self.page.span(0, 0)
         for name in sorted(self.ignored - self.used):
-            self.undetermined(start, f"`ignore` lists '{name}', which is not in the file", "leave it out of `ignore`")
+            self.undetermined(
+                start, f"`ignore` lists '{name}', but the file does not contain it", "remove it from `ignore`"
+            )
         if not boxes:
-            self.wrong(start, "the file has no bricks", "name a file with boxes, or with convex solids")
+            self.wrong(start, "the file contains no bricks", "import a file with boxes or convex solids")
         self.end()
         return ImportedLoad(tuple(boxes), self.finest or Fraction(0), tuple(self.skipped))
 

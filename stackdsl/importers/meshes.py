@@ -42,7 +42,7 @@ def metre_of(reading: LoadReading, options: Import) -> Fraction:
     unit = options.units.length if options.units is not None else None
     if unit is None:
         message = "the file does not state its unit of length"
-        reading.undetermined(reading.page.span(0, 0), message, "set it, such as `units: {length: m}`")
+        reading.undetermined(reading.page.span(0, 0), message, "set it, for example `units: {length: m}`")
     return IN_METRES[unit or "m"]
 
 
@@ -50,7 +50,7 @@ def density_of(reading: LoadReading, options: Import) -> Fraction:
     """Return the density of the blocks [kg/m3]; report it if the author has not set it."""
     if options.density is None:
         message = "the file does not give the masses of its blocks"
-        reading.undetermined(reading.page.span(0, 0), message, "set their density, such as `density: 2400 kg/m3`")
+        reading.undetermined(reading.page.span(0, 0), message, "set their density, for example `density: 2400 kg/m3`")
     return Fraction(repr(options.density or 1.0))
 
 
@@ -70,7 +70,7 @@ def solid_brick(
     try:
         solid = solid_of_mesh([_floats(corner) for corner in mesh.corners], mesh.faces)
     except NotASolidError as error:
-        hint = f"{error.hint}; or, to skip it, write ignore: ['{mesh.name}']"
+        hint = f"{error.hint}; or, to ignore it, write ignore: ['{mesh.name}']"
         reading.wrong(mesh.span, f"'{mesh.name}': {error.message}", hint)
         return None
     used = dict.fromkeys(mesh.corners[corner] for face in mesh.faces for corner in face)
@@ -189,12 +189,12 @@ class _ObjLines:
         part = self._parts.setdefault(name, _Part(name, span))
         if part.span != span and part is not self._part and part.faces:
             kind = "objects" if self._named_by == "o" else "groups"
-            self._reading.wrong(span, f"two {kind} have the name '{name}'", "give each its own name")
+            self._reading.wrong(span, f"two {kind} have the name '{name}'", "give each a different name")
         self._part = part
 
     def _corner(self, span: Span, parts: Sequence[str]) -> Exact3 | None:
         if len(parts) < LEAST_PARTS:
-            hint = "write it such as `v 0.1 0 0.05`"
+            hint = "write, for example, `v 0.1 0 0.05`"
             self._reading.wrong(span, f"the corner has {len(parts)} numbers instead of three", hint)
             return None
         # Colours may follow the coordinates.
@@ -210,10 +210,14 @@ class _ObjLines:
         loop = [self._corner_index(part) for part in parts]
         valid = [index for index in loop if index is not None]
         if len(valid) < len(loop):
-            hint = "write a face as `f 1 2 3`, the numbers of corners above it"
-            self._reading.wrong(span, f"the face names a corner that is not among the {len(self._corners)} above", hint)
+            hint = "write a face as `f 1 2 3`, with the numbers of preceding corners"
+            self._reading.wrong(
+                span, f"the face refers to a corner that is not among the {len(self._corners)} preceding corners", hint
+            )
         elif len(loop) < LEAST_PARTS or len(set(valid)) < len(valid):
-            self._reading.wrong(span, "the face has fewer than three corners, or one twice", "correct the face")
+            self._reading.wrong(
+                span, "the face has fewer than three corners, or contains a corner twice", "correct the face"
+            )
         else:
             self._part.faces.append(tuple(valid))
 
@@ -307,7 +311,7 @@ class _Blocks:
                 self._json.reading.skip(name, self._json.span(node), harmless=False)
                 continue
             if name in names:
-                self._wrong(node, f"two nodes have the name '{name}'", "give each its own key")
+                self._wrong(node, f"two nodes have the name '{name}'", "give each a different key")
             names[name] = node
             members = self._json.mapping(node, "the node")
             self._json.skip_others(members, {"block", "is_support"}, {"section", "mesh_size"})
@@ -323,9 +327,9 @@ class _Blocks:
         if is_support is None or is_support.value in (False, None):
             return
         if is_support.value is not True:
-            self._wrong(is_support, "`is_support` is neither true nor false", "write true or false")
+            self._wrong(is_support, "`is_support` must be true or false", "write true or false")
         elif self._options.supports is None:
-            message = f"'{name}' is a support: COMPAS fixes supports, but here every block may move"
+            message = f"'{name}' is a support, which COMPAS fixes, but imported blocks can move"
             hint = (
                 "to import supports as bricks, write `supports: bricks`: a structure that stands on them also stands "
             )
@@ -363,11 +367,11 @@ class _Blocks:
         for node in self._json.items(face, "the face"):
             key = node.value.text if isinstance(node.value, Numeral) else node.value
             if not isinstance(key, str) or key not in indices:
-                self._wrong(node, "the face names a corner that the block does not have", "correct the face")
+                self._wrong(node, "the face refers to a corner that the block does not have", "correct the face")
                 return None
             loop.append(indices[key])
         if len(loop) < 3 or len(set(loop)) < len(loop):  # noqa: PLR2004 -- a triangle
-            self._wrong(face, "the face has fewer than three corners, or one twice", "correct the face")
+            self._wrong(face, "the face has fewer than three corners, or contains a corner twice", "correct the face")
             return None
         return tuple(loop)
 

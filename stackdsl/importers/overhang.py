@@ -63,13 +63,13 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
     name = f"'{worst.box.name}'" if worst.box.name else "this box"
     amount = f"{_mm(worst.amount)} mm"
     others = len(overhanging) - 1
-    more = f", and {others} other{'s' * (others > 1)} by at most as much" if others else ""
+    more = f", and {others} other box{'es' * (others > 1)} by at most this amount" if others else ""
     size = " x ".join(map(_mm, deck.size))
     yield ScenarioWarning(
         worst.box.span,
         f"{name} overhangs the deck of {size} mm by {amount} towards {worst.side}{more}; the verdict assumes that the "
         "deck continues there",
-        f"move it {amount} towards {OPPOSITE[worst.side]}, or allow it: `deck: {{overhang: {amount}}}`",
+        f"move the box {amount} towards {OPPOSITE[worst.side]}, or permit the overhang: `deck: {{overhang: {amount}}}`",
     )
 
 

@@ -56,7 +56,9 @@ def _corner(json: JsonText, node: Node | None, units: UnitReader) -> tuple[Fract
     parts = json.items(node, "`flb_coordinates`")
     if len(parts) != 3:  # noqa: PLR2004 -- x, y and z
         if isinstance(node.value, list):
-            json.reading.wrong(json.span(node), f"`flb_coordinates` has {len(parts)} numbers", "write three")
+            json.reading.wrong(
+                json.span(node), f"`flb_coordinates` has {len(parts)} numbers instead of three", "write three numbers"
+            )
         return None
     return units.coordinates(json, parts, "`flb_coordinates`")
 
@@ -67,7 +69,7 @@ def _is_swapped(json: JsonText, node: Node | None) -> bool | None:
         return None
     if isinstance(node.value, Numeral) and node.value.text in {"0", "1"}:
         return node.value.text == "1"
-    json.reading.wrong(json.span(node), "`orientation` is neither 0 nor 1", "turn items about the vertical only")
+    json.reading.wrong(json.span(node), "`orientation` must be 0 or 1", "rotate items about the vertical axis only")
     return None
 
 
@@ -122,7 +124,9 @@ def _pallets(json: JsonText, pallets: Node) -> Mapping[str, Node]:
         number = json.member(pallet, json.mapping(pallet, "the pallet"), "palletNr", "the pallet")
         name = json.word(number, "`palletNr`") if number else None
         if name in by_number and number:
-            json.reading.wrong(json.span(number), f"two pallets have the number '{name}'", "give each its own number")
+            json.reading.wrong(
+                json.span(number), f"two pallets have the number '{name}'", "give each a different number"
+            )
         if name is not None:
             by_number.setdefault(name, pallet)
     return by_number
@@ -149,7 +153,7 @@ def _pallet_sim_box(
     code = json.member(node, box, "product_code", "the box")
     article = json.word(code, "`product_code`") if code else None
     if code and article is not None and article not in masses:
-        json.reading.wrong(json.span(code), f"`articles` has no '{article}'", "add it")
+        json.reading.wrong(json.span(code), f"`articles` has no entry '{article}'", "add it")
     mass = masses.get(article) if article is not None else None
     if corner is None or size is None or mass is None:
         return None

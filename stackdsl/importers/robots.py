@@ -76,9 +76,11 @@ class RobotBody:
 
 def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
     """Return the brick of a body; report and return None if it cannot be a brick."""
-    hint = f"to skip it, write ignore: ['{body.name}']"
+    hint = f"to ignore it, write ignore: ['{body.name}']"
     if body.shape not in {"box", "mesh"}:
-        reading.undetermined(body.span, f"'{body.name}' is a {body.shape}, but a brick is a box or a convex mesh", hint)
+        reading.undetermined(
+            body.span, f"'{body.name}' is a {body.shape}, but a brick must be a box or a convex mesh", hint
+        )
         return None
     if not _has_valid_numbers(reading, body):
         return None
@@ -92,18 +94,20 @@ def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
 def _has_valid_numbers(reading: LoadReading, body: RobotBody) -> bool:
     """Return whether the numbers of a body are valid for a brick; report the first invalid one."""
     if not 0 < body.mass <= HEAVIEST:
-        reading.wrong(body.span, f"'{body.name}' has a mass of {float(body.mass):g} kg", "write a positive number")
+        reading.wrong(
+            body.span, f"'{body.name}' has an invalid mass of {float(body.mass):g} kg", "write a positive number"
+        )
         return False
     if not np.isfinite([*body.turn, *body.shape_turn]).all():
-        reading.wrong(body.span, f"the rotation of '{body.name}' is not finite", "write numbers")
+        reading.wrong(body.span, f"the rotation of '{body.name}' is not finite", "write finite numbers")
         return False
     lengths = np.array([body.place, body.shape_place, body.centre_of_mass, *body.corners])
     if not (np.abs(lengths) <= float(FURTHEST)).all():  # also if one is not a number
-        message = f"'{body.name}', its centre of mass or one of its corners is more than 10 km away"
-        reading.wrong(body.span, message, "correct its numbers, or their unit")
+        message = f"'{body.name}', its centre of mass or one of its corners is more than 10 km from the origin"
+        reading.wrong(body.span, message, "correct the numbers or their unit")
         return False
     if body.friction is not None and not 0 <= body.friction <= ROUGHEST:
-        message = f"'{body.name}' has a friction of {float(body.friction):g}"
+        message = f"'{body.name}' has an invalid friction coefficient of {float(body.friction):g}"
         reading.wrong(body.span, message, f"write a number from 0 to {ROUGHEST}")
         return False
     return True
@@ -118,7 +122,9 @@ def _box(
 ) -> ImportedBox | None:
     assert body.size is not None
     if not SHORTEST <= min(body.size) <= max(body.size) <= FURTHEST:
-        reading.wrong(body.span, f"'{body.name}' has sides of {body.size} m", "correct them, or their unit")
+        reading.wrong(
+            body.span, f"'{body.name}' has invalid sides of {body.size} m", "correct the numbers or their unit"
+        )
         return None
     with warnings.catch_warnings():  # about angles that are not unique; any of them will do
         warnings.simplefilter("ignore", UserWarning)
@@ -185,7 +191,7 @@ def read_mjcf(reading: LoadReading, _: Import) -> ImportedLoad:
     """Read the free bodies of a scene, in file order. Raises UnreadableLoadError."""
     root = xml_text(reading)
     if root.tag != "mujoco":
-        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <mujoco>", "name an MJCF file")
+        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <mujoco>", "import an MJCF file")
         reading.end()
     scene = supported_subset(reading, root, _is_supported_mjcf, _MJCF_HARMLESS)
     scene = _without_ignored_of_mjcf(reading, scene)
@@ -222,7 +228,7 @@ def _refuse_generated_meshes(reading: LoadReading, scene: Element) -> None:
     for mesh in scene.all("mesh"):
         for key in sorted({"builtin", "plugin"}.intersection(mesh.attributes)):
             message = f"`{key}` lets MuJoCo generate the mesh, which is not supported"
-            reading.wrong(mesh.span, message, "write its corners as `vertex`, or save it as a file")
+            reading.wrong(mesh.span, message, "write the corners of the mesh as `vertex`, or save the mesh as a file")
 
 
 def _has_friction(reading: LoadReading, scene: Element) -> bool:
@@ -281,7 +287,7 @@ def _compiled(reading: LoadReading, scene: Element, files: dict[str, bytes]) -> 
         place = min(int(line[1]), len(reading.page.lines)) - 1 if line else scene.line - 1
         column = len(reading.page.lines[place]) - len(reading.page.lines[place].lstrip())
         span = reading.page.span(place, min(column, max(len(reading.page.lines[place]) - 1, 0)))
-        reading.wrong(span, f"MuJoCo reports: {text}", "correct the scene, until MuJoCo loads it")
+        reading.wrong(span, f"MuJoCo reports: {text}", "correct the scene so that MuJoCo loads it")
         raise UnreadableLoadError(reading.mistakes) from error
 
 
@@ -292,19 +298,23 @@ def _bodies(
     for number, (element, body) in enumerate(zip(scene.all("body"), bodies, strict=True), start=1):
         name = brick_name(element.attributes.get("name", ""), f"body-{number}")
         if body.joints != ("free",):
-            held = "has a hinge or a slide" if body.joints else "is fixed"
-            _unsupported(reading, element, f"'{name}' {held}, but bricks are free")
+            held = "has a hinge or slide joint" if body.joints else "is fixed"
+            _unsupported(reading, element, f"'{name}' {held}, but bricks move freely")
         elif len(body.geoms) != 1:
-            _unsupported(reading, element, f"'{name}' has {len(body.geoms)} shapes, but a brick has one")
+            _unsupported(reading, element, f"'{name}' has {len(body.geoms)} shapes, but a brick must have one")
         elif not isfinite(body.mass + body.geoms[0].friction):
-            reading.wrong(element.span, f"the mass or friction of '{name}' is not finite", "correct its numbers")
+            reading.wrong(element.span, f"the mass or friction of '{name}' is not finite", "write finite numbers")
         else:
             yield _body(element, name, body, has_friction)
 
 
 def _unsupported(reading: LoadReading, element: Element, message: str) -> None:
     name = element.attributes.get("name")
-    hint = f"to skip it, write ignore: ['{name}']" if name else "to skip it, name it and list that name in `ignore`"
+    hint = (
+        f"to ignore it, write ignore: ['{name}']"
+        if name
+        else "to ignore it, give it a name and list that name in `ignore`"
+    )
     reading.undetermined(element.span, message, hint)
 
 
@@ -315,7 +325,7 @@ def _ground_frictions(reading: LoadReading, scene: Element, world: "CompiledBody
     for element, geom in zip(elements, world.geoms, strict=True):
         error = max(abs(geom.turn[0]), abs(geom.turn[1]), abs(geom.place[2]))
         if geom.kind != "plane" or not error <= ROUNDED or not isfinite(geom.friction):
-            message = "the shape belongs to the world and is fixed, but the only fixed body is the ground at z = 0"
+            message = "the shape belongs to the world and is fixed, but only the ground at z = 0 can be fixed"
             _unsupported(reading, element, message)
         else:
             yield Fraction(repr(geom.friction))
@@ -368,7 +378,7 @@ def read_urdf(reading: LoadReading, _: Import) -> ImportedLoad:
     """Read the floating links, in file order. Raises UnreadableLoadError."""
     root = xml_text(reading)
     if root.tag != "robot":
-        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <robot>", "name a URDF file")
+        reading.wrong(root.span, f"the root element is <{root.tag}> instead of <robot>", "import a URDF file")
         reading.end()
     ignored = _IGNORABLE & reading.ignored
 
@@ -439,14 +449,16 @@ class _Links:
         links = self._robot.links
         names = [link.name for link in links]
         for link in {link.name: link for link in links if names.count(link.name) > 1}.values():
-            self._wrong(self._elements[link.name], f"two links are called '{link.name}'", "give each its own name")
+            self._wrong(
+                self._elements[link.name], f"two links have the name '{link.name}'", "give each a different name"
+            )
         above: dict[str, Any] = {}
         for joint in self._robot.joints:
             element = self._joints[joint.name]
             if joint.child in above or joint.child not in names or joint.parent not in names:
-                message = f"joint '{joint.name}' joins '{joint.parent}' and '{joint.child}': one of them does not "
-                message += "exist, or has another joint"
-                self._wrong(element, message, "join each link once, to an existing link")
+                message = f"joint '{joint.name}' connects '{joint.parent}' to '{joint.child}', but a link is missing, "
+                message += f"or '{joint.child}' already has a parent"
+                self._wrong(element, message, "connect each link to one existing parent")
             above[joint.child] = joint
         self._reading.end()
         for link in links:
@@ -459,15 +471,15 @@ class _Links:
 
     def _check_world(self, link: "Link") -> None:
         if link.collisions:
-            message = f"'{link.name}' is a root link with a shape, so it is fixed, but bricks are free"
+            message = f"'{link.name}' is a root link with a shape, so it is fixed, but bricks move freely"
             self._unsupported(self._elements[link.name], link.name, message)
 
     def _floats(self, joint: Any, above: Mapping[str, Any]) -> bool:  # noqa: ANN401 -- the parser is untyped
         element = self._joints[joint.name]
         if joint.type != "floating":
-            self._unsupported(element, joint.child, f"'{joint.child}' has a {joint.type} joint, but bricks are free")
+            self._unsupported(element, joint.child, f"'{joint.child}' has a {joint.type} joint, but bricks move freely")
         elif joint.parent in above:
-            message = f"'{joint.child}' floats in '{joint.parent}', which is not the world"
+            message = f"the floating joint of '{joint.child}' has the parent '{joint.parent}' instead of the world"
             self._unsupported(element, joint.child, message)
         else:
             return True
@@ -476,11 +488,11 @@ class _Links:
     def _body(self, link: "Link", joint: Any) -> RobotBody | None:  # noqa: ANN401 -- the parser is untyped
         element = self._elements[link.name]
         if len(link.collisions) != 1:
-            message = f"'{link.name}' has {len(link.collisions)} shapes, but a brick has one"
+            message = f"'{link.name}' has {len(link.collisions)} shapes, but a brick must have one"
             self._unsupported(element, link.name, message)
             return None
         if link.inertial is None or not link.inertial.mass:
-            self._wrong(element, f"'{link.name}' has no mass", "write its `inertial`, with a `mass`")
+            self._wrong(element, f"'{link.name}' has no mass", "add `inertial` with a `mass` to the link")
             return None
         (collision,) = link.collisions
         kind = type(collision.geometry).__name__.lower()
@@ -514,13 +526,15 @@ class _Links:
             return None
         number = number_of(rough.attributes.get("value", "").strip())
         if number is None:
-            self._wrong(rough, "the friction is not a number", 'write it so: <lateral_friction value="0.5"/>')
+            self._wrong(rough, "the friction is not a number", 'write, for example, <lateral_friction value="0.5"/>')
         return number[0] if number is not None else None
 
     def _mesh(self, element: Element, geometry: Any) -> tuple[tuple[Vec3, ...], tuple[tuple[int, ...], ...]]:  # noqa: ANN401
         file = str(geometry.filename)
         if not file.lower().endswith(".obj") or "://" in file:
-            self._wrong(element, f"the mesh '{file}' is not an OBJ file in this folder", "save it as an .obj file")
+            self._wrong(
+                element, f"the mesh '{file}' is not an OBJ file in the folder of this file", "save it as an .obj file"
+            )
             return (), ()
         data = self._reading.bytes_beside(file, element.span)
         if not data:
@@ -532,13 +546,13 @@ class _Links:
             return (), ()
         scale = _three(geometry.scale) if geometry.scale is not None else (1.0, 1.0, 1.0)
         if not all(0.0 < factor < inf for factor in scale):
-            self._wrong(element, f"the mesh '{file}' is scaled by {scale}", "write positive numbers")
+            self._wrong(element, f"the mesh '{file}' has an invalid scale of {scale}", "write positive numbers")
             return (), ()
         sx, sy, sz = scale
         return tuple((sx * x, sy * y, sz * z) for x, y, z in mesh.points), tuple(mesh.loops)
 
     def _unsupported(self, element: Element, name: str, message: str) -> None:
-        self._reading.undetermined(element.span, message, f"to skip it, write ignore: ['{name}']")
+        self._reading.undetermined(element.span, message, f"to ignore it, write ignore: ['{name}']")
 
     def _wrong(self, element: Element, message: str, hint: str) -> None:
         self._reading.wrong(element.span, message, hint)

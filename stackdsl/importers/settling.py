@@ -304,21 +304,21 @@ def _heights(
 def moved_lines(settled: Settled) -> Iterator[str]:
     """Yield one line per kind of change, with the box that changed most."""
     boxes = settled.load.boxes
-    names = [box.name or f"the box of line {box.span.line}" for box in boxes]
+    names = [box.name or f"the box in line {box.span.line}" for box in boxes]
     lowered, raised = (
         [max(-amount, Fraction(0)) for amount in settled.moved],
         [max(amount, Fraction(0)) for amount in settled.moved],
     )
-    changes = {"lowered": lowered, "raised": raised, "made taller": settled.grown}
-    for change, amounts in {**changes, "made shorter sideways": settled.trimmed}.items():
+    changes = {"lowered": lowered, "raised": raised, "increased in height": settled.grown}
+    for change, amounts in {**changes, "reduced in length or width": settled.trimmed}.items():
         if any(amounts):
             yield _line(change, amounts, names)
     if not any(any(amounts) for amounts in (*changes.values(), settled.trimmed)):
-        yield f"none of {len(boxes)} boxes was moved"
+        yield f"no box was moved ({len(boxes)} boxes)"
 
 
 def _line(change: str, amounts: Sequence[Fraction], names: Sequence[str]) -> str:
     most = max(amounts)
     count = sum(amount > 0 for amount in amounts)
     changed = f"{count} of {len(amounts)} boxes {'was' if count == 1 else 'were'} {change}"
-    return f"{changed}, {names[list(amounts).index(most)]} most: by {digits(1000 * most)} mm"
+    return f"{changed}, by at most {digits(1000 * most)} mm ({names[list(amounts).index(most)]})"

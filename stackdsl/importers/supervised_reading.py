@@ -48,7 +48,7 @@ def load_supervised(data: bytes, file: str, options: Import, read_file: Callable
             case _:
                 failure = "takes too long to read" if done.status is TaskStatus.TIMED_OUT else "crashes its reader"
                 message = f"the file {failure}: {done.message}"
-                hint = "correct or simplify it, until the program of its format loads it"
+                hint = "correct or simplify the file"
                 raise UnreadableLoadError([Diagnostic("SD114", Span(file, 1, 1, 1), message, hint)])
 
 
@@ -62,7 +62,7 @@ def _read(
         content = files.get(name)
         if content is None:
             missing[name] = None
-            raise OSError("the file was not passed to the worker yet")
+            raise OSError("the file is not yet available in the worker")
         if isinstance(content, OSError):
             raise content
         return content

@@ -108,8 +108,8 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
     if not columns:
         reading.end()
     if columns and options.point is None:
-        message = "x, y, z may be the lower corner or the centre of a box"
-        hint = "set point: corner, or point: centre"
+        message = "the table does not state whether x, y, z are the lower corner or the centre of a box"
+        hint = "set `point: corner` or `point: centre`"
         reading.undetermined(rows[0].cells[columns["x"].header].span, message, hint)
     boxes = [_box(reading, row, columns, options.point == "corner") for row in rows]
     _refuse_duplicate_names(reading, rows, columns)
@@ -127,13 +127,17 @@ def _lines(reading: LoadReading) -> Iterator[_Row]:
     delimiter = max(DELIMITERS, key=reading.page.lines[filled[0]].count)
     headers = [cell.text.strip() for cell in _cells(reading, filled[0], delimiter)]
     for header in sorted({header for header in headers if headers.count(header) > 1}):
-        reading.wrong(reading.page.span(filled[0], 0), f"two columns are called '{header}'", "keep one of them")
+        reading.wrong(reading.page.span(filled[0], 0), f"two columns have the name '{header}'", "keep one of them")
     reading.end()
     for number in filled[1:]:
         cells = _cells(reading, number, delimiter)
         if len(cells) != len(headers):
             message = f"the row has {len(cells)} cells, but the header has {len(headers)}"
-            hint = "write decimal commas as points" if len(cells) > len(headers) else "add the missing cells"
+            hint = (
+                "write decimals with a point instead of a comma"
+                if len(cells) > len(headers)
+                else "add the missing cells"
+            )
             reading.wrong(reading.page.span(number, 0), message, hint)
             continue
         yield _Row(dict(zip(headers, cells, strict=True)), reading.page.span(number, 0))
@@ -192,7 +196,7 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
         if match is None or name not in COLUMNS or header in reading.ignored:
             reading.skip(header, _header_span(reading, header, span), harmless=False, advice=_advice(header, match))
         elif name in columns:
-            reading.wrong(span, f"'{columns[name].header}' and '{header}' are both the {name}", "keep one of them")
+            reading.wrong(span, f"both '{columns[name].header}' and '{header}' specify the {name}", "keep one of them")
         else:
             written = (match["a"] or match["b"] or match["c"] or "").strip()
             unit = _unit(reading, name, written, options, _header_span(reading, header, span))
@@ -227,8 +231,10 @@ def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
 def _unit(reading: LoadReading, name: str, written: str, options: Import, span: Span) -> Fraction | None:
     """Return the unit of a column; report and return None if it is missing or unknown."""
     if name == "friction" and written:
-        hint = "write the header 'friction', with numbers such as 0.4"
-        reading.undetermined(span, f"a friction has no unit, but this has '{written}'", hint)
+        hint = "write the header 'friction' without a unit, and numbers such as 0.4"
+        reading.undetermined(
+            span, f"a friction coefficient has no unit, but this column has the unit '{written}'", hint
+        )
         return None
     if name in BARE:
         return Fraction(1)
@@ -250,7 +256,7 @@ def _example(name: str) -> str:
     unit = "kg" if name == "mass" else "deg" if name == "yaw" else "mm"
     key = "mass" if name == "mass" else "length"
     option = "" if name == "yaw" else f", or set `units: {{{key}: {unit}}}`"
-    return f"write '{name} [{unit}]'{option}"
+    return f"write the header '{name} [{unit}]'{option}"
 
 
 # --- boxes ------------------------------------------------------------------------------------------------------------
@@ -261,7 +267,7 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
     for name, column in columns.items():
         cell = row.cells.get(column.header)
         if cell is None:
-            reading.wrong(row.span, f"the row has no '{column.header}'", "add it")
+            reading.wrong(row.span, f"the row has no value for '{column.header}'", "add the value")
             return None
         cells[name] = cell
 
@@ -278,16 +284,16 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
     x, y, z = (part for part in position if part is not None)
     if of_corner and yaw[0] != 0:
         message = "the lower corner of a rotated box is ambiguous"
-        reading.undetermined(cells["yaw"].span, message, "write the positions of centres, and set `point: centre`")
+        reading.undetermined(cells["yaw"].span, message, "write the positions of the centres, and set `point: centre`")
         return None
     if abs(yaw[0]) > 360:  # noqa: PLR2004 -- [deg]
-        reading.wrong(cells["yaw"].span, "`yaw` exceeds 360 deg", "write degrees")
+        reading.wrong(cells["yaw"].span, "`yaw` exceeds 360 deg", "write an angle in degrees, from -360 to 360")
         return None
     if of_corner:
         x, y, z = x + length / 2, y + width / 2, z + height / 2
     name = cells["name"].text.strip() if "name" in cells else ""
     if name and not re.fullmatch(NAME, name):
-        hint = "begin with a letter, then letters, digits, _ . or -"
+        hint = "begin with a letter, then use letters, digits, _ . or -"
         reading.wrong(cells["name"].span, f"'{name}' is not a valid name", hint)
         return None
     turn = (Fraction(0), Fraction(0), yaw[0])
@@ -303,8 +309,10 @@ def _is_valid_friction(reading: LoadReading, cells: Mapping[str, _Cell]) -> bool
         return True
     number = number_of(cell.text.strip())
     if number is None or not 0 <= number[0] <= ROUGHEST:
-        message = f"`friction`: '{cell.text.strip()[:LONGEST_TOLD]}' is not a coefficient"
-        reading.wrong(cell.span, message, f"write a number from 0 to {ROUGHEST} without a unit, or leave it empty")
+        message = f"`friction`: '{cell.text.strip()[:LONGEST_TOLD]}' is not a friction coefficient"
+        reading.wrong(
+            cell.span, message, f"write a number from 0 to {ROUGHEST} without a unit, or leave the cell empty"
+        )
         return False
     return True
 
@@ -316,5 +324,5 @@ def _refuse_duplicate_names(reading: LoadReading, rows: Sequence[_Row], columns:
         if cell is None or not (name := cell.text.strip()):
             continue
         if name in seen:
-            reading.wrong(cell.span, f"two boxes are called '{name}'", "give each its own name")
+            reading.wrong(cell.span, f"two boxes have the name '{name}'", "give each a different name")
         seen.add(name)

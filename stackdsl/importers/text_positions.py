@@ -77,7 +77,7 @@ def _unique_keys(pairs: "list[tuple[str, Node]]") -> "dict[str, Node]":
     for key, node in pairs:
         _refuse_halves(key, node.start)
         if key in members:
-            raise _WrongError(node.start, f"'{key}' is written twice in one object", "keep one of them")
+            raise _WrongError(node.start, f"the object contains the key '{key}' twice", "keep one of them")
         members[key] = node
     return members
 
@@ -86,8 +86,8 @@ def _refuse_halves(text: str, start: int) -> None:
     """Raise an error for a lone surrogate, which a JSON escape can write but UTF-8 cannot encode."""
     if (half := _HALF.search(text)) is not None:
         escape = f"\\u{ord(half.group()):04x}"
-        message = f"{escape} is half of a character, whose other half is not beside it"
-        raise _WrongError(start, message, "write the whole character, or leave it out")
+        message = f"{escape} is half of a surrogate pair, and the other half is missing"
+        raise _WrongError(start, message, "write the complete pair, or remove it")
 
 
 def _no_number(word: str) -> None:
@@ -110,7 +110,9 @@ class JsonText:
         """Return the members of an object; report any other value and return {}."""
         if isinstance(node.value, dict):
             return node.value
-        self.reading.wrong(self.span(node), f"{label} is {_described(node)} instead of an object", "write it in braces")
+        self.reading.wrong(
+            self.span(node), f"{label} is {_described(node)} instead of an object", "write an object in braces, {...}"
+        )
         return {}
 
     def items(self, node: Node, label: str) -> "list[Node]":
@@ -118,7 +120,7 @@ class JsonText:
         if isinstance(node.value, list):
             return node.value
         message = f"{label} is {_described(node)} instead of a list"
-        self.reading.wrong(self.span(node), message, "write it in square brackets")
+        self.reading.wrong(self.span(node), message, "write a list in brackets, [...]")
         return []
 
     def member(self, owner: Node, members: "dict[str, Node]", key: str, label: str) -> Node | None:
@@ -126,14 +128,16 @@ class JsonText:
         if key in members:
             return members[key]
         if isinstance(owner.value, dict):
-            self.reading.wrong(self.span(owner), f"{label} has no '{key}'", "add it, or correct its spelling")
+            self.reading.wrong(self.span(owner), f"{label} has no '{key}'", "add this key, or correct its spelling")
         return None
 
     def word(self, node: Node, label: str) -> str | None:
         """Return a string; report any other value and return None."""
         if isinstance(node.value, str):
             return node.value
-        self.reading.wrong(self.span(node), f"{label} is {_described(node)} instead of a string", "put it in quotes")
+        self.reading.wrong(
+            self.span(node), f"{label} is {_described(node)} instead of a string", "write the string in quotes"
+        )
         return None
 
     def skip_others(self, members: "dict[str, Node]", supported: set[str], harmless: set[str]) -> None:
@@ -150,13 +154,13 @@ def json_text(reading: LoadReading) -> JsonText:
     try:
         return JsonText(reading, _Decoder().decode(text), starts)
     except json.JSONDecodeError as error:
-        start, message, hint = error.pos, f"invalid JSON: {error.msg}", "save the file anew as JSON"
+        start, message, hint = error.pos, f"invalid JSON: {error.msg}", "correct the file, or export it again as JSON"
     except _WrongError as error:
         start, message, hint = error.start, error.message, error.hint
     except RecursionError:
-        start, message, hint = 0, "the JSON is nested too deeply", "save the load in its own file"
+        start, message, hint = 0, "the JSON is nested too deeply", "save the load in a file of its own"
     except ValueError as error:  # of `_no_number`
-        start, message, hint = max(text.find(str(error)), 0), f"{error} is not valid in JSON", "write the number"
+        start, message, hint = max(text.find(str(error)), 0), f"{error} is not valid in JSON", "write a finite number"
     reading.wrong(_span(reading.page, starts, min(start, max(len(text) - 1, 0))), message, hint)
     raise UnreadableLoadError(reading.mistakes)
 
@@ -228,7 +232,7 @@ def xml_text(reading: LoadReading) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag, attributes, here(), parser.CurrentLineNumber)
         if len(open_) > DEEPEST:
-            raise fail(element.span, "elements are nested too deeply", "save the load in its own file")
+            raise fail(element.span, "elements are nested too deeply", "save the load in a file of its own")
         (open_[-1].children if open_ else roots).append(element)
         open_.append(element)
 
@@ -243,7 +247,9 @@ def xml_text(reading: LoadReading) -> Element:
     except expat.ExpatError as error:
         line = min(error.lineno, len(reading.page.lines)) - 1
         span = reading.page.span(line, min(error.offset, max(len(reading.page.lines[line]) - 1, 0)))
-        raise fail(span, f"invalid XML: {expat.errors.messages[error.code]}", "save the file anew") from error
+        raise fail(
+            span, f"invalid XML: {expat.errors.messages[error.code]}", "correct the file, or export it again"
+        ) from error
     return roots[0]
 
 
@@ -350,7 +356,7 @@ class UnitReader:
         unit = self.metre if metre is None else metre
         value = number[0] * unit
         if abs(value) > FURTHEST:
-            self.reading.wrong(span, f"{label} of {text.strip()} exceeds 10 km", "correct the number, or its unit")
+            self.reading.wrong(span, f"{label} of {text.strip()} exceeds 10 km", "correct the number or its unit")
             return None
         self.reading.note_precision(number[1] * unit)
         return value
@@ -415,7 +421,7 @@ class UnitReader:
             return None
         if isinstance(node.value, Numeral):
             return node.value.text
-        self.reading.wrong(json.span(node), f"{label} is no number", "write it without quotes")
+        self.reading.wrong(json.span(node), f"{label} must be a number", "write the number without quotes")
         return None
 
 
@@ -432,11 +438,11 @@ def select_load(
         return next(iter(loads.items()))
     listed = ", ".join(f"'{name}'" for name in list(loads)[:16]) + (", ..." if len(loads) > 16 else "")  # noqa: PLR2004
     if not loads:
-        json.reading.wrong(json.span(start), f"the file has no {noun}", "name a file with one")
+        json.reading.wrong(json.span(start), f"the file contains no {noun}", "choose another file")
     elif wanted is None:
-        message = f"the file has {len(loads)} {noun}s: {listed}"
-        json.reading.undetermined(json.span(start), message, f"choose one, such as load: '{next(iter(loads))}'")
+        message = f"the file contains {len(loads)} {noun}s: {listed}"
+        json.reading.undetermined(json.span(start), message, f"choose one, for example load: '{next(iter(loads))}'")
     else:
-        message = f"the file has no {noun} '{wanted}'"
+        message = f"the file contains no {noun} '{wanted}'"
         json.reading.undetermined(json.span(start), message, f"choose from: {listed}")
     return None

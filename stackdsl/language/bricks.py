@@ -79,7 +79,7 @@ def obj_mesh(text: str, file: str) -> ObjMesh:
     mesh = ObjMesh()
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
-        raise MistakeError("SD104", f"{file} has {len(lines)} lines, and {MOST_LINES} is the most", "simplify the mesh")
+        raise MistakeError("SD104", f"{file} has {len(lines)} lines; the maximum is {MOST_LINES}", "simplify the mesh")
     for number, line in enumerate(lines, start=1):
         kind, *parts = line.partition("#")[0].split() or [""]
         try:
@@ -88,16 +88,16 @@ def obj_mesh(text: str, file: str) -> ObjMesh:
             elif kind == "f":
                 mesh.loops.append(_loop(parts, len(mesh.points)))
         except ValueError as error:
-            hint = "write a corner as `v 0.1 0 0.05`, and a face as `f 1 2 3`, the numbers of corners above it"
+            hint = "write a corner as `v 0.1 0 0.05`, and a face as `f 1 2 3` with the numbers of preceding corners"
             raise MistakeError("SD104", f"{file}:{number}: {error}", hint) from None
     if not mesh.loops:
-        raise MistakeError("SD104", f"{file} has no faces", "export it as a mesh, with `v` and `f` lines")
+        raise MistakeError("SD104", f"{file} has no faces", "export the solid as a mesh with `v` and `f` lines")
     return mesh
 
 
 def _point(parts: Sequence[str]) -> tuple[float, float, float]:
     if len(parts) < LEAST_PARTS:
-        raise ValueError(f"a corner of {len(parts)} numbers")
+        raise ValueError(f"a corner has {len(parts)} coordinates instead of three")
     x, y, z = (_number(part) for part in parts[:LEAST_PARTS])  # a weight or a colour may follow
     return (x, y, z)
 
@@ -116,10 +116,10 @@ def _number(part: str) -> float:
 
 def _loop(parts: Sequence[str], corners: int) -> tuple[int, ...]:
     if len(parts) < LEAST_PARTS:
-        raise ValueError(f"a face of {len(parts)} corners")
+        raise ValueError(f"a face has {len(parts)} corners; the minimum is three")
     loop = tuple(_corner(part, corners) for part in parts)
     if len(set(loop)) < len(loop):
-        raise ValueError("a face with the same corner twice")
+        raise ValueError("a face contains the same corner twice")
     return loop
 
 
@@ -127,10 +127,10 @@ def _corner(part: str, corners: int) -> int:
     """Return the index of the corner in `3/1/2`, before texture and normal; -1 is the last corner above the line."""
     number = corner_number(part)
     if number is None:
-        raise ValueError(f"{shown(part)} is not the number of a corner")
+        raise ValueError(f"{shown(part)} is not a corner number")
     index = number - 1 if number > 0 else corners + number
     if number == 0 or not 0 <= index < corners:
-        raise ValueError(f"there is no corner {number}: {corners} corners are above it")
+        raise ValueError(f"corner {number} does not exist; {corners} corners precede this face")
     return index
 
 
@@ -167,8 +167,8 @@ def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
     if centre_of_mass is None or centre_of_mass == MIDDLE:
         return Form(Box(size), size)
     if any(abs(part) >= 0.5 * side for part, side in zip(centre_of_mass, size, strict=True)):
-        message = "the centre of mass lies outside of the box"
-        raise MistakeError("SD104", message, "write it relative to the middle of the box, and inside of it")
+        message = "the centre of mass lies outside the box"
+        raise MistakeError("SD104", message, "write a point inside the box, relative to its centre")
     back = subtract(MIDDLE, centre_of_mass)
     return Form(OffCentreBox(size, centre_of_mass), size, back, back)
 
@@ -230,8 +230,8 @@ def _made_apart(make: "Callable[..., FramedSolid]", *arguments: object) -> "Fram
     result = supervised(Task(_solid_or_error, (make, *arguments), TIME_LIMIT))
     if result.status is TaskStatus.DONE:
         return result.value  # type: ignore[return-value]  # the type of `_solid_or_error`
-    problem = "take too long" if result.status is TaskStatus.TIMED_OUT else "break Qhull"
-    return f"its corners {problem}: {result.message}", "write a simpler solid of about the same shape", None
+    problem = "takes too long" if result.status is TaskStatus.TIMED_OUT else "crashes Qhull"
+    return f"computing the hull of the corners {problem}: {result.message}", "simplify the solid", None
 
 
 def _solid_or_error(
@@ -270,7 +270,7 @@ def cut_to(form: Form, size: Vec3) -> Form:
             x, y, z = (part * side / full for part, side, full in zip(centre, size, whole, strict=True))
             return box_form(size, (x, y, z))
     raise MistakeError(
-        "SD104", "the layout cuts bricks, and only boxes can be cut", "use bricks that are given by their `size`"
+        "SD104", "this layout cuts bricks, and only boxes can be cut", "use a brick that is defined by `size`"
     )
 
 
@@ -300,9 +300,9 @@ class Prism(AuthorModel):
     """A solid with a constant cross-section along one axis."""
 
     outline: Annotated[tuple[tuple[t.Length, t.Length], ...], Field(min_length=3, max_length=200)] = Field(
-        description="[x, y] of its corners in order around it, seen from the front: y is up"
+        description="corners [x, y] in order around the outline, seen from the front; y points up"
     )
-    depth: t.Side = Field(description="its length from front to back; the outline is in the middle of it")
+    depth: t.Side = Field(description="length from front to back; the outline is at half this length")
 
     @model_validator(mode="after")
     def _is_a_solid(self) -> Self:
@@ -313,22 +313,22 @@ class Prism(AuthorModel):
 class BrickKind(Shorthand, ExactlyOneKey):
     """A brick from the catalogue, or a box or convex solid with its size and mass."""
 
-    size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width, thickness of a box")
-    prism: Prism | None = Field(None, description="a solid of constant outline: a wedge, a stone of an arch")
+    size: tuple[t.Side, t.Side, t.Side] | None = Field(None, description="length, width and thickness of a box")
+    prism: Prism | None = Field(None, description="a prism, such as a wedge or an arch stone")
     points: Annotated[tuple[tuple[t.Length, t.Length, t.Length], ...], Field(min_length=4, max_length=1000)] | None = (
-        Field(None, description="[x, y, z] of each corner of a convex solid, in any order")
+        Field(None, description="corners [x, y, z] of a convex solid, in any order")
     )
     file: t.Text | None = Field(
-        None, description="a convex solid from an OBJ file, relative to the folder of this file"
+        None, description="OBJ file of a convex solid; the path is relative to the folder of this file"
     )
-    unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of the lengths in the file")
+    unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
-        description="[x, y, z] from the middle of a box, or in the axes of the corners of a solid; default: centroid",
+        description="[x, y, z] from the centre of a box, or in the coordinates of the corners; default: centroid",
     )
-    density: t.Density | None = Field(None, description="density; give either this or the mass")
-    mass: t.Mass | None = Field(None, description="mass of a whole brick; give either this or the density")
-    friction: t.Friction | None = Field(None, description="its Coulomb coefficient; default: the scenario's")
+    density: t.Density | None = Field(None, description="density, as an alternative to `mass`")
+    mass: t.Mass | None = Field(None, description="mass of an uncut brick, as an alternative to `density`")
+    friction: t.Friction | None = Field(None, description="Coulomb friction coefficient; default: that of the scenario")
     _form: Form = PrivateAttr()
     _kind_name: str = PrivateAttr("")
 
@@ -379,7 +379,11 @@ class BrickKind(Shorthand, ExactlyOneKey):
         """Read the file with its unit. Pydantic validates `unit` after `file`."""
         file = info.data.get("file")
         if unit is not None and "file" in info.data and file is None:
-            raise MistakeError("SD108", "`unit` needs a `file`, and there is none", "write units at the lengths")
+            raise MistakeError(
+                "SD108",
+                "`unit` applies only to bricks with a `file`",
+                "remove `unit`, and write a unit after each length",
+            )
         if file is not None and unit is not None:
             mesh_form(_text_of(file, info), file, unit)
         return unit
@@ -401,20 +405,22 @@ class BrickKind(Shorthand, ExactlyOneKey):
         mass = written * form.shape.volume if info.field_name == "density" else written
         if mass < LIGHTEST:
             message = f"a brick of {mass:.3g} kg is too light"
-            hint = f"write a {info.field_name} that makes it at least {LIGHTEST:g} kg"
+            hint = f"increase the {info.field_name}; the minimum mass is {LIGHTEST:g} kg"
             raise MistakeError("SD104", message, hint)
         return written
 
     @model_validator(mode="after")
     def _take_form(self, info: ValidationInfo) -> Self:
         if self.file is not None and self.unit is None:
-            raise MistakeError("SD102", "the unit of the lengths in the file is missing", "add `unit: mm`")
+            raise MistakeError(
+                "SD102", "`unit`, the unit of length in the OBJ file, is missing", "add it, for example `unit: mm`"
+            )
         form = _form_of(dict(self), self.centre_of_mass, info)
         assert form is not None  # one of the keys of `also_one_of` is written
         if not SHORTEST <= form.shape.least_thickness <= form.shape.length <= SIDE.most:
             across = f"{form.shape.least_thickness:.3g} to {form.shape.length:.3g} m"
-            message = f"the solid measures {across}, and a brick must measure {SHORTEST:g} to {float(SIDE.most):g} m"
-            raise MistakeError("SD104", message, "check its units")
+            message = f"the solid measures {across}; a brick must measure {SHORTEST:g} to {float(SIDE.most):g} m"
+            raise MistakeError("SD104", message, "check the units of its lengths")
         self._form = form
         return self
 
@@ -429,7 +435,9 @@ def _text_of(file: str, info: ValidationInfo) -> str:
     """Return the content that a file had when the scenario was read."""
     files = info.context.files if isinstance(info.context, KnownBricks) else {}
     if file not in files:
-        raise MistakeError("SD113", f"the file {shown(file)} was not read", "write its path, without ${...}")
+        raise MistakeError(
+            "SD113", f"the path {shown(file)} of the mesh contains an expression", "write a fixed path, without ${...}"
+        )
     return str(files[file])
 
 
@@ -448,7 +456,7 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
 
 def _not_in_catalogue(name: str) -> str:
     if name in CATALOGUE:
-        raise MistakeError("SD104", f"'{name}' is a brick of the catalogue", "take another name")
+        raise MistakeError("SD104", f"'{name}' is already the name of a brick in the catalogue", "use another name")
     return name
 
 
@@ -475,26 +483,32 @@ def _kind(name: str, written: object, files: Mapping[str, str]) -> BrickKind | N
 class SetBrick(ExactlyOneKey):
     """One brick set down in any pose."""
 
-    name: t.BrickName | None = Field(None, description="its name; default: by place, such as L3.2")
+    name: t.BrickName | None = Field(
+        None, description="name of the brick; default: its level and its place in the level, such as L3.2"
+    )
     at: tuple[t.Length, t.Length, t.Length] | None = Field(
-        None, description="[x, y, z] of its middle, or of the origin of a solid"
+        None, description="position [x, y, z] of the centre of a box, or of the origin of a solid"
     )
     on: Annotated[t.Supports, BeforeValidator(t.listed), WithJsonSchema(t.SUPPORTS)] | None = Field(
-        None, description="the brick or bricks on whose top it lies, in the middle of their centres; or the ground"
+        None, description="supporting brick or bricks, or the ground; the brick is centred on the mean of their centres"
     )
     beside: t.BodyName | None = Field(
-        None, description="the brick that it stands beside and touches, with its lower side at the same height"
+        None, description="neighbouring brick that this brick touches; their lower sides are at the same height"
     )
-    towards: t.Angle = default("0 deg", "direction from the brick that it is beside: 0 deg = +x, 90 deg = +y")
+    towards: t.Angle = default("0 deg", "direction from the neighbouring brick to this one: 0 deg = +x, 90 deg = +y")
     offset: tuple[t.Length, t.Length, t.Length] = default(
-        ["0 mm", "0 mm", "0 mm"], "shifts it from there by [x, y, z], in the axes of the scene"
+        ["0 mm", "0 mm", "0 mm"], "additional displacement [x, y, z], along the axes of the scene"
     )
     rotate: tuple[t.Angle, t.Angle, t.Angle] = default(
-        ["0 deg", "0 deg", "0 deg"], "turn about x, then y, then z, the axes of the scene"
+        ["0 deg", "0 deg", "0 deg"], "rotation about the axes of the scene: first x, then y, then z"
     )
-    brick: BrickKind | None = Field(None, description="default: the brick of the step, or else of the scenario")
-    level: Levels | None = Field(None, description="its level; default: derived from its height")
-    friction: t.Friction | None = Field(None, description="its Coulomb coefficient; default: that of its kind of brick")
+    brick: BrickKind | None = Field(
+        None, description="kind of brick; default: that of the step, or otherwise that of the scenario"
+    )
+    level: Levels | None = Field(None, description="level of the brick; default: derived from its height")
+    friction: t.Friction | None = Field(
+        None, description="Coulomb friction coefficient; default: that of its kind of brick"
+    )
 
     one_of: ClassVar[tuple[str, ...]] = ("at", "on", "beside")
 
@@ -503,17 +517,25 @@ class SetBrick(ExactlyOneKey):
         written = self.model_fields_set
         if self.at is not None and "offset" in written:
             raise MistakeError(
-                "SD108", "`offset` goes with `on` or `beside`, and this brick has `at`", "add the offset to `at`"
+                "SD108",
+                "`offset` applies only with `on` or `beside`, but this brick has `at`",
+                "add the offset to `at`",
             )
         if self.beside is None and "towards" in written:
-            raise MistakeError("SD108", "`towards` goes with `beside`, which is missing", "add `beside` and a brick")
+            raise MistakeError(
+                "SD108",
+                "`towards` applies only with `beside`, which is missing",
+                "add `beside` with the name of a brick",
+            )
         if GROUND in (self.on or ()) and len(self.on or ()) > 1:
-            raise MistakeError("SD104", "a brick lies on others or on the ground, not on both", "remove the ground")
+            raise MistakeError("SD104", "`on` lists both bricks and the ground", "remove `ground` from the list")
         return self
 
 
 class PlacedBrick(SetBrick):
     """One brick in any pose, set down or dropped."""
 
-    drop: Annotated[bool, Field(strict=True)] = Field(False, description="released in the air, rather than set down")
-    repeat: t.REPEAT = Field(None, description="variables and their values, one repetition for each combination")
+    drop: Annotated[bool, Field(strict=True)] = Field(
+        False, description="whether the brick is released in the air instead of set down"
+    )
+    repeat: t.REPEAT = Field(None, description="variables and their values; the item is repeated for each combination")

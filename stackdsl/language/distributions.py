@@ -29,7 +29,7 @@ EXAMPLE: Final = "write 0.5 ± 0.05, normal 12 g ± 0.5 g least 10 g, lognormal 
 LIMITS: Final[tuple[str, ...]] = ("least", "most")
 ONE_LINE: Final = ("uniform", "normal", "lognormal", "table")  # first words of a distribution on one line
 KEYS: Final = (*ONE_LINE, "dispersion", *LIMITS)
-ONE_LINE_EXAMPLE: Final = "write such as normal 12 g ± 0.5 g least 10 g, or lognormal 0.5 dispersion 0.2"
+ONE_LINE_EXAMPLE: Final = "write, for example, normal 12 g ± 0.5 g least 10 g, or lognormal 0.5 dispersion 0.2"
 RAREST: Final = 1e-9  # least probability within the limits; a smaller one loses digits, and is a mistake
 _FURTHER = re.compile(rf",?\s+({'|'.join(('dispersion', *LIMITS))})\b")  # a comma is possible outside of YAML braces
 _AROUND = re.compile(r"(.+?)\s*(?:±|\+/?-)\s*(.+)")
@@ -118,7 +118,9 @@ def distributions(
 ) -> dict[str, Distribution | None]:
     """Read the variables of `uncertain`, as None where one has a mistake. used_names are names already in use."""
     if not isinstance(written, dict) or not written:
-        add(mistakes, ("uncertain",), MistakeError("SD103", "expected a mapping of variables", EXAMPLE))
+        add(
+            mistakes, ("uncertain",), MistakeError("SD103", "expected a mapping of variables to distributions", EXAMPLE)
+        )
         return {}
     by_name: dict[str, Distribution | None] = {}
     for name, spread in written.items():
@@ -152,10 +154,10 @@ def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
     if keys == {"lognormal", "dispersion"}:
         median, dispersion = _amount(written["lognormal"]), _amount(written["dispersion"])
         if unit_text(dispersion):
-            hint = "write such as 0.2, the standard deviation of the logarithm"
-            raise MistakeError("SD104", "a dispersion is a number", hint)
+            hint = "write the standard deviation of the logarithm, for example 0.2"
+            raise MistakeError("SD104", "a dispersion has no unit", hint)
         if median.magnitude <= 0 or dispersion.magnitude <= 0:
-            raise MistakeError("SD104", "median and dispersion must be more than zero", EXAMPLE)
+            raise MistakeError("SD104", "median and dispersion must be greater than zero", EXAMPLE)
         numbers = (float(median.magnitude), float(dispersion.magnitude))
         return Distribution("lognormal", unit_text(median), numbers)
     if keys == {"table"}:
@@ -182,18 +184,22 @@ def _in_one_line(text: str) -> Plain:
 def _limited(unlimited: Distribution, written: Mapping[str, Plain]) -> Distribution:
     """Return the distribution truncated to limits. Raises MistakeError."""
     if unlimited.kind not in ("normal", "lognormal"):
-        message = f"a {unlimited.kind} distribution has limits of its own"
-        raise MistakeError("SD104", message, "use `least` and `most` with normal and lognormal distributions only")
+        message = f"`least` and `most` do not apply to a {unlimited.kind} distribution"
+        raise MistakeError("SD104", message, "remove them, or use a normal or lognormal distribution")
     limits = {}
     for key, value in written.items():
         amount = _amount(value)
         if unit_text(amount) != unlimited.unit and amount.magnitude != 0:
-            raise MistakeError("SD104", f"`{key}` has another unit than its distribution", "give both the same unit")
+            raise MistakeError(
+                "SD104", f"the unit of `{key}` differs from the unit of its distribution", "use the same unit for both"
+            )
         limits[key] = float(amount.magnitude)
     low, high = limits.get("least", -inf), limits.get("most", inf)
     limited = replace(unlimited, limits=(low, high))
     if low >= high or limited.share_within < RAREST:
-        raise MistakeError("SD104", "almost no value lies within `least` and `most`", "write wider limits")
+        raise MistakeError(
+            "SD104", "the probability of values between `least` and `most` is almost zero", "widen the limits"
+        )
     return limited
 
 
@@ -202,11 +208,11 @@ def _uniform(written: Plain) -> Distribution:
     if _BETWEEN.fullmatch(text.strip()):
         low, high = _pair(written, _BETWEEN)
         if low.magnitude >= high.magnitude:
-            raise MistakeError("SD104", f"the range {shown(written)} is empty", "write the smaller end first")
+            raise MistakeError("SD104", f"the range {shown(written)} is empty", "write the smaller limit first")
         return _made("uniform", low, high)
     middle, width = _pair(written, _AROUND)
     if width.magnitude <= 0:
-        raise MistakeError("SD104", f"the range {shown(written)} is empty", "write a width that is more than zero")
+        raise MistakeError("SD104", f"the range {shown(written)} is empty", "write a width greater than zero")
     return _made("uniform", middle - width, middle + width)
 
 
@@ -216,13 +222,15 @@ def _table(written: Plain) -> Distribution:
     amounts = [_amount(value) for value in written]
     units = {unit_text(amount) for amount in amounts}
     if len(units) > 1:
-        raise MistakeError("SD104", "the values of the table have different units", "give all a unit of one kind")
+        raise MistakeError(
+            "SD104", "the values of the table have different units", "use the same kind of unit for all values"
+        )
     return Distribution("table", units.pop(), tuple(sorted(float(amount.magnitude) for amount in amounts)))
 
 
 def _made(kind: str, first: "Amount", second: "Amount", *, positive: bool = False) -> Distribution:
     if positive and second.magnitude <= 0:
-        raise MistakeError("SD104", "a standard deviation must be more than zero", EXAMPLE)
+        raise MistakeError("SD104", "a standard deviation must be greater than zero", EXAMPLE)
     return Distribution(kind, unit_text(first), (float(first.magnitude), float(second.magnitude)))
 
 
@@ -235,7 +243,7 @@ def _pair(written: Plain, form: "re.Pattern[str]") -> tuple["Amount", "Amount"]:
     if unit_text(second) and not unit_text(first):
         first = _amount(f"{match[1]} {match[2].lstrip('+-.0123456789eE')}")
     if unit_text(first) != unit_text(second):
-        raise MistakeError("SD104", f"the parts of {shown(written)} have different units", "give both the same unit")
+        raise MistakeError("SD104", f"the parts of {shown(written)} have different units", "use the same unit for both")
     return first, second
 
 
@@ -303,7 +311,7 @@ class Inline:
             add(
                 self._mistakes,
                 path,
-                MistakeError("SD103", "a distribution in place of a value must be on one line", _line(value)),
+                MistakeError("SD103", "a distribution that replaces a value must be written on one line", _line(value)),
             )
             return SILENT
         if isinstance(value, dict):
@@ -325,7 +333,7 @@ class Inline:
         """Yield a mistake for each distribution, for scenarios without samples."""
         for path, written in self.found.items():
             message = f"'{written}' is a distribution, but the scenario has no samples"
-            yield path, MistakeError("SD102", message, "add samples: 1000 to the scenario, or write one value")
+            yield path, MistakeError("SD102", message, "add `samples: 1000` to the scenario, or write a single value")
 
 
 def _is_spelt_out(value: Mapping[str, Plain], path: KeyPath) -> bool:
@@ -368,44 +376,46 @@ def _without_samples(scenario: Scenario, source: Source) -> Iterator[Diagnostic]
     for key, number, claim in _claims(scenario):
         if claim.content.wanted_share is not None:
             place: KeyPath = (key, number, claim.kind, "share")
-            yield _mistake(source, place, "`share` needs samples, and the scenario has none")
+            yield _mistake(source, place, "`share` needs samples, but the scenario has none")
 
 
 def _mistake(source: Source, path: KeyPath, message: str) -> Diagnostic:
-    return Diagnostic("SD102", source.key_span_of(path), message, "add samples: 1000 to the scenario")
+    return Diagnostic("SD102", source.key_span_of(path), message, "add `samples: 1000` to the scenario")
 
 
 def _nothing_uncertain(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     if scenario.uncertain is None and all(step.jitter is None for step in scenario.build):
-        message = "nothing is uncertain, so all samples would be the same"
-        hint = "add jitter: {position: 1 mm, yaw: 1 deg} to a step of the build"
+        message = "the scenario has no random quantities, so all samples are identical"
+        hint = "add `jitter: {position: 1 mm, yaw: 1 deg}` to a step of `build`"
         yield Diagnostic("SD102", source.key_span_of(("samples",)), message, hint)
 
 
 def _beyond_statics(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Yield keys that need a simulation. Samples are judged by statics alone, after each brick."""
-    hint = "remove it, or remove the samples"
+    hint = "remove either this key or `samples`"
     if scenario.impacts:
-        message = "samples are judged by statics, which has no impacts"
+        message = "samples are judged by statics alone, which cannot evaluate impacts"
         yield Diagnostic("SD104", source.key_span_of(("impacts",)), message, hint)
     if scenario.world.shake is not None:
-        message = "samples are judged by statics, on ground at rest"
+        message = "samples are judged by statics alone, which cannot evaluate a shaking ground"
         yield Diagnostic("SD104", source.key_span_of(("world", "shake")), message, hint)
     for number, step in enumerate(scenario.build):
         if step.place is not None:
-            message = "samples are judged by statics, which does not move bricks by hand"
-            yield Diagnostic("SD104", source.key_span_of(("build", number, "place")), message, "write `jitter` alone")
+            message = "samples are judged by statics alone, which cannot evaluate placement by hand"
+            yield Diagnostic(
+                "SD104", source.key_span_of(("build", number, "place")), message, "remove `place`, and keep `jitter`"
+            )
         for index, brick in enumerate(step.bricks or ()):
             if brick.drop:
-                message = "samples are judged by statics, which does not drop bricks"
+                message = "samples are judged by statics alone, which cannot evaluate dropped bricks"
                 yield Diagnostic("SD104", source.key_span_of(("build", number, "bricks", index, "drop")), message, hint)
 
 
 def _of_one_run(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     for key, number, claim in _claims(scenario):
         if claim.content.wanted_share is None:
-            message = f"`{claim.kind}` without a share applies to one run, and the scenario has samples"
-            hint = 'write such as stands: {share: ">= 95 %"}, or collapses: {at: level 9 ± 1, share: ">= 90 %"}'
+            message = f"`{claim.kind}` without `share` applies to a single run, but the scenario has samples"
+            hint = 'write, for example, stands: {share: ">= 95 %"}, or collapses: {at: level 9 ± 1, share: ">= 90 %"}'
             yield Diagnostic("SD102", source.key_span_of((key, number, claim.kind)), message, hint)
 
 

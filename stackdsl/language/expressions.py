@@ -82,11 +82,11 @@ NOUNS: Final = {
 MARK: Final = "_"
 PLAIN: Final = f"use numbers, quantities, variables, + - * / ** ( ) and {', '.join(FUNCTIONS)}"
 REMEDIES: Final = {
-    "^": "write a power as **",
-    "%": "write a share as 5 percent, and a remainder as n - 2 * floor(n / 2)",
-    **dict.fromkeys("<>=!", "expressions cannot compare or assign; for several values use `matrix`"),
-    **dict.fromkeys("\"'", "expressions cannot contain text; write the name of a brick without ${}"),
-    "_": "the name of a variable begins with a letter",
+    "^": "write a power with `**`, as in n ** 2",
+    "%": "write a percentage as 5 percent, and the remainder of n / 2 as n - 2 * floor(n / 2)",
+    **dict.fromkeys("<>=!", "expressions have no comparisons or assignments; use `matrix` for several values"),
+    **dict.fromkeys("\"'", "expressions cannot contain quoted text; write the name of a brick without ${}"),
+    "_": "begin the name of a variable with a letter",
 }
 
 _EXPRESSION = re.compile(r"\$\{([^{}]*)\}")
@@ -113,7 +113,7 @@ def interpolate(text: str, names: "Names") -> int | float | str:
     if single:
         return _plain_value(single[1], names)
     if "${" in _EXPRESSION.sub("", text):
-        raise _mistake(f"{shown(text)} has an expression without an end", "close it by }; braces do not nest")
+        raise _mistake(f"an expression in {shown(text)} is not closed", "close it with }; braces cannot be nested")
     return _EXPRESSION.sub(lambda match: str(_plain_value(match[1], names)), text)
 
 
@@ -138,7 +138,9 @@ def evaluate(expression: str, names: "Names") -> "Amount":
 def _parsed(expression: str) -> "tuple[ast.expr, Mapping[str, Amount]]":
     """Return the tree of an expression, and its literals by their placeholder names in the tree."""
     if len(expression) > MAX_LENGTH:  # also keeps the nesting far below Python's limits
-        raise _mistake(f"the expression is longer than {MAX_LENGTH} characters", "split it by variables of `let`")
+        raise _mistake(
+            f"the expression is longer than {MAX_LENGTH} characters", "split it into several variables under `let`"
+        )
     grouped, literals = _grouped(expression)
     try:
         tree = ast.parse(f"({grouped})", mode="eval")
@@ -156,7 +158,7 @@ def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
     literals: dict[str, Amount] = {}
     position, after = 0, None
     if not expression.strip():
-        raise _mistake("the expression is empty", "write such as ${2 * (n + 1)}")
+        raise _mistake("the expression is empty", "write, for example, ${2 * (n + 1)}")
     while position < len(expression):
         token = _TOKEN.match(expression, position)
         if token is None:
@@ -165,7 +167,9 @@ def _grouped(expression: str) -> tuple[str, "dict[str, Amount]"]:
         if after and token["name"]:
             raise _mistake(f"'{token['name']}' is not a unit", did_you_mean(token["name"], tuple(UNITS)))
         if after and after["unit"] and token["operator"] == "**":
-            raise _mistake(f"'{after[0].strip()} **' can be read in two ways", f"write ({after[0].strip()}) **")
+            raise _mistake(
+                f"'{after[0].strip()} **' is ambiguous", f"write ({after[0].strip()}) ** to raise the whole quantity"
+            )
         number = token["literal"] or token["number"]
         if number:
             literals[f"_{len(tokens)}"] = _bounded(unit_amount(token["unit"] or "") * Fraction(number))
@@ -186,20 +190,23 @@ def _value(node: ast.expr, names: "Names") -> "Amount":
             return _bounded(_operation(operator, _value(left, names), _value(right, names)))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             return _bounded(_call(name.removesuffix(MARK), [_value(argument, names) for argument in arguments]))
-    raise _mistake("the expression is not plain arithmetic", PLAIN)
+    raise _mistake("the expression contains more than arithmetic", PLAIN)
 
 
 def _variable(name: str, names: "Names") -> "Amount":
     if name == "pi":
         return unit_amount("") * PI
     if name not in names:
-        define, message = "define it above, under `let`", f"unknown variable '{name}'"
+        define, message = "define it under `let`, above this place", f"unknown variable '{name}'"
         raise _mistake(message, lambda: did_you_mean(name, [known for known in names if known[0] != "_"]) or define)
     value = names[name]
     if value is None:
         raise EarlierMistakeError
     if isinstance(value, str):
-        raise _mistake(f"'{name}' is the word '{value}', not a number", f"write a word alone: ${{{name}}}")
+        raise _mistake(
+            f"the value of '{name}' is the word '{value}', not a number",
+            f"write ${{{name}}} without further arithmetic",
+        )
     return value
 
 
@@ -208,23 +215,27 @@ def _operation(operator: ast.operator, left: "Amount", right: "Amount") -> "Amou
         case ast.Mult():
             return left * right
         case ast.Div() if right.magnitude == 0:
-            raise _mistake("division by zero", "make sure that the divisor is not 0")
+            raise _mistake("division by zero", "change the divisor so that it is never 0")
         case ast.Div():
             return left / right
         case ast.Pow():
             return _power(left, right)
     if left.units != right.units:
         verb = "add" if isinstance(operator, ast.Add) else "subtract"
-        raise _mistake(f"cannot {verb} {_noun(left)} and {_noun(right)}", "give both a unit of one kind, or neither")
+        raise _mistake(
+            f"cannot {verb} {_noun(left)} and {_noun(right)}", "use the same kind of unit for both, or no units"
+        )
     return left + right if isinstance(operator, ast.Add) else left - right
 
 
 def _power(base: "Amount", exponent: "Amount") -> "Amount":
     power = _number(exponent, "an exponent")
     if power.denominator != 1 or abs(power) > MAX_POWER:
-        raise _mistake(f"an exponent is a whole number up to {MAX_POWER}", "use sqrt for roots")
+        raise _mistake(
+            f"an exponent must be an integer from -{MAX_POWER} to {MAX_POWER}", "use sqrt() for square roots"
+        )
     if base.magnitude == 0 and power < 0:
-        raise _mistake("division by zero", "make sure that the base is not 0")
+        raise _mistake("division by zero", "change the base so that it is never 0")
     return base ** int(power)
 
 
@@ -233,32 +244,34 @@ def _call(name: str, values: "list[Amount]") -> "Amount":
         raise _mistake(f"unknown function '{name}'", did_you_mean(name, FUNCTIONS))
     if name in CHOICES:
         if not values or any(value.units != values[0].units for value in values):
-            raise _mistake(f"{name} takes values of one kind", f"write such as {name}(10 mm, width)")
+            raise _mistake(
+                f"all arguments of {name} must have the same kind of unit", f"write, for example, {name}(10 mm, width)"
+            )
         return CHOICES[name](values, key=lambda value: value.magnitude)
     if len(values) != 1:
-        raise _mistake(f"{name} takes one value, not {len(values)}", f"write such as {name}(n)")
+        raise _mistake(f"{name} takes one argument, not {len(values)}", f"write, for example, {name}(n)")
     if name == "abs":
         return abs(values[0])
     if name in ROUNDINGS:
-        return unit_amount("") * Fraction(ROUNDINGS[name](_number(values[0], f"the value of {name}")))
+        return unit_amount("") * Fraction(ROUNDINGS[name](_number(values[0], f"the argument of {name}")))
     return _root(values[0]) if name == "sqrt" else _wave(name, values[0])
 
 
 def _root(value: "Amount") -> "Amount":
     if value.magnitude < 0:
-        raise _mistake("the root of a negative value", "make sure that the value is not negative, such as by abs()")
+        raise _mistake("the argument of sqrt is negative", "make the argument non-negative, for example with abs()")
     root = Fraction(f"{math.sqrt(value.magnitude):.15g}")
     return registry().Quantity(root, value.units ** Fraction(1, 2))
 
 
 def _wave(name: str, angle: "Amount") -> "Amount":
     if unit_text(angle) != "rad":
-        raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write such as {name}(30 deg)")
+        raise _mistake(f"{name} takes an angle, not {_noun(angle)}", f"write, for example, {name}(30 deg)")
     # Subtract whole turns while the angle is exact: a large angle would lose digits as a float.
     turns = round(angle.magnitude / (2 * PI)) if abs(angle.magnitude) > 2 * PI else 0
     wave = WAVES[name](float(angle.magnitude - turns * 2 * PI))
     if abs(wave) > 1 / ROUNDOFF:
-        raise _mistake("the tangent of a right angle", "make sure that the angle is not 90 deg")
+        raise _mistake("the tangent of 90 deg is undefined", "change the angle so that it is never 90 deg")
     # The cosine of 90 deg is 6e-17 in floats, which rounding to 15 digits does not remove.
     return unit_amount("") * (Fraction(f"{wave:.15g}") if abs(wave) > ROUNDOFF else 0)
 
@@ -266,7 +279,7 @@ def _wave(name: str, angle: "Amount") -> "Amount":
 # --- amounts ----------------------------------------------------------------------------------------------------------
 
 
-def constant(written: Plain, hint: str = "write such as 12 or 13.5 mm") -> "Amount":
+def constant(written: Plain, hint: str = "write, for example, 12 or 13.5 mm") -> "Amount":
     """Read a number or a quantity without expressions."""
     text = str(written) if isinstance(written, int | float) and not isinstance(written, bool) else written
     amount = _amount(text.strip()) if isinstance(text, str) else None
@@ -282,29 +295,33 @@ def _amount(text: str) -> "Amount | None":
     return None if match is None else _bounded(unit_amount(match["unit"] or "") * Fraction(match["number"]))
 
 
-def value_of(written: Plain, known: "Iterable[str]" = (), hint: str = "write such as 12, 13.5 mm, or kapla") -> "Value":
+def value_of(
+    written: Plain, known: "Iterable[str]" = (), hint: str = "write, for example, 12, 13.5 mm, or kapla"
+) -> "Value":
     """Read the value of a variable: a number, a quantity, or a word that is not one of the `known` names."""
     word = written.strip() if isinstance(written, str) else ""
     if not WORD.fullmatch(word):
         if "${" in word:
-            hint = "write plain values, and put expressions of them under `let`"
+            hint = "write plain values here, and define expressions of them under `let`"
         return constant(written, hint)
     if word in known:
         raise _mistake(f"'{word}' is the name of a variable, not a value", f"write ${{{word}}}")
     if word in UNITS or word in FUNCTIONS or word == "pi":
-        raise _mistake(f"'{word}' has a meaning in expressions", "write such as 1 mm, or another word")
+        raise _mistake(
+            f"'{word}' is a reserved word of expressions", "write a quantity, for example 1 mm, or another word"
+        )
     return word
 
 
 def _number(amount: "Amount", role: str) -> Fraction:
     if unit_text(amount):
-        raise _mistake(f"{role} is a number, not {_noun(amount)}", "divide by a quantity of the same kind")
+        raise _mistake(f"{role} must be a number, not {_noun(amount)}", "divide it by a quantity with the same unit")
     return amount.magnitude
 
 
 def _bounded(amount: "Amount") -> "Amount":
     if max(amount.magnitude.numerator.bit_length(), amount.magnitude.denominator.bit_length()) > MAX_BITS:
-        raise _mistake("a number grows too large or too fine", "use smaller powers, or fewer digits")
+        raise _mistake("a number becomes too large, or has too many digits", "use smaller exponents or fewer digits")
     return amount
 
 
@@ -334,7 +351,7 @@ def _plain(amount: "Amount") -> int | float | str:
 _RANGE: Final = re.compile(r"(?P<first>.+?)\s*\.\.\s*(?P<last>.+?)(?:\s+by\s+(?P<step>.+))?")
 ROUNDING: Final = Fraction(1, 10**9)  # tolerance on the end of a range, in steps, for rounding in expressions
 LONGEST_DECIMAL: Final = 20  # digits after the decimal point, the same limit as in `NUMBER`
-_ADVICE: Final = "write such as [10 mm, 12 mm], 1 .. 18, or 5 mm .. 15 mm by 0.5 mm"
+_ADVICE: Final = "write, for example, [10 mm, 12 mm], 1 .. 18, or 5 mm .. 15 mm by 0.5 mm"
 
 
 def values_of(written: Plain, most: int) -> list[Plain]:
@@ -357,25 +374,29 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
         raise MistakeError(
             "SD106",
             f"the parts of the range {shown(written)} have different units",
-            "give all parts a unit of one kind",
+            "use the same kind of unit for all parts",
         )
     if "step" not in parts and not first.dimensionless:
         raise MistakeError(
-            "SD102", f"the range {shown(written)} has no step", f"add such as: {written} by 1 {_unit(match)}"
+            "SD102",
+            f"the range {shown(written)} has a unit but no step",
+            f"write, for example, {written} by 1 {_unit(match)}",
         )
     step: Fraction = parts["step"].magnitude if "step" in parts else Fraction(1)
     if step == 0 or (last.magnitude - first.magnitude) / step < 0:
         raise MistakeError(
             "SD104",
-            f"the range {shown(written)} never reaches its end",
-            "write a negative step to go down: 18 .. 1 by -1",
+            f"the step of the range {shown(written)} does not lead to its last value",
+            "write a negative step for a descending range, for example 18 .. 1 by -1",
         )
     steps = (last.magnitude - first.magnitude) / step
     count = round(steps)
     if abs(steps - count) > ROUNDING:
         ends = _text(first.magnitude + int(steps) * step, _unit(match))
         message = f"the steps of the range {shown(written)} end at {ends}, not at its last value"
-        raise MistakeError("SD104", message, "write a last value that the steps reach")
+        raise MistakeError(
+            "SD104", message, "change the last value or the step so that the range ends at its last value"
+        )
     _check_count(most, count + 1, f"the range {shown(written)}")
     yield from (_text(first.magnitude + index * step, _unit(match)) for index in range(count + 1))
 
@@ -389,8 +410,8 @@ def _part(part: str, written: str) -> "Amount":
 
 def _check_count(most: int, count: int, noun: str) -> None:
     if count > most:
-        message = f"{noun} has {count} values, and {most} is the most"
-        raise MistakeError("SD206", message, "write fewer values, or larger steps")
+        message = f"{noun} has {count} values; the maximum is {most}"
+        raise MistakeError("SD206", message, "write fewer values, or a larger step")
 
 
 def _unit(match: re.Match[str]) -> str:
@@ -418,5 +439,5 @@ def value_mistakes(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
             yield index, mistake
             continue
         if value in seen:
-            yield index, MistakeError("SD104", f"{shown(written)} is in the list twice", "write each value once")
+            yield index, MistakeError("SD104", f"the list contains {shown(written)} twice", "write each value once")
         seen.add(value)

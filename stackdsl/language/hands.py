@@ -36,22 +36,22 @@ class _Error(Shorthand, ExactlyOneKey):
 class PositionError(_Error):
     """Error in the position of a brick, along each of two horizontal axes."""
 
-    normal: t.PositiveLength | None = Field(None, description="normal, with this standard deviation")
-    uniform: t.PositiveLength | None = Field(None, description="uniform, up to so far to either side")
+    normal: t.PositiveLength | None = Field(None, description="standard deviation of a normally distributed error")
+    uniform: t.PositiveLength | None = Field(None, description="largest magnitude of a uniformly distributed error")
 
 
 class YawError(_Error):
     """Error in the rotation of a brick about the vertical axis."""
 
-    normal: PositiveSlope | None = Field(None, description="normal, with this standard deviation")
-    uniform: PositiveSlope | None = Field(None, description="uniform, up to so far to either side")
+    normal: PositiveSlope | None = Field(None, description="standard deviation of a normally distributed error")
+    uniform: PositiveSlope | None = Field(None, description="largest magnitude of a uniformly distributed error")
 
 
 class HandErrors(AtLeastOneKey):
     """Errors with which bricks are set down, relative to their places on the bricks below."""
 
-    position: PositionError | None = Field(None, description="along each of two horizontal axes")
-    yaw: YawError | None = Field(None, description="about the vertical axis")
+    position: PositionError | None = Field(None, description="error along each of two horizontal axes")
+    yaw: YawError | None = Field(None, description="error about the vertical axis")
 
     @property
     def jitter(self) -> Jitter:
@@ -73,16 +73,18 @@ Way: TypeAlias = tuple[t.Length, t.Length, t.Length]
 
 def _somewhere(way: Vec3) -> Vec3:
     if hypot(*way) < LEAST_WAY:
-        raise MistakeError("SD104", "the path of the hand has no length", "write a path that is longer than zero")
+        raise MistakeError(
+            "SD104", "the length of the path of the hand is zero", "write a displacement other than zero"
+        )
     return way
 
 
 def _onwards(places: Sequence[Vec3]) -> Sequence[Vec3]:
     for number, (before, after) in enumerate(zip(((0.0, 0.0, 0.0), *places), places, strict=False), start=1):
         if dist(before, after) < LEAST_WAY:
-            message = f"place {number} of the path is the same as the one before it"
+            message = f"position {number} of the path is the same as the position before it"
             raise MistakeError(
-                "SD104", message, "leave it out; all places are relative to the first place of the brick"
+                "SD104", message, "remove it; all positions are relative to the initial position of the brick"
             )
     return places
 
@@ -98,10 +100,10 @@ class ByHand(Shorthand):
         default=["0 mm", "0 mm", "20 mm"],
         alias="from",
         validate_default=True,
-        description="start of its straight path, as [x, y, z] from its place, in the axes of the scene",
+        description="start of the straight path, as [x, y, z] from the final position, along the axes of the scene",
     )
-    speed: t.Speed = default("50 mm/s", "highest speed on the path; it starts and stops smoothly")
-    held: t.Duration = default("0 s", "how long it is held in its place before it is released")
+    speed: t.Speed = default("50 mm/s", "maximum speed on the path; the motion starts and stops smoothly")
+    held: t.Duration = default("0 s", "time for which the brick is held in its place before it is released")
 
     scalar_word: ClassVar[str] = "by hand"
 

@@ -103,7 +103,9 @@ def _read_aim(written: object) -> Aim:
         return Aim(level=int(level[1]))
     if re.fullmatch(t.NAME, text):
         return Aim(brick=text)
-    raise MistakeError("SD104", f"{shown(written)} is not a target", "write a level, such as level 3, or a brick")
+    raise MistakeError(
+        "SD104", f"{shown(written)} is not a target", "write a level, such as level 3, or the name of a brick"
+    )
 
 
 def _brick_of(aim: object) -> BodyId | None:
@@ -124,8 +126,8 @@ AimText = Annotated[
 class Remove(ExactlyOneKey, ImpactKind):
     """Bricks pulled out, all at once."""
 
-    brick: t.BodyName | None = Field(None, description="the brick")
-    bricks: t.BodyNames | None = Field(None, description="the bricks")
+    brick: t.BodyName | None = Field(None, description="name of the brick")
+    bricks: t.BodyNames | None = Field(None, description="names of the bricks")
 
     one_of: ClassVar[tuple[str, ...]] = ("brick", "bricks")
 
@@ -151,33 +153,38 @@ class ThrowOrigin(AuthorModel):
     """Start of the flight of a thrown brick."""
 
     bearing: t.Angle = Field(description="direction from the target to the start: 0 deg = +x, 90 deg = +y")
-    distance: t.NonNegativeLength = default("10 mm", "from its front to the first brick on its path")
+    distance: t.NonNegativeLength = default(
+        "10 mm", "distance from the front of the thrown brick to the first brick on its path"
+    )
 
 
-@impact("throw", "throw a brick at it")
+@impact("throw", "throw a brick at the structure")
 class Throw(ImpactKind):
     """A brick that is thrown at the structure, end-on unless turned."""
 
-    name: t.BrickName | None = Field(None, description="its name; default: thrown-1 if it is the first impact")
-    brick: BrickKind | None = Field(None, description="the thrown brick; default: the scenario's brick")
-    at: AimText = Field(description="the target: the middle of a level, or of a brick")
-    from_: ThrowOrigin = Field(alias="from", description="start of its flight")
+    name: t.BrickName | None = Field(
+        None, description="name of the thrown brick; default: thrown-1 if it is the first impact"
+    )
+    brick: BrickKind | None = Field(None, description="kind of the thrown brick; default: that of the scenario")
+    at: AimText = Field(description="target: the centre of a level or of a brick")
+    from_: ThrowOrigin = Field(alias="from", description="start of the flight")
     speed: t.Speed = Field(description="horizontal speed")
-    turn: t.Angle = default("0 deg", "rotation about the vertical axis, from end-on; at 90 deg it is broadside")
+    turn: t.Angle = default("0 deg", "rotation about the vertical axis: 0 deg is end-on, 90 deg is broadside")
 
     @property
     def missile(self) -> Missile:
         return Missile(self.name, self.brick, "thrown")
 
 
-@impact("push", "give a brick an impulse")
+@impact("push", "apply an impulse to a brick")
 class Push(ImpactKind):
     """An impulse on one brick."""
 
-    brick: t.BodyName = Field(description="the brick")
-    impulse: tuple[t.Impulse, t.Impulse, t.Impulse] = Field(description="[x, y, z] in the axes of the scene")
+    brick: t.BodyName = Field(description="name of the brick")
+    impulse: tuple[t.Impulse, t.Impulse, t.Impulse] = Field(description="impulse [x, y, z] along the axes of the scene")
     point: tuple[t.Length, t.Length, t.Length] = default(
-        ["0 mm", "0 mm", "0 mm"], "point of application, relative to the centre of the brick, in the axes of the scene"
+        ["0 mm", "0 mm", "0 mm"],
+        "point of application, relative to the centre of the brick, along the axes of the scene",
     )
 
     @property
@@ -185,16 +192,19 @@ class Push(ImpactKind):
         return (self.brick,)
 
 
-@impact("drop", "drop a brick onto it")
+@impact("drop", "drop a brick onto the structure")
 class Drop(ImpactKind):
     """A brick released above the structure."""
 
-    name: t.BrickName | None = Field(None, description="its name; default: dropped-1 if it is the first impact")
-    brick: BrickKind | None = Field(None, description="the dropped brick; default: the scenario's brick")
-    onto: AimText = Field(description="the target: the middle of a level, or of a brick")
-    height: t.PositiveLength = Field(description="height of the fall, until it hits its target")
+    name: t.BrickName | None = Field(
+        None, description="name of the dropped brick; default: dropped-1 if it is the first impact"
+    )
+    brick: BrickKind | None = Field(None, description="kind of the dropped brick; default: that of the scenario")
+    onto: AimText = Field(description="target: the centre of a level or of a brick")
+    height: t.PositiveLength = Field(description="height of free fall above the target")
     rotate: tuple[t.Angle, t.Angle, t.Angle] | None = Field(
-        None, description="turn about x, then y, then z, the axes of the scene; default: flat, aligned with its target"
+        None,
+        description="rotation about the axes of the scene: x, then y, then z; default: aligned with the target",
     )
 
     @property
@@ -206,15 +216,16 @@ class Drop(ImpactKind):
 class Move(ExactlyOneKey, ImpactKind):
     """A hand moves a brick along a path, pushes all bricks in its way, and releases it."""
 
-    brick: t.BodyName = Field(description="the brick")
-    by: SomeWay | None = Field(None, description="straight displacement, as [x, y, z] in the axes of the scene")
+    brick: t.BodyName = Field(description="name of the brick")
+    by: SomeWay | None = Field(None, description="straight displacement [x, y, z], along the axes of the scene")
     path: Places | None = Field(
-        None, description="the places it goes to in turn, each relative to its first place; it stops in each"
+        None, description="successive positions relative to the initial one; the brick stops at each"
     )
-    speed: t.Speed = default("50 mm/s", "highest speed on the path; it starts and stops smoothly")
-    held: t.Duration = default("0 s", "how long it is held at the end before it is released")
+    speed: t.Speed = default("50 mm/s", "maximum speed on the path; the motion starts and stops smoothly")
+    held: t.Duration = default("0 s", "time for which the brick is held at the end before it is released")
     slid: t.Flag = Field(
-        False, description="whether it is pushed horizontally rather than carried: it keeps its weight, and may tip"
+        False,
+        description="whether the brick is pushed horizontally instead of carried; it may then tip",
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("by", "path")
@@ -223,7 +234,9 @@ class Move(ExactlyOneKey, ImpactKind):
     def _slide_level(self) -> Self:
         if self.slid and any(z for _, _, z in self.course.places_W):
             raise MistakeError(
-                "SD104", "a brick slides horizontally, and this path goes up or down", "remove `slid`, or write 0 for z"
+                "SD104",
+                "`slid` needs a horizontal path",
+                "remove `slid`, or write 0 mm for z",
             )
         return self
 
@@ -245,8 +258,8 @@ class Move(ExactlyOneKey, ImpactKind):
 class Hold(ImpactKind):
     """A hand holds a brick where it is, and releases it."""
 
-    brick: t.BodyName = Field(description="the brick")
-    for_: t.PositiveDuration = Field(alias="for", description="how long it is held")
+    brick: t.BodyName = Field(description="name of the brick")
+    for_: t.PositiveDuration = Field(alias="for", description="time for which the brick is held")
 
     @property
     def lasts(self) -> float:
@@ -261,9 +274,9 @@ class Hold(ImpactKind):
 
 
 class Impact(Timed):
-    """An action on the structure, while it is built or after. The keys of the kinds are added by `schema`."""
+    """An action on the structure, during or after its construction."""
 
-    every: PositiveDuration | None = Field(None, description="time between repetitions; default: all at one time")
+    every: PositiveDuration | None = Field(None, description="time between repetitions; default: all at the same time")
 
     @property
     def content(self) -> ImpactKind:

@@ -25,7 +25,7 @@ OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "supports": ("compas",),
 }
 
-_ADVICE: Final = "write as written, down, or such as within 5 mm"
+_ADVICE: Final = "write `as written`, `down`, or a largest gap such as `within 5 mm`"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +42,12 @@ def parse_settle(written: object) -> Settle:
     if words in {"as written", "down"}:
         return Settle(lowered=words == "down")
     if (match := re.fullmatch(r"within (.+)", words)) is None:
-        raise MistakeError("SD104", f"{shown(written)} is not a way to settle", _ADVICE)
+        raise MistakeError("SD104", f"{shown(written)} is not a value of `settle`", _ADVICE)
     gap = exact_quantity(match[1], EXTENT)
     if not 0 < gap <= 1:
-        raise MistakeError("SD104", f"a gap of {match[1]} is out of range", "write more than zero, at most 1 m")
+        raise MistakeError(
+            "SD104", f"a gap of {match[1]} is out of range", "write a gap greater than zero, at most 1 m"
+        )
     return Settle(within=gap)
 
 
@@ -55,7 +57,7 @@ _SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
 class DefaultUnits(AtLeastOneKey):
     """Units of values without a unit in the file."""
 
-    length: Literal["mm", "cm", "m"] | None = Field(None, description="unit of sizes and places")
+    length: Literal["mm", "cm", "m"] | None = Field(None, description="unit of sizes and positions")
     mass: Literal["g", "kg"] | None = Field(None, description="unit of masses")
 
 
@@ -71,7 +73,7 @@ DECKS: Final[Mapping[str, tuple[int, int]]] = {
 
 def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
     """Read the name of a standard pallet such as `EUR`, or length and width with their units. Return [m]."""
-    advice = f"write one of {', '.join(DECKS)}, or such as [1200 mm, 800 mm]"
+    advice = f"write one of {', '.join(DECKS)}, or length and width, such as [1200 mm, 800 mm]"
     if isinstance(written, str) and written in DECKS:
         length, width = DECKS[written]
         return Fraction(length, 1000), Fraction(width, 1000)
@@ -79,7 +81,9 @@ def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
         raise MistakeError("SD104", f"{shown(written)} is not the size of a deck", advice)
     length_, width_ = (exact_quantity(side, EXTENT) for side in written)
     if not (0 < length_ <= 100 and 0 < width_ <= 100):  # noqa: PLR2004 -- [m]
-        raise MistakeError("SD104", "a side of the deck is out of range: more than zero, at most 100 m", advice)
+        raise MistakeError(
+            "SD104", "a side of the deck is out of range: it must be greater than zero, at most 100 m", advice
+        )
     return length_, width_
 
 
@@ -96,8 +100,10 @@ class DeckWords(Shorthand):
     size: Annotated[tuple[Fraction, Fraction], Reads(parse_deck_size, _DECK_SIZE)] | None = Field(
         None, description="EUR, EUR2, EUR3, EUR6, GMA, or [length along x, width along y]; default: from the file"
     )
-    at: tuple[t.Length, t.Length] | None = Field(None, description="[x, y] of its corner; default: [0, 0] of the file")
-    overhang: t.NonNegativeLength = default("0 mm", "how far a box may reach beyond it")
+    at: tuple[t.Length, t.Length] | None = Field(
+        None, description="position [x, y] of the corner of the deck; default: [0, 0] in the file"
+    )
+    overhang: t.NonNegativeLength = default("0 mm", "permissible overhang of a box beyond the deck")
 
     scalar_key: ClassVar[str] = "size"
 
@@ -106,15 +112,16 @@ class Import(AuthorModel):
     """The boxes of one load in a file."""
 
     file: Annotated[str, WithJsonSchema({**t.FILE, "examples": ["load.csv"]})] = Field(
-        description="the file, relative to this one; inside the project"
+        description="file inside the project; the path is relative to the folder of this file"
     )
     format: Format | None = Field(None, description="format of the file; default: recognised from its name and content")
-    load: str | None = Field(None, description="one of several loads: number of the pallet, or of the order")
+    load: str | None = Field(None, description="number of the pallet or order, in a file with several loads")
     settle: Annotated[
-        Settle, Reads(parse_settle, text_schema(_SETTLE, "how gaps below boxes are closed", "within 5 mm"))
-    ] = default("as written", "how gaps below boxes are closed")
+        Settle, Reads(parse_settle, text_schema(_SETTLE, "treatment of gaps below boxes", "within 5 mm"))
+    ] = default("as written", "treatment of gaps below boxes: kept, closed by moving boxes down, or counted as contact")
     point: Literal["corner", "centre"] | None = Field(
-        None, description="point of a box at x, y, z in a table: its lower corner or its centre"
+        None,
+        description="reference point of the coordinates x, y, z of a box in a table: its lower corner or its centre",
     )
     units: DefaultUnits | None = Field(
         None, description="units of table columns without a unit in the header, or of an OBJ or COMPAS file"
@@ -124,8 +131,12 @@ class Import(AuthorModel):
     supports: Literal["bricks"] | None = Field(
         None, description="`bricks` reads the fixed blocks of a COMPAS file as movable bricks"
     )
-    deck: DeckWords | None = Field(None, description="the deck of the pallet, for overhang; default: from the file")
-    origin: tuple[t.Length, t.Length, t.Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the load by [x, y, z]")
+    deck: DeckWords | None = Field(
+        None, description="deck of the pallet, for the check of overhang; default: from the file"
+    )
+    origin: tuple[t.Length, t.Length, t.Length] = default(
+        ["0 mm", "0 mm", "0 mm"], "displacement [x, y, z] of the load"
+    )
     ignore: Annotated[tuple[str, ...], Field(max_length=1000)] = Field(
         (), description="parts of the file to ignore: columns, keys, or bodies"
     )
@@ -142,5 +153,8 @@ class Import(AuthorModel):
         """Return message and hint for the first key that does not apply to a format; None if there is none."""
         for key, formats in OF_FORMATS.items():
             if format_ not in formats and getattr(self, key) is not None:
-                return f"`{key}` applies to {' and '.join(formats)} files, and this is {format_}", f"remove `{key}`"
+                return (
+                    f"`{key}` applies only to {' and '.join(formats)} files, not to {format_} files",
+                    f"remove `{key}`",
+                )
         return None

@@ -20,7 +20,7 @@ PUBLISHED: Final = "http://json-schema.org/draft-07/schema#"  # also read by old
 
 
 _INCLUDE: Final = {
-    "description": "All items of the list of the same key in another file.",
+    "description": "Insert all items of the list with the same key in another file.",
     "type": "object",
     "properties": {INCLUDE: FILE},
     "required": [INCLUDE],

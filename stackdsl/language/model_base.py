@@ -34,7 +34,7 @@ class AuthorModel(BaseModel):
     @classmethod
     def _reject_nothing(cls, written: object) -> object:
         if written is None:
-            raise MistakeError("SD103", "there is no value", "write a value, or remove the key")
+            raise MistakeError("SD103", "the value is missing", "write a value, or remove the key")
         return written
 
 
@@ -55,8 +55,10 @@ class ExactlyOneKey(AuthorModel):
             written = [key for key in keys if getattr(self, key) is not None]
             if len(written) != 1:
                 needed, present = (list(map(self._spelling, names)) for names in (keys, written))
-                message = f"exactly one of {', '.join(needed)} is needed, not {' and '.join(present) or 'none'}"
-                raise MistakeError("SD108", message, "keep one of them" if written else "write one of them")
+                message = (
+                    f"exactly one of the keys {', '.join(needed)} is required, not {' and '.join(present) or 'none'}"
+                )
+                raise MistakeError("SD108", message, "keep one of them" if written else "add one of them")
         return self
 
     @classmethod
@@ -89,8 +91,8 @@ class AtLeastOneKey(AuthorModel):
     @model_validator(mode="after")
     def _need_a_key(self) -> Self:
         if not self.written_keys:
-            cause = "no condition is given" if self.model_fields_set else "the mapping is empty"
-            raise MistakeError("SD102", cause, f"give one of {', '.join(self._counted_keys())}")
+            cause = "the mapping contains no condition" if self.model_fields_set else "the mapping is empty"
+            raise MistakeError("SD102", cause, f"add one of the keys {', '.join(self._counted_keys())}")
         return self
 
 
@@ -111,11 +113,11 @@ class Shorthand(AuthorModel):
         if scalar == cls.scalar_word:
             return cls.model_construct()
         message = f"expected '{cls.scalar_word}' or a mapping, not {shown(scalar)}"
-        raise MistakeError("SD104", message, f"write {cls.scalar_word}, or a mapping with {cls._keys()}")
+        raise MistakeError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
 
     @classmethod
     def _remedy(cls) -> str:
-        return f"{f'write {cls.scalar_word}, or ' if cls.scalar_word else ''}give one of {cls._keys()}"
+        return f"{f'write {cls.scalar_word}, or ' if cls.scalar_word else ''}add one of the keys {cls._keys()}"
 
     @classmethod
     def _keys(cls) -> str:
@@ -233,19 +235,19 @@ def _remedy(written: object) -> str:
 
 _ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(DURATION)})?"
 AnchorText = Annotated[
-    Anchor, Reads(parse_anchor, text_schema(_ANCHOR, "an event, and a time after it", "built + 2 s"))
+    Anchor, Reads(parse_anchor, text_schema(_ANCHOR, "an event, optionally with a delay", "built + 2 s"))
 ]
 
 
 class Timed(ExactlyOneKey):
     """A step that begins at a time, after an event, or by default after the previous step."""
 
-    repeat: REPEAT = Field(None, description="variables and their values, one repetition for each combination")
-    at: Duration | None = Field(None, description="when the step begins; default: after the previous step")
-    after: AnchorText | None = Field(None, description="the event that the step begins after")
+    repeat: REPEAT = Field(None, description="variables and their values; the item is repeated for each combination")
+    at: Duration | None = Field(None, description="time at which the step begins; default: after the previous step")
+    after: AnchorText | None = Field(None, description="event after which the step begins")
 
     @model_validator(mode="after")
     def _begin_once(self) -> Self:
         if self.at is not None and self.after is not None:
-            raise MistakeError("SD108", "a step begins `at` a time or `after` an event, not both", "remove one of them")
+            raise MistakeError("SD108", "`at` and `after` exclude each other", "remove one of them")
         return self

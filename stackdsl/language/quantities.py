@@ -46,7 +46,7 @@ class ConsequentialError(ValueError):
 def without_comma(written: object) -> str:
     """Return the remedy for a number with a decimal comma; empty for any other value."""
     match = DECIMAL_COMMA.fullmatch(written.strip()) if isinstance(written, str) else None
-    return f"write a decimal point in place of the comma: {match[1]}.{match[2]}{match[3] or ''}" if match else ""
+    return f"replace the decimal comma by a point: {match[1]}.{match[2]}{match[3] or ''}" if match else ""
 
 
 def shown(written: object) -> str:
@@ -217,10 +217,14 @@ def advice(dimension: Dimension) -> str:
 def range_advice(dimension: Dimension) -> str:
     """Return the remedy for a well-formed quantity that is out of range."""
     if dimension.whole:
-        return f"write whole numbers from {dimension.least} up"
+        return f"write whole numbers; the minimum is {dimension.least}"
     unit = _everyday_unit(si_unit(dimension), dimension.most)
     least, most = (f"{bound / float(in_si(unit)):.10g}" for bound in (dimension.least, dimension.most))
-    low = "more than zero, at most" if dimension.positive and not dimension.least else f"between {least} and"
+    low = (
+        "a value greater than zero, at most"
+        if dimension.positive and not dimension.least
+        else f"a value between {least} and"
+    )
     return f"write {low} {most} {unit}".rstrip()
 
 
@@ -254,7 +258,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
         raise MistakeError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
     unit = match["unit"] or ""
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
-        raise MistakeError("SD105", f"{shown(text)} lacks the unit of {dimension.noun}", advice(dimension))
+        raise MistakeError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
         hint = did_you_mean(unit, dimension.units) or advice(dimension)
         raise MistakeError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
@@ -271,7 +275,9 @@ def parse_quantity(written: object, dimension: Dimension) -> float:
     """Read a quantity into SI (angles in rad) and check the range of its dimension."""
     value = nearest_double(exact_quantity(as_text(written, dimension), dimension))
     if dimension.positive and value <= 0.0:
-        raise MistakeError("SD104", f"{dimension.noun} of {written} is not more than zero", "write more than zero")
+        raise MistakeError(
+            "SD104", f"{dimension.noun} of {written} is not greater than zero", "write a value greater than zero"
+        )
     # Compare doubles, since the limits are doubles: the exact 1e-9 is less than the double 1e-9.
     if not dimension.least <= value <= dimension.most:
         raise MistakeError("SD104", f"{dimension.noun} of {written} is out of range", range_advice(dimension))

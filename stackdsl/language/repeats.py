@@ -64,7 +64,7 @@ def combinations_of(values: Mapping[str, Plain]) -> Combinations:
         add(mistakes, ("matrix", name), _taken(name, "the cases"))
     names = frozenset((*rows, *cases[0]))
     if prod(map(len, rows.values()), start=len(cases)) > MAX_VARIANTS:  # the number may be too long for the message
-        message = f"the matrix has more than {MAX_VARIANTS} combinations, which are the most"
+        message = f"the matrix has more than the maximum of {MAX_VARIANTS} combinations"
         add(mistakes, ("matrix",), MistakeError("SD206", message, "split it into several scenarios"))
         return Combinations((Combination(dict.fromkeys(names), ()),), names, mistakes)
     combinations = [
@@ -92,7 +92,13 @@ def compact(text: str) -> str:
 def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
     """Return the rows of `matrix`; a row with a mistake has the single value None."""
     if not isinstance(matrix, dict):
-        add(mistakes, ("matrix",), MistakeError("SD103", "expected a mapping", "write {step: [10 mm, 12 mm]}"))
+        add(
+            mistakes,
+            ("matrix",),
+            MistakeError(
+                "SD103", "expected a mapping of variables to values", "write, for example, {step: [10 mm, 12 mm]}"
+            ),
+        )
         return {}
     if len(matrix) > MAX_VARIANTS:
         add(mistakes, ("matrix",), MistakeError("SD206", f"the matrix has more than {MAX_VARIANTS} rows", _FEWER))
@@ -117,7 +123,7 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
             add(
                 mistakes,
                 (*path, index),
-                MistakeError("SD104", f"{shown(written)} is in the list twice", "write each value once"),
+                MistakeError("SD104", f"the list contains {shown(written)} twice", "write each value once"),
             )
         seen.add(compact(str(written)))
     return [None] if len(mistakes) > before else values
@@ -127,12 +133,14 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
     """Return the cases, each a mapping of the same variables; a single empty one if `cases` is malformed."""
     if not isinstance(cases, list) or not cases or not all(isinstance(case, dict) and case for case in cases):
         mistake = MistakeError(
-            "SD103", "expected a list of mappings", "write - {speed: 1 m/s, shift: 34 mm}, one line per case"
+            "SD103",
+            "expected a list of mappings",
+            "write one line for each case, such as - {speed: 1 m/s, shift: 34 mm}",
         )
         add(mistakes, ("cases",), mistake)
         return [{}]
     if len(cases) > MAX_VARIANTS:
-        add(mistakes, ("cases",), MistakeError("SD206", f"there are {len(cases)} cases", _FEWER))
+        add(mistakes, ("cases",), MistakeError("SD206", f"`cases` has {len(cases)} items", _FEWER))
         return [{}]
     listed = [case for case in cases if isinstance(case, dict)]
     first = next(iter(listed[0]))
@@ -141,8 +149,8 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
         _check_case(number, case, listed[0], mistakes)
     if len(mistakes) == before:
         for number, mistake in value_mistakes([case[first] for case in listed]):
-            message = f"two cases have {first} {shown(listed[number][first])}, which is also the name of a case"
-            hint = "begin each case with a variable of unique values, such as name: slow"
+            message = f"two cases have the same first value, and so the same name: {shown(listed[number][first])}"
+            hint = "begin each case with a variable that has a different value in each, such as name: slow"
             add(mistakes, ("cases", number, first), MistakeError(mistake.code, message, hint))
     return listed if len(mistakes) == before else [dict.fromkeys(listed[0])]
 
@@ -153,13 +161,13 @@ def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plai
             add(
                 mistakes,
                 ("cases", number),
-                MistakeError("SD102", f"this case has no '{name}'", f"add `{name}`, as in the first case"),
+                MistakeError("SD102", f"this case has no value for '{name}'", f"add `{name}`, as in the first case"),
             )
     for name, written in case.items():
         path: KeyPath = ("cases", number, name)
         try:
             if name not in first:
-                raise _unknown("SD101", name, tuple(first), "add it to all cases")
+                raise _unknown("SD101", name, tuple(first), "add this variable to all cases")
             check_name(name)
             value_of(written)
         except MistakeError as mistake:
@@ -176,23 +184,29 @@ def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mi
         return made
     if not isinstance(exclude, list) or not exclude or not all(isinstance(item, dict) and item for item in exclude):
         mistake = MistakeError(
-            "SD103", "expected a list of mappings", "write - {step: 12 mm, levels: 3}, one line per combination"
+            "SD103",
+            "expected a list of mappings",
+            "write one line for each combination, such as - {step: 12 mm, levels: 3}",
         )
         add(mistakes, ("exclude",), mistake)
         return made
     if len(exclude) > MAX_VARIANTS:
-        add(mistakes, ("exclude",), MistakeError("SD206", f"{len(exclude)} combinations are excluded", _FEWER))
+        add(mistakes, ("exclude",), MistakeError("SD206", f"`exclude` has {len(exclude)} items", _FEWER))
         return made
     parsed = [({name: _value(written) for name, written in each.values.items()}, each) for each in made]
     left = parsed
     for number, item in enumerate(exclude):
         values = dict(_excluded(number, item, names, mistakes)) if isinstance(item, dict) else {}
         if not any(_has(own, values) for own, _ in parsed) and not mistakes:
-            hint = "write values that occur together in the matrix or in the cases"
-            add(mistakes, ("exclude", number), MistakeError("SD104", "there is no such combination to exclude", hint))
+            hint = "write values that occur together in `matrix` or `cases`"
+            add(mistakes, ("exclude", number), MistakeError("SD104", "no combination has these values", hint))
         left = [pair for pair in left if not _has(pair[0], values)] if values else left
     if not left:
-        add(mistakes, ("exclude",), MistakeError("SD104", "no combination is left", "exclude fewer"))
+        add(
+            mistakes,
+            ("exclude",),
+            MistakeError("SD104", "`exclude` removes all combinations", "exclude fewer combinations"),
+        )
     return [each for _, each in left] or made[:1]
 
 
@@ -224,22 +238,28 @@ def check_name(name: str, used_names: Iterable[str] = (), where: str = "") -> No
     """Raise MistakeError if a name is invalid, or used already `where` the names in used_names are defined."""
     if not VARIABLE.fullmatch(name):
         raise NameMistakeError(
-            "SD109", f"'{name}' cannot name a variable", "write letters, digits and _, a letter first"
+            "SD109",
+            f"'{name}' is not a valid name of a variable",
+            "begin with a letter, then use letters, digits and _",
         )
     if name in UNITS or name in FUNCTIONS or name == "pi":
-        raise NameMistakeError("SD109", f"'{name}' {_meaning(name)}, and cannot name a variable", "take another name")
+        raise NameMistakeError(
+            "SD109",
+            f"'{name}' {_meaning(name)} in expressions, and cannot be the name of a variable",
+            "use another name",
+        )
     if name in used_names:
         raise _taken(name, where)
 
 
 def _taken(name: str, where: str) -> MistakeError:
-    return NameMistakeError("SD109", f"'{name}' is already a variable of {where}", "take another name")
+    return NameMistakeError("SD109", f"'{name}' is already a variable of {where}", "use another name")
 
 
 def _meaning(name: str) -> str:
     """Describe the fixed meaning of a name in expressions."""
     if name == "pi":
-        return "is a number"
+        return "is a constant"
     return "is a unit" if name in UNITS else "is a function"
 
 
@@ -343,7 +363,7 @@ class _Expansion:
         """Return a value, and record its places in the file for its path in the expansion."""
         self.budget.spread -= 1
         if self.budget.spread < 0:
-            message = f"the repeats expand to more than {MAX_SPREAD} values in all variants"
+            message = f"the repetitions expand to more than {MAX_SPREAD} values, counted over all variants"
             raise TooMuchError(old, message)
         self.places.note(self.source, old, new, scope.label)
         if isinstance(value, dict):
@@ -387,7 +407,9 @@ class _Expansion:
                 old,
                 new,
                 MistakeError(
-                    "SD103", f"expected variables with their values, not {shown(loops)}", "write {i: 1 .. 18}"
+                    "SD103",
+                    f"expected variables and their values, not {shown(loops)}",
+                    "write, for example, {i: 1 .. 18}",
                 ),
             )
         rows = {
@@ -401,7 +423,7 @@ class _Expansion:
                 new,
                 MistakeError(
                     "SD206",
-                    f"this is repeated more than {MAX_REPEATS} times, which is the most",
+                    f"`repeat` yields more than the maximum of {MAX_REPEATS} repetitions",
                     "write fewer values",
                 ),
             )

@@ -44,19 +44,19 @@ class PairOfBodies(AuthorModel):
     """Friction between two bodies or kinds of bricks."""
 
     pair: tuple[RubbingName, RubbingName] = Field(
-        description="names of two kinds of brick, bricks, the ground or walls; one kind twice for two bricks of it"
+        description="two names of kinds of brick, bricks, the ground or walls; a kind may be named twice"
     )
-    friction: t.Friction = Field(description="Coulomb coefficient between the two")
+    friction: t.Friction = Field(description="Coulomb friction coefficient of this pair")
 
 
 class Frictions(AuthorModel):
     """Friction between bodies with different coefficients."""
 
     rule: Literal["lower", "higher", "mean", "geometric"] = Field(
-        "lower", description="how the coefficients of two bodies combine"
+        "lower", description="combination rule for the friction coefficients of two bodies"
     )
     between: Annotated[tuple[PairOfBodies, ...], Field(max_length=MAX_PAIRS)] = Field(
-        (), description="coefficients of particular pairs, in place of the rule"
+        (), description="friction coefficients of particular pairs, which override the rule"
     )
 
 
@@ -73,9 +73,9 @@ def _in_one_line(text: str) -> str:
 class Mark(Shorthand):
     """A reason, and the systems that it applies to."""
 
-    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="the reason")
+    reason: Annotated[t.Text, AfterValidator(_in_one_line)] = Field(description="reason, shown in reports")
     system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
-        None, description="the system or systems that this applies to; default: all"
+        None, description="system or systems to which this applies; default: all"
     )
 
     scalar_key: ClassVar[str] = "reason"
@@ -88,7 +88,9 @@ class Mark(Shorthand):
 class Skip(Mark):
     """A scenario that is not run."""
 
-    without: Package | None = Field(None, description="skipped only if this Python package is not installed")
+    without: Package | None = Field(
+        None, description="Python package; the scenario is skipped only if it is not installed"
+    )
 
     def is_of(self, system: str) -> bool:
         """Return whether the mark applies to a system in this environment."""
@@ -115,12 +117,12 @@ Row: TypeAlias = tuple[t.Duration, t.SignedAcceleration]
 def _in_order(rows: Sequence[Row]) -> Sequence[Row]:
     for number, (before, after) in enumerate(pairwise(rows), start=2):
         if after[0] < before[0]:
-            message = f"row {number} of the table is at {after[0]:g} s, and the row before it at {before[0]:g} s"
+            message = f"row {number} of the table is at {after[0]:g} s, but the row above is at {before[0]:g} s"
             raise MistakeError(
-                "SD104", message, "write the rows in order of time; two rows of the same time are a jump"
+                "SD104", message, "sort the rows by time; two rows with the same time define a step change"
             )
     if rows[-1][0] == rows[0][0]:
-        raise MistakeError("SD104", "the table has no duration", "write a later row")
+        raise MistakeError("SD104", "all rows of the table have the same time", "add a row with a later time")
     return rows
 
 
@@ -130,17 +132,20 @@ Table = Annotated[tuple[Row, ...], Field(min_length=2, max_length=100_000), Afte
 class Shake(Timed):
     """The ground moves horizontally to and fro along one line."""
 
-    at: t.Duration | None = Field(None, description="when it begins; default: when all is built")
-    after: AnchorText | None = Field(None, description="the event that it begins after")
+    at: t.Duration | None = Field(
+        None, description="time at which the shaking begins; default: when the structure is complete"
+    )
+    after: AnchorText | None = Field(None, description="event after which the shaking begins")
     bearing: t.Angle = default("0 deg", "direction of the first acceleration: 0 deg = +x, 90 deg = +y")
     acceleration: t.ShakeAcceleration | None = Field(None, description="peak acceleration of a sine")
     amplitude: t.PositiveLength | None = Field(
-        None, description="amplitude of a sine; give either this or the acceleration"
+        None, description="amplitude of a sine, as an alternative to `acceleration`"
     )
     frequency: t.ShakeFrequency | None = Field(None, description="frequency of the sine")
     for_: t.PositiveDuration | None = Field(None, alias="for", description="duration of the sine")
     table: Table | None = Field(
-        None, description="rows of [time, acceleration] along the bearing, linear between; one time twice is a jump"
+        None,
+        description="rows [time, acceleration] along the bearing, linear in between; equal times define a step",
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("acceleration", "amplitude", "table")
@@ -151,17 +156,17 @@ class Shake(Timed):
         written = [key for key in self.of_a_sine if getattr(self, key) is not None]
         if self.table is not None:
             if written:
-                message = f"`{self._spelling(written[0])}` goes with a sine, and this shake has a table"
+                message = f"`{self._spelling(written[0])}` applies to a sine, but this shake has a table"
                 raise MistakeError("SD108", message, "remove one of them")
         elif len(written) < len(self.of_a_sine):
             missing = next(key for key in self.of_a_sine if key not in written)
             example = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}[missing]
-            raise MistakeError("SD102", f"`{self._spelling(missing)}` is missing", f"add such as {example}")
+            raise MistakeError("SD102", f"`{self._spelling(missing)}` is missing", f"add, for example, `{example}`")
         elif self._most > t.MOST_SHAKEN:
             message = (
-                f"the ground would accelerate by up to {self._most:.4g} m/s2, and {t.MOST_SHAKEN:g} m/s2 is the most"
+                f"the peak acceleration of the ground is {self._most:.4g} m/s2; the maximum is {t.MOST_SHAKEN:g} m/s2"
             )
-            raise MistakeError("SD104", message, "write a lower amplitude or frequency")
+            raise MistakeError("SD104", message, "reduce the acceleration, the amplitude or the frequency")
         return self
 
     @property
@@ -194,7 +199,9 @@ class Shake(Timed):
 class Ground(AuthorModel):
     """The level ground."""
 
-    friction: t.Friction | None = Field(None, description="friction of a brick on the ground; default: the scenario's")
+    friction: t.Friction | None = Field(
+        None, description="friction coefficient of the ground; default: that of the scenario"
+    )
 
 
 class Wall(AuthorModel):
@@ -202,7 +209,9 @@ class Wall(AuthorModel):
 
     bearing: t.Angle = Field(description="direction of the wall from the origin: 0 deg = +x, 90 deg = +y")
     distance: t.NonNegativeLength = Field(description="distance of the wall from the origin")
-    friction: t.Friction | None = Field(None, description="friction of a brick on the wall; default: the scenario's")
+    friction: t.Friction | None = Field(
+        None, description="friction coefficient of the wall; default: that of the scenario"
+    )
 
 
 class Tilt(Shorthand):
@@ -218,13 +227,15 @@ class World(AuthorModel):
     """Ground, walls, gravity and friction."""
 
     gravity: t.Acceleration = default("9.81 m/s2", "acceleration of free fall")
-    ground: Ground = Field(default_factory=Ground, description="the level ground")
+    ground: Ground = Field(default_factory=Ground, description="the ground plane")
     walls: Annotated[tuple[Wall, ...], Field(max_length=16)] = Field((), description="vertical walls")
     tilt: Tilt = default("0 deg", "tilt of the whole scene")
     shake: Shake | None = Field(None, description="shaking of the ground")
-    friction: Frictions = Field(default_factory=Frictions, description="friction of particular pairs of bodies")
+    friction: Frictions = Field(
+        default_factory=Frictions, description="friction between bodies with different coefficients"
+    )
     touching: t.Touching | None = Field(
-        None, description="which gaps statics count as contact; default: up to 2 % of the smallest side"
+        None, description="largest gap that statics count as contact; default: 2 % of the smallest side"
     )
 
 
@@ -234,21 +245,25 @@ UNTIL_COLLAPSE: Final = 100  # levels, or bricks; unstable stacks of planks fall
 
 
 class BuildStep(Timed):
-    """One step of building: one layout, or bricks one by one."""
+    """One step of building: a layout, single bricks, or imported boxes."""
 
     bricks: Annotated[tuple[PlacedBrick, ...], Field(min_length=1, max_length=MAX_BRICKS)] | None = Field(
-        None, description="bricks in any pose, one by one"
+        None, description="list of single bricks, each with its pose"
     )
-    imported: Import | None = Field(None, alias="import", description="the boxes in a file of another program")
+    imported: Import | None = Field(None, alias="import", description="boxes from a file of another program")
     name: t.BrickName | None = Field(None, description="prefix of the names of the bricks of this step")
-    brick: BrickKind | None = Field(None, description="the brick of this step; default: the scenario's brick")
-    every: t.PositiveDuration | None = Field(None, description="time for each brick; default: all at one time")
-    until: Literal["collapse"] | None = Field(None, description="the step goes on until the structure falls")
+    brick: BrickKind | None = Field(None, description="kind of brick of this step; default: that of the scenario")
+    every: t.PositiveDuration | None = Field(None, description="time between bricks; default: all at the same time")
+    until: Literal["collapse"] | None = Field(
+        None, description="`collapse` continues the step until the structure falls"
+    )
     place: ByHand | None = Field(
-        None, description="by hand, one brick after another; default: each brick appears in its place"
+        None, description="placement by hand, one brick after another; default: each brick appears in its place"
     )
 
-    jitter: HandErrors | None = Field(None, description="placement errors of its bricks, in `samples`; default: none")
+    jitter: HandErrors | None = Field(
+        None, description="placement errors of the bricks of this step in `samples`; default: none"
+    )
 
     @property
     def layout(self) -> tuple[str, LayoutParams] | None:
@@ -269,18 +284,20 @@ class BuildStep(Timed):
         if self.until is None:
             return self
         if self.layout is None:
-            message = "`until: collapse` needs a layout, and this step has none"
-            raise MistakeError("SD108", message, "write a layout")
+            message = "`until: collapse` needs a layout, but this step has none"
+            raise MistakeError("SD108", message, "replace the bricks by a layout")
         if self.every is None and self.place is None:
             message = "`until: collapse` needs `every`, to add one brick after another"
-            raise MistakeError("SD102", message, "add such as every: 1 s")
+            raise MistakeError("SD102", message, "add, for example, `every: 1 s`")
         return self
 
     @model_validator(mode="after")
     def _place_or_drop(self) -> Self:
         if self.place is not None and any(brick.drop for brick in self.bricks or ()):
-            message = "`place` releases a brick in its place, and `drop` in the air"
-            raise MistakeError("SD108", message, "remove one of them, or write two steps")
+            message = (
+                "`place` and `drop` exclude each other: `place` releases a brick on its support, `drop` in the air"
+            )
+            raise MistakeError("SD108", message, "remove one of them, or split the step")
         return self
 
     @classmethod
@@ -297,7 +314,10 @@ class BuildStep(Timed):
 
 _NAMED: Final[t.JsonSchema] = {
     "type": "object",
-    "properties": {"file": t.FILE, "scenario": {"type": "string", "description": "its name; default: the only one"}},
+    "properties": {
+        "file": t.FILE,
+        "scenario": {"type": "string", "description": "name of the scenario in that file; default: its only scenario"},
+    },
     "additionalProperties": False,
 }
 _BASE = WithJsonSchema({"anyOf": [t.FILE, _NAMED]})  # `includes` merges the base before validation
@@ -309,48 +329,54 @@ class Scenario(AuthorModel):
 
     scenario: t.Slug = Field(description="name of the scenario and of its files")
     extends: Annotated[object, _BASE] = Field(
-        None, description="a scenario in another file or in this one; its keys apply where this scenario has none"
+        None, description="base scenario, in this or another file, whose keys apply unless this scenario overrides them"
     )
-    description: t.Text | None = Field(None, description="what it shows, in a sentence")
-    tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field((), description="words to select scenarios by")
-    brick_types: BrickTypes = Field({}, description="names for kinds of bricks, for use wherever a brick is expected")
-    brick: BrickKind = default("kapla", "the brick of the structure")
-    friction: t.Friction = Field(0.5, description="Coulomb coefficient of brick on brick")
+    description: t.Text | None = Field(None, description="purpose of the scenario, in one sentence")
+    tags: Annotated[tuple[t.Slug, ...], Field(max_length=32)] = Field(
+        (), description="keywords for selecting scenarios"
+    )
+    brick_types: BrickTypes = Field(
+        {}, description="named kinds of brick, for use wherever a kind of brick is expected"
+    )
+    brick: BrickKind = default("kapla", "kind of brick of the structure")
+    friction: t.Friction = Field(0.5, description="Coulomb friction coefficient between bricks")
     world: World = Field(default_factory=World, description="gravity, ground, walls, tilt, shaking")
     # Validated by `variants.expand`, which also fills them in.
     let: Annotated[object, t.variables_schema(t.VALUE)] = Field(
-        None, description="variables for ${...}: numbers, quantities, words, and expressions of variables above"
+        None, description="variables for ${...}: numbers, quantities, words, or expressions of the variables above"
     )
     uncertain: Annotated[object, t.variables_schema(t.SPREADS)] = Field(
-        None, description="random variables, with a value for each of the `samples`: ranges or distributions"
+        None, description="random variables, given as ranges or distributions; each of the `samples` draws new values"
     )
     matrix: Annotated[object, t.variables_schema(t.VALUES)] = Field(
-        None, description="variables with several values: a variant of the scenario for each combination"
+        None, description="variables with lists of values; each combination is a variant of the scenario"
     )
     cases: Annotated[object, _CHOSEN] = Field(
-        None, description="sets of values, a variant for each; the first value names the variant"
+        None, description="list of sets of values; each set is a variant, named by its first value"
     )
-    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations without a variant")
+    exclude: Annotated[object, _CHOSEN] = Field(None, description="combinations of values that are left out")
     build: Annotated[tuple[BuildStep, ...], Field(min_length=1, max_length=1000)] = Field(
         description="steps of building, in order"
     )
     impacts: Annotated[tuple[Impact, ...], Field(max_length=1000)] = Field(
-        (), description="actions on the structure: hits, pushes, bricks pulled out"
+        (), description="actions on the structure, such as throws, pushes and removals"
     )
     samples: t.Samples | None = Field(
-        None, description="largest number of random samples that are judged; claims give the share in which they hold"
+        None, description="maximum number of random samples; claims then state the share of samples in which they hold"
     )
     seed: t.Seed = Field(1, description="seed of the random samples")
-    confidence: t.Confidence = default("95 %", "confidence with which a share is judged to hold or to fail")
+    confidence: t.Confidence = default("95 %", "confidence level of the decision whether a share is met")
     watch: t.PositiveDuration | None = Field(
-        None, description="longest simulated time after the last action, and of a collapse"
+        None, description="maximum simulated time after the last action, and maximum duration of a collapse"
     )
-    skip: Skip | None = Field(None, description="why it is not run")
-    xfail: Xfail | None = Field(None, description="why it is expected to fail")
-    systems: t.Systems = Field(("exact",), description="the systems that simulate the scenario")
-    expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field((), description="the expected outcome")
+    skip: Skip | None = Field(None, description="reason why the scenario is not run")
+    xfail: Xfail | None = Field(None, description="reason why the scenario is expected to fail")
+    systems: t.Systems = Field(("exact",), description="systems that simulate the scenario")
+    expect: Annotated[tuple[Expectation, ...], Field(max_length=1000)] = Field(
+        (), description="expected outcomes; the check fails if one is not met"
+    )
     truth: Annotated[tuple[Truth, ...], Field(max_length=1000)] = Field(
-        (), description="the outcome known from another source, such as an experiment"
+        (), description="outcomes known from another source, such as an experiment; they are compared and reported only"
     )
 
 

@@ -75,9 +75,9 @@ def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
         raise _malformed(text, "has its bounds in the wrong order", "write the smaller number first")
     # A measured value can be exactly the least of its dimension: `drift: 0 mm` means that nothing moves.
     if low == high and not dimension.whole and low != dimension.least:
-        raise _malformed(text, "is a single value, which a measured value never equals", _with_room(body))
+        raise _malformed(text, "is a single value, which a measurement never equals exactly", _with_room(body))
     if not _can_hold(tolerance, dimension):
-        raise _malformed(text, f"can never hold for {dimension.noun}", range_advice(dimension))
+        raise _malformed(text, f"cannot be met by {dimension.noun}", range_advice(dimension))
     return tolerance
 
 
@@ -106,7 +106,7 @@ def _malformed(text: str, fault: str, hint: str) -> MistakeError:
 def _with_room(body: str) -> str:
     """Return the remedy for a single value: add a width, or write a limit."""
     is_range = re.search(r"±|\+/?-|\.\.", body)
-    return "add ± and a width" + ("" if is_range else f', or write a limit, "<= {body}" or ">= {body}"')
+    return "add a width, such as ± 0.1" + ("" if is_range else f', or write a limit: "<= {body}" or ">= {body}"')
 
 
 def _after_prefix(text: str, dimension: Dimension) -> str:
@@ -157,7 +157,9 @@ def _part(part: str, text: str, dimension: Dimension) -> Fraction:
     except MistakeError as mistake:
         if mistake.code != "SD103":
             raise
-        raise _malformed(text, f"cannot be read at '{part}'", "write 9 ± 1, >= 20, or 5 .. 7") from mistake
+        raise _malformed(
+            text, f"cannot be read at '{part}'", "write, for example, 9 ± 1, >= 20, or 5 .. 7"
+        ) from mistake
 
 
 def _can_hold(tolerance: Tolerance, dimension: Dimension) -> bool:

@@ -42,8 +42,8 @@ def _unused_systems(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     for index, expectation in enumerate(scenario.expect):
         for system in expectation.system or ():
             if system not in scenario.systems:
-                message = f"the scenario does not run on '{system}', so this is never checked"
-                hint = f"add it to systems, or choose from: {', '.join(scenario.systems)}"
+                message = f"the scenario does not run on '{system}', so this expectation is never checked"
+                hint = f"add this system to `systems`, or choose from: {', '.join(scenario.systems)}"
                 yield Diagnostic("SD104", source.span_of(("expect", index, "system")), message, hint)
 
 
@@ -52,12 +52,17 @@ def _marks_of_other_systems(scenario: Scenario, source: Source) -> Iterator[Diag
     for key, mark in (("skip", scenario.skip), ("xfail", scenario.xfail)):
         for system in (mark.system if mark is not None else None) or ():
             if system not in scenario.systems:
-                message = f"the scenario does not run on '{system}', so this has no effect"
-                hint = f"remove it, or choose from: {', '.join(scenario.systems)}"
+                message = f"the scenario does not run on '{system}', so this key has no effect"
+                hint = f"remove the system, or choose from: {', '.join(scenario.systems)}"
                 yield Diagnostic("SD104", source.span_of((key, "system")), message, hint)
     if scenario.xfail is not None and not scenario.expect:
-        message = "there is no expectation that could fail"
-        yield Diagnostic("SD104", source.key_span_of(("xfail",)), message, "add the outcome that is wrong to `expect`")
+        message = "`xfail` has no effect without expectations"
+        yield Diagnostic(
+            "SD104",
+            source.key_span_of(("xfail",)),
+            message,
+            "write the expectation that is known to fail under `expect`",
+        )
 
 
 def _expectations_without_proofs(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -65,29 +70,33 @@ def _expectations_without_proofs(scenario: Scenario, source: Source) -> Iterator
     for index, expectation in enumerate(scenario.expect):
         without = [system for system in expectation.system or scenario.systems if system not in PROVING]
         if expectation.content.needs_statics and without:
-            message = f"`{expectation.kind}` needs statics, and '{without[0]}' has none"
+            message = f"`{expectation.kind}` needs proofs of statics, which the system '{without[0]}' does not have"
             span = source.key_span_of(("expect", index, expectation.kind))
-            yield Diagnostic("SD104", span, message, f"add `system: {PROVING[0]}` here, and {PROVING[0]} to `systems`")
+            yield Diagnostic(
+                "SD104", span, message, f"add `system: {PROVING[0]}` to this expectation, and {PROVING[0]} to `systems`"
+            )
 
 
 def _truths_without_proofs(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Yield truths that need statics where no system has proofs."""
     for index, truth in enumerate(scenario.truth):
         if truth.content.needs_statics and not set(PROVING).intersection(scenario.systems):
-            message = f"`{truth.kind}` needs statics, so this is never compared"
+            message = f"`{truth.kind}` needs proofs of statics, so this truth is never compared"
             span = source.key_span_of(("truth", index, truth.kind))
-            yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to systems")
+            yield Diagnostic("SD104", span, message, f"add {PROVING[0]} to `systems`")
 
 
 def _after_a_collapse(scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Yield steps and impacts after a step with `until: collapse`."""
     for index, step in enumerate(scenario.build[:-1]):
         if step.until is not None:
-            message = "a step until a collapse must be the last one"
-            yield Diagnostic("SD104", source.span_of(("build", index, "until")), message, "move it to the end")
+            message = "a step with `until: collapse` must be the last step"
+            yield Diagnostic(
+                "SD104", source.span_of(("build", index, "until")), message, "move it to the end of `build`"
+            )
     if scenario.impacts and scenario.build[-1].until is not None:
-        message = "impacts cannot follow a step that goes on until a collapse"
-        hint = "write a number of levels in place of `until: collapse`, or remove the impacts"
+        message = "impacts cannot follow a step with `until: collapse`"
+        hint = "replace `until: collapse` by a number of levels, or remove the impacts"
         yield Diagnostic("SD205", source.key_span_of(("impacts",)), message, hint)
 
 
@@ -118,13 +127,13 @@ WANTED: Final = {
 }
 # Messages of range errors, by the kind of pydantic's error, with the value and pydantic's context filled in.
 RANGES: Final = {
-    "greater_than_equal": "{value} is less than {ge:g}",
-    "less_than_equal": "{value} is more than {le:g}",
+    "greater_than_equal": "{value} is below the minimum of {ge:g}",
+    "less_than_equal": "{value} exceeds the maximum of {le:g}",
     "finite_number": "{value} is not a finite number",
     "string_too_short": "the text is empty",
     "string_too_long": "the text is longer than {max_length} characters",
-    "too_short": "the list has {actual_length} items, and {min_length} is the least",
-    "too_long": "the list has {actual_length} items, and {max_length} is the most",
+    "too_short": "the list has {actual_length} items; the minimum is {min_length}",
+    "too_long": "the list has {actual_length} items; the maximum is {max_length}",
 }
 
 MISWRITTEN: Final = re.compile(r"\$[A-Za-z]\w*|\$?\{[^{}]*\}")  # an expression in the syntax of other languages
@@ -233,20 +242,18 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     if (remedy := without_comma(written)) and kind in ("int_type", "float_type"):
         return _Explanation("SD103", f"expected {WANTED[kind]}, not {shown(written)}", remedy)
     if kind == "too_long" and any(isinstance(item, int | float) for item in written):
-        terms = {**terms, "more": "; write a decimal comma as a point"}
+        terms = {**terms, "more": "; write decimals with a point instead of a comma"}
     match kind:
         case "extra_forbidden":
             return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), path[:-1]))
         case "missing" if isinstance(last, int):
-            return _Explanation(
-                "SD103", "the list has too few items", f"write all of them: {description_at(path[:-1])}"
-            )
+            return _Explanation("SD103", "the list has too few items", f"write all items: {description_at(path[:-1])}")
         case "missing":
             return _Explanation("SD102", f"missing key '{last}'", f"add `{last}`, {description_at(path)}")
         case "literal_error":
             choices = re.findall("'([^']*)'", terms["expected"])
             hint = did_you_mean(str(written), choices) + (_other_systems() if "systems" in path else "")
-            return _Explanation("SD104", f"{shown(written)} is not one of the choices", hint)
+            return _Explanation("SD104", f"{shown(written)} is not a permitted value", hint)
         case "model_type":
             return _Explanation("SD103", f"expected a mapping, not {shown(written)}", _as_mapping(written, path))
     if kind in RANGES:
@@ -263,7 +270,7 @@ def _known_key(key: str, path: KeyPath) -> str:
 
     siblings = keys_at(path)
     parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
-    return f"it belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
+    return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
 
 
 def _as_mapping(written: object, path: KeyPath) -> str:
@@ -278,9 +285,9 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
     if len(keys) > MOST_EXPLAINED:
-        return f"its keys: {', '.join(keys)}"
+        return f"the keys are {', '.join(keys)}"
     descriptions = {key: description_at((*path, key)).partition(";")[0] for key in keys}
-    return f"its keys: {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
+    return f"the keys are {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
 
 
 def _with_value(key: str, path: KeyPath) -> str:
@@ -294,7 +301,7 @@ def _with_value(key: str, path: KeyPath) -> str:
 def _other_systems() -> str:
     """Return the hint on systems of other packages, which a scenario cannot name, as not every user has them."""
     installed = f"; installed: {', '.join(offered_systems())}" if offered_systems() else ""
-    return f"; use --system for systems of other packages{installed}"
+    return f"; systems of other packages are chosen with --system{installed}"
 
 
 def _with_meaning(remedy: str, path: KeyPath) -> str:
@@ -324,7 +331,7 @@ def _list_of(written: float | str, path: KeyPath) -> str:
     if keys := keys_at((*path, 0)):
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
     least = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
-    return f"write [{written}]" if least == 1 else f"write a list of {least}"
+    return f"write [{written}]" if least == 1 else f"write a list of {least} items"
 
 
 def _form(detail: ErrorDetails) -> str:

@@ -198,24 +198,24 @@ ShareTolerance = Annotated[Tolerance, _tolerance(SHARE, "0.25 ± 0.02")]
 
 # --- which gaps count as contact --------------------------------------------------------------------------------------
 
-_TOUCHING_ADVICE = "write `exactly`, or the widest gap that counts, such as `within 0.1 mm`"
+_TOUCHING_ADVICE = "write `exactly`, or the largest gap that counts as contact, such as `within 0.1 mm`"
 
 
 def read_touching(written: object) -> float:
     """Read the widest gap that counts as contact in statics [m]: 0 for `exactly`, or `within 0.1 mm`."""
     if not isinstance(written, str):
-        raise MistakeError("SD103", f"{shown(written)} is not a limit on gaps", _TOUCHING_ADVICE)
+        raise MistakeError("SD103", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
     if written.strip() == "exactly":
         return 0.0
     match = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
     if match is None:
-        raise MistakeError("SD104", f"{shown(written)} is not a limit on gaps", _TOUCHING_ADVICE)
+        raise MistakeError("SD104", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
     return parse_quantity(match[1], replace(EXTENT, positive=True))
 
 
 _TOUCHING_PATTERN = rf"exactly|within\s+{quantity_pattern(EXTENT)}"
 Touching = Annotated[
-    float, Reads(read_touching, text_schema(_TOUCHING_PATTERN, "which gaps count as contact", "within 0.1 mm"))
+    float, Reads(read_touching, text_schema(_TOUCHING_PATTERN, "largest gap that counts as contact", "within 0.1 mm"))
 ]
 
 # --- counts -----------------------------------------------------------------------------------------------------------
@@ -250,16 +250,17 @@ def _text(pattern: str, noun: str, advice: str, example: str) -> Reads:
     return Reads(read, text_schema(pattern, noun, example))
 
 
-_NAME_ADVICE = "begin with a letter, then letters, digits, _ . or -"
-_SLUG_ADVICE = "write small letters, digits and -, at most 64"
-Slug = Annotated[str, _text(_SLUG, "a name for files", _SLUG_ADVICE, "slant-tower")]
+_NAME_ADVICE = "begin with a letter, then use letters, digits, _ . or -"
+_SLUG_ADVICE = "use lower-case letters, digits and -, at most 64 characters"
+Slug = Annotated[str, _text(_SLUG, "a valid name", _SLUG_ADVICE, "slant-tower")]
 BodyName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody()]
 PlaceName = Annotated[
-    str, _text(r"L[1-9][0-9]{0,5}\.[1-9][0-9]{0,5}", "the place of a brick", "write such as L2.3", "L2.3")
+    str,
+    _text(r"L[1-9][0-9]{0,5}\.[1-9][0-9]{0,5}", "the level and place of a brick", "write, for example, L2.3", "L2.3"),
 ]
 BodyNames = Annotated[tuple[BodyName, ...], Field(min_length=1, max_length=MAX_BRICKS)]
 BodyOrPlaneName = Annotated[str, _text(NAME, "the name of a brick", _NAME_ADVICE, "L3.2"), NamesBody(or_plane=True)]
-_UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or ground", _NAME_ADVICE, "beam")
+_UPHOLDS = _text(rf"(?!wall[0-9]+$){NAME}", "the name of a brick, or `ground`", _NAME_ADVICE, "beam")
 Supports = Annotated[
     tuple[Annotated[str, _UPHOLDS, NamesBody(or_plane=True)], ...], Field(min_length=1, max_length=1000)
 ]
@@ -272,20 +273,20 @@ _FIXED = rf"(?:{GROUND}|wall[0-9]+)"
 def _not_fixed(name: str) -> str:
     if re.fullmatch(_FIXED, name):
         owner = "the ground" if name == GROUND else "a wall"
-        message = f"'{name}' cannot name a brick, since it is the name of {owner}"
-        raise MistakeError("SD104", message, "take another name")
+        message = f"'{name}' cannot be the name of a brick, since it is the name of {owner}"
+        raise MistakeError("SD104", message, "use another name")
     return name
 
 
 BrickName = Annotated[
     str,
     replace(
-        _text(NAME, "a name that a brick can have", _NAME_ADVICE, "keystone"),
-        schema=text_schema(rf"(?!{_FIXED}$){NAME}", "a name that a brick can have", "keystone"),
+        _text(NAME, "a valid name of a brick", _NAME_ADVICE, "keystone"),
+        schema=text_schema(rf"(?!{_FIXED}$){NAME}", "a valid name of a brick", "keystone"),
     ),
     AfterValidator(_not_fixed),
 ]
-TYPE_NAME: Final = _text(NAME, "a name that a kind of brick can have", _NAME_ADVICE, "carton")
+TYPE_NAME: Final = _text(NAME, "a valid name of a kind of brick", _NAME_ADVICE, "carton")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 
 
@@ -303,11 +304,11 @@ VALUES: Final[JsonSchema] = {
 _EITHER_WAY: Final[JsonSchema] = {"type": "string", "pattern": r"±|\+/?-|\.\.", "examples": ["0.5 ± 0.05"]}
 _IN_ONE_LINE: Final[JsonSchema] = {"type": "string", "pattern": DISTRIBUTION_PATTERN, "examples": ["0.5 ± 0.05"]}
 _DISTRIBUTIONS: Final[dict[str, tuple[str, JsonSchema]]] = {
-    "uniform": ("all values equally likely", _EITHER_WAY),
+    "uniform": ("range of equally likely values", _EITHER_WAY),
     "normal": ("mean ± standard deviation", _EITHER_WAY),
-    "lognormal": ("the median", VALUE),
-    "dispersion": ("of a lognormal distribution: the standard deviation of the logarithm", {"type": "number"}),
-    "table": ("a list of equally likely values", {"type": "array", "items": VALUE, "minItems": 1}),
+    "lognormal": ("median of a lognormal distribution", VALUE),
+    "dispersion": ("standard deviation of the logarithm, of a lognormal distribution", {"type": "number"}),
+    "table": ("list of equally likely values", {"type": "array", "items": VALUE, "minItems": 1}),
     "least": ("lower limit of a normal or lognormal distribution", VALUE),
     "most": ("upper limit of a normal or lognormal distribution", VALUE),
 }
@@ -335,7 +336,7 @@ REPEAT = Annotated[object, variables_schema(VALUES)]
 
 FILE: Final[JsonSchema] = {
     "type": "string",
-    "description": "a file, relative to this one",
+    "description": "path of a file, relative to the folder of this file",
     "examples": ["base.yaml"],
 }
 
@@ -348,7 +349,7 @@ PROVING: Final[tuple[System, ...]] = ("exact",)  # systems with proofs of static
 
 def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
     if len(set(systems)) < len(systems):
-        raise MistakeError("SD104", "a system is named twice", "name each system once")
+        raise MistakeError("SD104", "the list contains a system twice", "write each system once")
     return systems
 
 

@@ -30,7 +30,7 @@ CHOOSING: Final = ("matrix", "cases", "exclude")
 FIXED: Final = ("scenario", "let", "uncertain", *CHOOSING)  # keys whose expressions are not evaluated with the rest
 FRICTION: Final = "friction"  # the only key that can be fixed like a variable
 NOTHING_FIXED: Final[Mapping[str, Plain]] = {}
-UNDER: Final = "write it under `uncertain`, or in place of a value"
+UNDER: Final = "write the distribution under `uncertain`, or directly in place of a value"
 MAX_EXPRESSIONS: Final = 20_000  # of all variants together; some seconds of arithmetic
 _DECIMAL = re.compile(r"(?<!\w)(?<!\d\.)\d+\.\d+(?:[eE][+-]?\d+)?")  # does not match in a name such as L3.2
 
@@ -55,7 +55,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
     mistakes_by_source = [(source, choices.mistakes)]
     work = len(choices.all) * sum(map(_expressions, source.values.values()))
     if work > MAX_EXPRESSIONS:
-        return (), (_too_many(source, f"the variants have {work} expressions in all"),)
+        return (), (_too_many(source, f"the variants have {work} expressions in total"),)
     budget, variants, left = Budget(), [], MAX_EXPRESSIONS
     try:
         for choice in choices.all:
@@ -73,7 +73,7 @@ def expand(source: Source) -> tuple[tuple[Variant, ...], tuple[Diagnostic, ...]]
 
 def _too_many(source: Source, cause: str) -> Diagnostic:
     key = next((key for key in CHOOSING if key in source.values), "build")
-    message = f"{cause}, and {MAX_EXPRESSIONS} is the most"
+    message = f"{cause}; the maximum is {MAX_EXPRESSIONS}"
     return Diagnostic("SD206", source.key_span_of((key,)), message, "split it into several scenarios")
 
 
@@ -179,23 +179,29 @@ def _check_fixed(source: Source, mistakes: Mistakes) -> None:
     """Reject a scenario name that varies, and `every` of an impact without `repeat`."""
     name = source.values.get("scenario")
     if isinstance(name, str) and "${" in name:
-        hint = "write a fixed name; the values of the matrix distinguish variants"
-        add(mistakes, ("scenario",), MistakeError("SD109", "the name of a scenario cannot vary", hint))
+        hint = "write a fixed name; the values of `matrix` and `cases` distinguish the variants"
+        add(mistakes, ("scenario",), MistakeError("SD109", "the name of a scenario cannot contain expressions", hint))
     impacts = source.values.get("impacts")
     for number, impact in enumerate(impacts if isinstance(impacts, list) else ()):
         if isinstance(impact, dict) and "every" in impact and REPEAT not in impact:
-            message = "`every` is the time between repetitions, and this impact is not repeated"
+            message = "`every` is the time between repetitions, but this impact has no `repeat`"
             add(
                 mistakes,
                 ("impacts", number, "every"),
-                NameMistakeError("SD102", message, "add repeat: {i: 1 .. 3}, or begin `at` a time"),
+                NameMistakeError(
+                    "SD102", message, "add, for example, `repeat: {i: 1 .. 3}`, or use `at` in place of `every`"
+                ),
             )
 
 
 def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain]:
     """Return all variables, and `let` with its expressions evaluated."""
     if not isinstance(let, dict):
-        add(filling.mistakes, ("let",), MistakeError("SD103", "expected a mapping", "write {length: 120 mm}"))
+        add(
+            filling.mistakes,
+            ("let",),
+            MistakeError("SD103", "expected a mapping of variables to values", "write, for example, {length: 120 mm}"),
+        )
         return rows, let
     names, lets = dict(rows), dict(let)
     for name, written in let.items():
@@ -233,7 +239,7 @@ class _Filling:
             return value
         self.done += value.count("${")
         if self.done > self.most:
-            message = f"the variants and their repeats have more than {MAX_EXPRESSIONS} expressions in all"
+            message = f"the variants and their repetitions have more than {MAX_EXPRESSIONS} expressions in total"
             raise TooMuchError(path[:1], message)
         try:
             return interpolate(value, names)
@@ -252,10 +258,8 @@ def _unused(source: Source) -> Iterable[Diagnostic]:
     used = set(_used({key: value for key, value in source.values.items() if key not in CHOOSING}))
     for path, name in _defined(source):
         if name not in used and path not in source.inherited:
-            message = f"the variable '{name}' is used nowhere"
-            yield Diagnostic(
-                "SD112", source.key_span_of(path), message, f"write ${{{name}}} where it is needed, or remove it"
-            )
+            message = f"the variable '{name}' is unused"
+            yield Diagnostic("SD112", source.key_span_of(path), message, f"use it as ${{{name}}}, or remove it")
 
 
 def _defined(source: Source) -> Iterable[tuple[KeyPath, str]]:

@@ -451,11 +451,11 @@ class Blocked:
             return self.too_much
         if self.pressed is not None:
             if self.pressed == self.by:
-                behind = f"it is {mm(self.depth, 3)} behind, as an obstacle does not give way"
-                return f"the hand cannot move brick '{self.brick}' on at {self.time:.3f} s: {behind}"
-            into = f"'{self.pressed}' is pressed {mm(self.depth, 3)} into '{self.by}', which does not give way"
-            return f"the hand cannot move brick '{self.brick}' on at {self.time:.3f} s: {into}"
-        where = f"'{self.by}' has moved there ({mm(self.depth, 3)} of overlap)"
+                behind = f"an immovable obstacle holds it back by {mm(self.depth, 3)}"
+                return f"the hand cannot continue to move brick '{self.brick}' at {self.time:.3f} s: {behind}"
+            into = f"it presses '{self.pressed}' {mm(self.depth, 3)} into '{self.by}', which does not move"
+            return f"the hand cannot continue to move brick '{self.brick}' at {self.time:.3f} s: {into}"
+        where = f"'{self.by}' has moved into its place, with an overlap of {mm(self.depth, 3)}"
         return f"brick '{self.brick}' cannot be placed at {self.time:g} s: {where}"
 
 

@@ -409,7 +409,9 @@ class Effort:
         if hand_seconds > seconds or (hand_seconds and not moving):
             cause, seconds = "a hand moves a brick", hand_seconds
         motion = f"{cause} at {island.time:.3g} s" + (f", for at least {seconds:.3g} s" if seconds else "")
-        limit = f"an estimated {total:.2g} steps of a brick in all, of at most {self._most * work.work_factor():.2g}"
+        limit = (
+            f"the estimated work of {total:.2g} brick steps exceeds the limit of {self._most * work.work_factor():.2g}"
+        )
         brick = min(island.stabilizer.moving() or island.hands.in_hand or island.measures.watch.present)
         return Blocked(brick, island.time, brick, 0.0, too_much=f"{motion}: {limit}")
 

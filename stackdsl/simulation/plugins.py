@@ -23,7 +23,7 @@ def foreign_names() -> tuple[str, ...]:
     for name in {**SYSTEMS, **PEERS}.keys() & offered_systems().keys():
         package = _packages(*offered_systems()[name])
         raise ForeignSystemError(
-            f"{package} offers a system called '{name}', a name that stackdsl uses itself; uninstall {package}"
+            f"{package} offers a system with the name '{name}', which stackdsl reserves; uninstall {package}"
         )
     return tuple(offered_systems())
 
@@ -37,7 +37,9 @@ def foreign_system(name: str) -> System:
         raise KeyError(name)
     entry, *others = offered_systems()[name]
     if others:
-        raise ForeignSystemError(f"{_packages(entry, *others)} all offer a system called '{name}'; keep one of them")
+        raise ForeignSystemError(
+            f"{_packages(entry, *others)} offer systems with the same name '{name}'; uninstall all but one"
+        )
     system = _loaded(entry)
     for mistake in _mistakes(entry, system):
         raise ForeignSystemError(f"the system '{name}' of {_packages(entry)} cannot be used: {mistake}")
@@ -63,12 +65,12 @@ def _loaded(entry: EntryPoint) -> object:
 def _mistakes(entry: EntryPoint, system: object) -> Iterator[str]:
     """Yield every error in the object that an entry point of the group `stackdsl.systems` refers to."""
     if not isinstance(system, System):
-        yield f"{entry.value} is a {type(system).__name__}, and must be a stackdsl.simulation.systems.System"
+        yield f"{entry.value} is a {type(system).__name__}, but must be a stackdsl.simulation.systems.System"
     elif system.name != entry.name:
-        yield f"it calls itself '{system.name}', and must have the name of its entry point in {GROUP}"
+        yield f"its name is '{system.name}', but must be the name of its entry point in {GROUP}"
     elif not isinstance(system.engine, EngineSettings):
         kind = type(system.engine).__name__
-        yield f"its engine is a {kind}, and must be a stability.engines.protocol.EngineSettings"
+        yield f"its engine is a {kind}, but must be a stability.engines.protocol.EngineSettings"
     else:
         engine = type(system.engine)
         yield from (f"{engine.__name__} has no `{name}`" for name in ("package", "world") if not hasattr(engine, name))

@@ -41,7 +41,7 @@ class Modification:
         if self.friction is not None:
             yield f"friction {self.friction:g} everywhere"
         if self.size != 1.0:
-            yield f"all {self.size:g} times as large"
+            yield f"lengths times {self.size:g}"
 
 
 AS_WRITTEN = Modification()
@@ -213,9 +213,9 @@ SYSTEMS = {
             System("thesis", "PyBullet with the published stack-stability method", HELD, Method.PUBLISHED),
             System("thesis", "MuJoCo with the published stack-stability method", MOVING_ON_MUJOCO, Method.PUBLISHED),
         ),
-        System("tuned", "PyBullet with the settings that stack best", TUNED, method=None),
-        System("stock", "PyBullet as it comes", STOCK, method=None),
-        System("modified", "PyBullet as it comes, in weak gravity and with rough bricks", STOCK, None, MODIFIED),
+        System("tuned", "PyBullet with settings tuned for stacks", TUNED, method=None),
+        System("stock", "PyBullet with its default settings", STOCK, method=None),
+        System("modified", "PyBullet with its default settings, weak gravity and rough bricks", STOCK, None, MODIFIED),
     )
 }
 
@@ -240,7 +240,7 @@ MUJOCO_STIFF = MuJoCoSettings(
 PEERS = {
     system.name: system
     for system in (
-        System("mujoco", "MuJoCo with the settings that stack best", MUJOCO, method=None),
+        System("mujoco", "MuJoCo with settings tuned for stacks", MUJOCO, method=None),
         System("mujoco-stiff", "MuJoCo with stiff contacts", MUJOCO_STIFF, method=None),
         System("mujoco-exact", "exact statics, and MuJoCo for moving bricks", MUJOCO, Method.PROVEN),
         System("mujoco-thesis", "MuJoCo with the published stack-stability method", MUJOCO, Method.PUBLISHED),

@@ -66,7 +66,7 @@ class SupervisedExecutor(Executor):
         """Return the future of a task, whose result says how the task ended; the future raises no errors."""
         with self._lock:
             if self._closed:
-                raise RuntimeError("this executor was shut down, and takes no more calls")
+                raise RuntimeError("the executor is shut down, and accepts no more calls")
             number, future = self._count, Future[TaskResult]()
             self._count += 1
             self._futures[number] = future

@@ -52,7 +52,7 @@ def _view(content: Json, golden: GoldenResult, text: str, now: RunView) -> RunVi
     bricks = {placement.brick.id: placement.brick for placement in now.timeline.placements}
     placements = tuple(_placements(content, bricks))
     if len({placement.brick.id for placement in placements}) < len(placements):
-        raise ValueError("a brick is set down twice")
+        raise ValueError("a brick is placed twice")
     timeline = Timeline(_world(content["world"]), placements, hold=0.0)
     collapse = content.get("collapse") or {}
     fell = _number(collapse.get("time_s"), now.trace.collapse.time if now.trace.collapse is not None else inf)
@@ -63,7 +63,7 @@ def _view(content: Json, golden: GoldenResult, text: str, now: RunView) -> RunVi
     return RunView(
         f"{now.name}, golden file",
         now.system,
-        f"From {golden.file}: placements and final poses of bricks, without their motion.",
+        f"Placements and final poses of the bricks in {golden.file}, without their motion.",
         timeline,
         trace,
         _recorded(placements, tracks, content, fell),
@@ -173,14 +173,14 @@ def _number(value: object, otherwise: float) -> float:
 
 def _finite(value: object) -> float:
     if not isinstance(value, int | float) or not isfinite(value):
-        raise TypeError(f"{value} is no number")
+        raise TypeError(f"{value} is not a finite number")
     return float(value)
 
 
 def _sides(size_mm: object) -> Vec3:
     sides = _metres(size_mm)
     if min(sides) <= 0.0:
-        raise ValueError("a side has no length")
+        raise ValueError("a side is not greater than zero")
     return sides
 
 
@@ -190,7 +190,7 @@ def _metres(values: object) -> Vec3:
 
 def _vector(values: object) -> Vec3:
     if not isinstance(values, list):
-        raise TypeError("it is no list")
+        raise TypeError("it is not a list")
     x, y, z = map(_finite, values)
     return x, y, z
 

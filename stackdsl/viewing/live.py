@@ -66,9 +66,9 @@ def _end(proofs: ShownProofs, timeline: Timeline) -> float:
 
 def _verdict(proofs: ShownProofs, timeline: Timeline) -> str:
     if proofs.fall is not None:
-        return "proven to fall; the fall is being played"
+        return "proven to fall; the simulation of the fall is running"
     whole = bool(timeline.actions) and bool(proofs.standing) and proofs.standing[-1].end == inf
-    return "proven to stand; the run is being played" if whole else "being played"
+    return "proven to stand; the simulation is running" if whole else "the simulation is running"
 
 
 def _trace(timeline: Timeline, proven: set[BodyId]) -> Trace:

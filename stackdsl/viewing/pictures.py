@@ -207,7 +207,7 @@ def film_maker() -> str:
     """Return the path of ffmpeg. Raises FilmError if there is none."""
     path = shutil.which(PROGRAM)
     if path is None:
-        raise FilmError(f".mp4 needs {PROGRAM}, which is not on the path; {REMEDY}")
+        raise FilmError(f".mp4 needs {PROGRAM}, which is not on the PATH; {REMEDY}")
     return path
 
 
@@ -227,6 +227,6 @@ def mp4(svgs: Sequence[str], rate: float) -> bytes:
         except OSError as error:
             raise FilmError(f"{program} cannot be started: {error.strerror}; {REMEDY}") from error
         if done.returncode or not film.is_file():
-            errors = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["it printed no error"]
-            raise FilmError(f"{program} made no film: {errors[-1]}; {REMEDY}")
+            errors = done.stderr.decode("utf-8", "replace").strip().splitlines() or ["unknown error"]
+            raise FilmError(f"{program} failed to write the film: {errors[-1]}; {REMEDY}")
         return film.read_bytes()

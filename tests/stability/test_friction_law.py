@@ -76,9 +76,9 @@ def test_bricks_of_one_surface_rub_alike_on_all_others() -> None:
         (-0.1, "the friction is -0.1"),
         (float("nan"), "the friction is nan"),
         (Friction(float("inf")), "the friction is inf"),
-        (Friction(0.5, own={"sheet": -1.0}), "'sheet' has the friction -1.0"),
-        (Friction(0.5, between={("a", "b"): float("inf")}), "between 'a' and 'b' the friction is inf"),
-        (Friction(0.5, between={("a", "b"): 0.1, ("b", "a"): 0.2}), "two frictions between"),
+        (Friction(0.5, own={"sheet": -1.0}), "the friction of 'sheet' is -1.0"),
+        (Friction(0.5, between={("a", "b"): float("inf")}), "the friction between 'a' and 'b' is inf"),
+        (Friction(0.5, between={("a", "b"): 0.1, ("b", "a"): 0.2}), "two friction coefficients between"),
     ],
 )
 def test_coefficients_that_mean_nothing_are_refused_by_name(friction: float | Friction, words: str) -> None:

@@ -144,9 +144,9 @@ def test_an_odd_value_is_accepted_or_rejected_with_a_specific_error(call: str) -
 @pytest.mark.parametrize("scale", [1e-200, 1e-100, 1e-10, 1e10, 1e100, 1e200])
 def test_a_solid_beyond_all_measure_is_refused(scale: float) -> None:
     corners = [(scale * x, scale * y, scale * z) for x, y, z in CORNERS]
-    with pytest.raises(ValueError, match="within 1e"):
+    with pytest.raises(ValueError, match=r"(less than|within) 1e"):
         solid_of_corners(corners)
-    with pytest.raises(ValueError, match="within 1e"):
+    with pytest.raises(ValueError, match=r"(less than|within) 1e"):
         solid_of_mesh(corners, LOOPS)
     with pytest.raises(ValueError, match="from 1e-09 to 1e\\+09"):
         prism(TRIANGLE, scale)
@@ -157,11 +157,11 @@ def test_a_solid_beyond_all_measure_is_refused(scale: float) -> None:
     [
         ("own", 5, r"`own` of a Friction is 5; write a mapping, such as \{'sheet': 0.2\}"),
         ("forces of", "x", "expected an Assembly, not 'x'"),
-        pytest.param("mass", 10**5000, "brick 'b' has the mass a number of 16610 bits; write kilograms", id="huge"),
-        ("height", 10**400, "'b' has the position"),
+        pytest.param("mass", 10**5000, "the mass of brick 'b' is a number of 16610 bits; write a number", id="huge"),
+        ("height", 10**400, "the position of 'b' is"),
         ("size", np.array([0.1, 0.1, 0.1]), r"write a tuple, as in Box\(\(0.4, 0.3, 0.2\)\)"),
-        ("gravity", 10**400, "the gravity is 1000.*; write m/s2"),
-        ("tolerance", 0.0, "the tolerance is 0.0; write a share of the limit"),
+        ("gravity", 10**400, "the gravity is 1000.*; write a number from"),
+        ("tolerance", 0.0, "the tolerance is 0.0; write a fraction of the limit"),
     ],
 )
 def test_the_error_states_the_problem_and_the_remedy(call: str, odd: object, message: str) -> None:

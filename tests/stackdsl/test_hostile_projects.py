@@ -515,7 +515,7 @@ def test_dots_behind_a_link_lead_nowhere_else(stackdsl: Stackdsl, project: Path)
     write(project, "scenario: good\nextends: l/../../../secret/base.yaml\n", "scenarios/good.yaml")
     write(project, GOOD.replace("good", "base"), "a/secret/base.yaml")  # which the system would take it for
     refused = stackdsl("check")
-    assert (refused.code, "is outside of the project" in refused.text) == (2, True)
+    assert (refused.code, "is outside the project" in refused.text) == (2, True)
 
 
 def test_a_file_whose_name_cannot_be_shown_is_not_taken_for_another(stackdsl: Stackdsl, project: Path) -> None:
@@ -523,7 +523,7 @@ def test_a_file_whose_name_cannot_be_shown_is_not_taken_for_another(stackdsl: St
     write(project, GOOD.replace("good", "base"), "scenarios/a\\x1b/base.yaml")
     (project / "scenarios/good.yaml").unlink()
     refused = stackdsl("check")
-    assert (refused.code, "its name has characters that cannot be shown" in refused.text) == (2, True)
+    assert (refused.code, "its name has characters that cannot be displayed" in refused.text) == (2, True)
 
 
 @pytest.mark.parametrize("marked", [True, False])
@@ -576,7 +576,7 @@ def test_a_repository_inside_of_a_project_reaches_nothing_of_it(stackdsl_in: Sta
     write(project, "extends: ../private.yaml\nscenario: t\n", "clone/t.yaml")
     write(project, GOOD, "clone/scenarios/good.yaml")
     refused = stackdsl_in(project / "clone", "check", "t.yaml")
-    assert (refused.code, "is outside of the project" in refused.text) == (2, True)
+    assert (refused.code, "is outside the project" in refused.text) == (2, True)
     assert stackdsl_in(project / "clone", "check", "--update").code == 0
     assert (project / "clone/golden/good").is_dir()
     assert not (project / "golden").exists()

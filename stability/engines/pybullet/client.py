@@ -152,10 +152,8 @@ class ClientBodies:
 
 
 ORIGIN: Final = (0.0, 0.0, 0.0)
-SUPPORTED_FIXED: Final = (
-    "Supported are one GEOM_BOX or GEOM_PLANE: use such a shape, or declare all ground by `planes=`"
-)
-SUPPORTED_BRICKS: Final = "Supported is one GEOM_BOX with its frame and its centre of mass at its centre"
+SUPPORTED_FIXED: Final = "Use a single GEOM_BOX or GEOM_PLANE, or declare the ground with `planes=`"
+SUPPORTED_BRICKS: Final = "Use a single GEOM_BOX with its frame and its centre of mass at its centre"
 
 
 class UnknownShapeWarning(UserWarning):
@@ -182,8 +180,8 @@ def warn_of_unsupported(body: BodyId, shape: str, fixed: bool) -> None:
     """Warn that the shape of a body, given by its description, is not supported."""
     problem = f"unsupported shape of {'fixed body' if fixed else 'brick'} '{body}': {shape}"
     effect = (
-        "exact statics leaves it and the bricks that touch it to the engine; the published method uses the engine's "
-        "contact points. There is no further warning for such shapes"
+        "exact statics leaves it, and the bricks that touch it, to the engine; the published method uses the contact "
+        "points of the engine. This warning is shown once for each kind of shape"
     )
     warn(UnknownShapeWarning(f"{problem}; {effect}. {SUPPORTED_FIXED if fixed else SUPPORTED_BRICKS}"), stacklevel=2)
 
@@ -234,9 +232,9 @@ class PyBulletBodies:
 
     def __post_init__(self) -> None:
         if not isinstance(self.client, int):
-            raise TypeError(f"expected the number of a client, as p.connect returns it, not {self.client!r}")
+            raise TypeError(f"expected the client number that p.connect returned, not {self.client!r}")
         if not pybullet.getConnectionInfo(self.client)["isConnected"]:
-            raise ValueError(f"there is no client {self.client}: pass the number that p.connect returned")
+            raise ValueError(f"client {self.client} is not connected; pass the number that p.connect returned")
         self._bodies = ClientBodies(self.client, self.names)
 
     def time(self) -> float:
@@ -253,7 +251,7 @@ class PyBulletBodies:
         self._clock += float(parameters["fixedTimeStep"])
         if self._gravity_W is not None and _gravity(parameters) != self._gravity_W:
             change = f"{self._gravity_W} to {_gravity(parameters)} m/s2"
-            raise ValueError(f"the gravity of the client has changed from {change}: create the stabilizer again")
+            raise ValueError(f"the gravity of the client has changed from {change}; create a new stabilizer")
 
     def gravity_W(self) -> Vec3:
         """Return the gravity of the client, which must not change after this call."""

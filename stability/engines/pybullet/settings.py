@@ -12,7 +12,9 @@ from stability.engines.scene_scale import SAMPLING, USUAL_GRAVITY, SceneScale, p
 class PyBulletSettings(EngineSettings):
     """Settings of PyBullet; the adapter applies `scale`."""
 
-    package: ClassVar[Package] = Package("pybullet", "pip install pybullet, with Python 3.11, for which it has wheels")
+    package: ClassVar[Package] = Package(
+        "pybullet", "pip install pybullet, with Python 3.11, the newest version with wheels"
+    )
     world: ClassVar[str] = "stability.engines.pybullet.world:PyBulletWorld"
 
     iterations: int  # of the contact solver, per step

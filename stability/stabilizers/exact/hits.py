@@ -317,7 +317,7 @@ class Disturbances(BrickObserver):
             return None
         touched = {body for brick in overloaded for point in self.engine.contacts(brick) for body in (point.a, point.b)}
         by = tuple(sorted(touched.intersection(moving)))
-        return Disturbed(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} pressed away", by)
+        return Disturbed(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} moved by overload", by)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Pass frozen bricks on to the observers."""

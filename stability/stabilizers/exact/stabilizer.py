@@ -267,7 +267,7 @@ class ProvenStability(Stabilizer):
             self._awake.rest_poses.store_driven(judgement.released)
         self._observers.removed([brick])
         self._in_hands[brick] = None
-        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
+        return Update((), woken, reason=f"{brick} gripped by a hand" if woken else "")
 
     def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle bricks that hands hold at rest: they carry like the ground."""
@@ -461,7 +461,7 @@ class ProvenStability(Stabilizer):
         self._awake.allow_judgement()
         judgement = release_until_stable(self.assembly, change.verdict)
         woken = self._wake_released({**change.pushed, **judgement.released})
-        return Update((), woken, judgement.lowest, judgement.first.reason or "moved from outside" if woken else "")
+        return Update((), woken, judgement.lowest, judgement.first.reason or "moved by the caller" if woken else "")
 
     def _fixed_bodies(self) -> FixedBodies:
         return (

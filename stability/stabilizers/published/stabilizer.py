@@ -196,7 +196,7 @@ class StackStability(Stabilizer):
         woken = self.wake([brick])
         self.engine.freeze(brick)
         self.in_hands.add(brick)
-        return Update((), woken, reason=f"{brick} taken by a hand" if woken else "")
+        return Update((), woken, reason=f"{brick} gripped by a hand" if woken else "")
 
     def hold(self, bricks: Collection[BodyId]) -> Update:
         """Handle hands holding bricks: neither these nor the bricks on them are part of the stack."""

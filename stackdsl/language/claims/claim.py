@@ -12,7 +12,7 @@ from stackdsl.language.model_base import ExactlyOneKey
 class Claim(ExactlyOneKey):
     """One statement about the outcome. The keys of the kinds of claims are added by `schema`."""
 
-    repeat: t.REPEAT = Field(None, description="variables and their values, one repetition for each combination")
+    repeat: t.REPEAT = Field(None, description="variables and their values; the item is repeated for each combination")
 
     @property
     def content(self) -> ClaimKind:
@@ -24,7 +24,7 @@ class Expectation(Claim):
     """An expected outcome, which fails the scenario if it is not met."""
 
     system: Annotated[t.Systems, BeforeValidator(t.listed), WithJsonSchema(t.ONE_OR_MORE_SYSTEMS)] | None = Field(
-        None, description="the system or systems that must meet this; default: all"
+        None, description="system or systems to which this expectation applies; default: all"
     )
 
 

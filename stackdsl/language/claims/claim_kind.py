@@ -162,7 +162,7 @@ def claim(key: str, summary: str) -> Callable[[type[Model]], type[Model]]:
 
     def register(model: type[Model]) -> type[Model]:
         if isabstract(model):
-            raise TypeError(f"the claim '{key}' has no method `judge`")
+            raise TypeError(f"the class of the claim '{key}' does not implement `judge`")
         CLAIMS.register(key, KindOfClaim(model, summary))
         return model
 

@@ -21,11 +21,11 @@ from stackdsl.wording import broke_text, level_text
 class Collapses(Shorthand, ClaimKind):
     """A brick that came to rest leaves its place later."""
 
-    at: t.LevelTolerance | None = Field(None, description="the level under construction at that time")
-    brick: t.BodyName | None = Field(None, description="the first brick that leaves its place")
-    time: t.DurationTolerance | None = Field(None, description="the time of the collapse")
+    at: t.LevelTolerance | None = Field(None, description="level under construction at the time of the collapse")
+    brick: t.BodyName | None = Field(None, description="first brick that leaves its place")
+    time: t.DurationTolerance | None = Field(None, description="time of the collapse")
 
-    share: t.ShareOfSamples | None = Field(None, description="in this share of the samples")
+    share: t.ShareOfSamples | None = Field(None, description="share of the samples in which the structure collapses")
 
     scalar_word: ClassVar[str] = "any"
     requires_physical_collapse: ClassVar[bool] = True
@@ -42,8 +42,8 @@ class Collapses(Shorthand, ClaimKind):
     def _check_share(self) -> Self:
         parts = [key for key in ("brick", "time") if getattr(self, key) is not None]
         if self.share is not None and parts:
-            message = f"samples have a level of collapse, but no `{parts[0]}`"
-            raise MistakeError("SD108", message, f"use `at` in place of `{parts[0]}`, or remove the share")
+            message = f"`{parts[0]}` is unavailable with `share`, since samples record only the level of a collapse"
+            raise MistakeError("SD108", message, f"use `at` instead of `{parts[0]}`, or remove `share`")
         return self
 
     @property

@@ -11,12 +11,12 @@ from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
 
-@claim("displaced", "how many bricks have moved")
+@claim("displaced", "number of displaced bricks")
 class Displaced(AuthorModel, ClaimKind):
     """The number of bricks that have moved."""
 
-    bricks: t.CountTolerance = Field(description="the number of bricks")
-    by: t.LengthLowerBound = Field(description="the least shift of a counted brick")
+    bricks: t.CountTolerance = Field(description="number of displaced bricks")
+    by: t.LengthLowerBound = Field(description="smallest displacement that is counted")
 
     identifying_keys: ClassVar[tuple[str, ...]] = ("by",)
 

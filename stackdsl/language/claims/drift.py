@@ -17,8 +17,8 @@ from stackdsl.wording import mm
 class Drift(Shorthand, ClaimKind):
     """The largest shift of a brick after it came to rest."""
 
-    within: t.LengthTolerance = Field(alias="is", description="the shift")
-    bricks: t.BodyNames | None = Field(None, description="the largest shift of these bricks; default: of all")
+    within: t.LengthTolerance = Field(alias="is", description="the largest shift")
+    bricks: t.BodyNames | None = Field(None, description="bricks to measure; default: all")
 
     scalar_key: ClassVar[str] = "is"
     identifying_keys: ClassVar[tuple[str, ...]] = ("bricks",)

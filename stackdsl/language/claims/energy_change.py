@@ -17,7 +17,7 @@ class EnergyChange(AuthorModel, ClaimKind):
     """Kinetic and potential energy of all bricks together, from the last action on."""
 
     gain: t.ShareTolerance = Field(
-        description="gain of energy of the moving bricks, as a share of it, with potential energy 0 at the ground"
+        description="energy gain, relative to the energy of the moving bricks; potential energy is zero at the ground"
     )
 
     measures_engine: ClassVar[bool] = True

@@ -14,15 +14,17 @@ from stackdsl.trace import BrickState, Trace
 from stackdsl.wording import names_text
 
 
-@claim("falls", "which bricks fall, or how many")
+@claim("falls", "names or number of the bricks that fall")
 class Falls(ExactlyOneKey, ClaimKind):
     """The bricks of the structure that fall."""
 
-    bricks: t.BodyNames | None = Field(None, description="exactly these bricks")
-    count: t.CountTolerance | None = Field(None, description="the number of bricks")
+    bricks: t.BodyNames | None = Field(None, description="names of all bricks that fall")
+    count: t.CountTolerance | None = Field(None, description="number of bricks that fall")
 
     for_: t.PositiveDuration | None = Field(
-        None, alias="for", description="within this time after the last action; default: to the end of the run"
+        None,
+        alias="for",
+        description="time after the last action within which they fall; default: until the end of the run",
     )
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "count")

@@ -15,12 +15,14 @@ from stackdsl.trace import Trace
 from stackdsl.wording import mm
 
 
-@claim("lands", "where the fallen bricks land")
+@claim("lands", "landing place of the fallen bricks")
 class Lands(AtLeastOneKey, ClaimKind):
     """The landing place of the common centre of mass of the fallen bricks, relative to its place before the fall."""
 
-    reach: t.LengthTolerance | None = Field(None, description="the horizontal distance")
-    bearing: t.Angle | None = Field(None, description="the direction: 0 deg = +x, 90 deg = +y")
+    reach: t.LengthTolerance | None = Field(None, description="horizontal distance from the place before the fall")
+    bearing: t.Angle | None = Field(
+        None, description="direction from the place before the fall: 0 deg = +x, 90 deg = +y"
+    )
     within: t.Slope = default("10 deg", "largest deviation from the bearing")
 
     defaults: ClassVar[tuple[str, ...]] = ("within",)

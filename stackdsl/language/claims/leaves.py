@@ -14,12 +14,14 @@ from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import STAND, BrickState, Trace
 
 
-@claim("leaves", "how much of the structure stands at the end")
+@claim("leaves", "number of levels or bricks that stand at the end")
 class Leaves(ExactlyOneKey, ClaimKind):
-    """How much of the structure stands at the end."""
+    """Number of levels or bricks that stand at the end."""
 
-    levels: t.CountTolerance | None = Field(None, description="complete levels, counted from the lowest")
-    bricks: t.CountTolerance | None = Field(None, description="the number of bricks")
+    levels: t.CountTolerance | None = Field(
+        None, description="number of complete levels that stand, counted from the lowest"
+    )
+    bricks: t.CountTolerance | None = Field(None, description="number of bricks that stand")
 
     one_of: ClassVar[tuple[str, ...]] = ("levels", "bricks")
     requires_physical_collapse: ClassVar[bool] = True

@@ -19,11 +19,13 @@ class Margin(AtLeastOneKey, ClaimKind):
     """Disturbances under which the structure is still proven stable."""
 
     acceleration: t.GravityTolerance | None = Field(
-        None, description="horizontal acceleration in the worst direction, as a multiple of gravity"
+        None, description="permissible horizontal acceleration in the worst direction, as a multiple of gravity"
     )
-    tilt: t.SlopeTolerance | None = Field(None, description="tilt of the whole scene, in the worst direction")
-    friction: t.FrictionTolerance | None = Field(None, description="the least coefficient with which it stands")
-    placement: t.LengthTolerance | None = Field(None, description="error in the position of every brick")
+    tilt: t.SlopeTolerance | None = Field(None, description="permissible tilt of the scene in the worst direction")
+    friction: t.FrictionTolerance | None = Field(
+        None, description="smallest friction coefficient with which the structure stands"
+    )
+    placement: t.LengthTolerance | None = Field(None, description="permissible error in the position of every brick")
 
     needs_statics: ClassVar[bool] = True
 
@@ -40,5 +42,5 @@ def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:
     """Compare one margin with its tolerance."""
     unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
     if value is None:
-        return ClaimResult(f"no {key} is proven", -inf, unit, passed=False)
+        return ClaimResult(f"no margin of {key} is proven", -inf, unit, passed=False)
     return within(wanted, value, unit, f"{key} {SHOWN_PER_SI.get(unit, 1.0) * value:.4g} {unit}".rstrip())

@@ -15,15 +15,15 @@ from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.trace import Onset, Trace
 
 
-@claim("pivots", "how a fall begins")
+@claim("pivots", "initial motion of a fall")
 class Pivots(AtLeastOneKey, ClaimKind):
     """The fall begins with the proven motion, over the first 5 degrees."""
 
     about: t.BodyOrPlaneName | None = Field(
-        None, description="the standing brick about which the falling bricks turn; or ground"
+        None, description="standing brick about which the falling bricks rotate, or `ground`"
     )
     within: t.Slope | None = Field(
-        None, description="largest angle between the displacement of a brick and the proven one"
+        None, description="largest angle between the simulated and the proven displacement of a brick"
     )
     proportions: t.ShareOfLimit | None = Field(
         None, description="largest error of a displacement, as a share of the largest proven displacement"
@@ -42,7 +42,7 @@ class Pivots(AtLeastOneKey, ClaimKind):
         """Compare the pivot, and the directions and proportions of displacements, with the proof."""
         if trace.onset is None:
             has_motion = trace.statics is not None and trace.statics.motion is not None
-            reason = "no brick with a proven fall turned by 5 deg" if has_motion else "no fall is proven"
+            reason = "no brick with a proven fall rotated by 5 deg" if has_motion else "no fall is proven"
             return ClaimResult(reason, -1.0, "", passed=False)
         pairs = seen_displacements(trace.onset)
         if pairs is None:
@@ -52,7 +52,7 @@ class Pivots(AtLeastOneKey, ClaimKind):
     def _parts(self, onset: Onset, pairs: Pairs) -> list[ClaimResult]:
         parts = []
         if self.about is not None:
-            pivots = ", ".join(onset.about) or "nothing"
+            pivots = ", ".join(onset.about) or "no body"
             passed = self.about in onset.about
             margin, unit = (inf, "") if passed else (-1.0, "bodies")
             parts.append(ClaimResult(f"about {pivots}", margin, unit, passed=passed))

@@ -12,13 +12,15 @@ from stackdsl.language.model_base import AuthorModel
 from stackdsl.trace import Trace
 
 
-@claim("rests_on", "one brick is carried by another")
+@claim("rests_on", "one brick rests on another")
 class RestsOn(AuthorModel, ClaimKind):
-    """One brick is carried by another."""
+    """One brick rests on another."""
 
-    brick: t.BodyName = Field(description="the upper brick")
-    support: t.BodyOrPlaneName = Field(description="the lower brick, or ground")
-    share: t.ShareTolerance | None = Field(None, description="share of its load that the support carries")
+    brick: t.BodyName = Field(description="upper brick")
+    support: t.BodyOrPlaneName = Field(description="lower brick, or `ground`")
+    share: t.ShareTolerance | None = Field(
+        None, description="share of the load of the upper brick that the support carries"
+    )
 
     identifying_keys: ClassVar[tuple[str, ...]] = ("brick", "support")
 
@@ -28,9 +30,9 @@ class RestsOn(AuthorModel, ClaimKind):
         share = 0.0 if edge is None else edge.share
         if edge is None:
             margin = share if self.share is None else self.share.margin(share)
-            return ClaimResult("it does not rest there", min(margin, 0.0), "of its load", passed=False)
+            return ClaimResult("the brick does not rest on this support", min(margin, 0.0), "of its load", passed=False)
         if isnan(share):
-            measured = "it rests there, share unknown: friction, leaning or a counterweight holds it"
+            measured = "the share is undetermined: friction, leaning or a counterweight also holds the brick"
             return ClaimResult(measured, inf if self.share is None else -inf, "", passed=self.share is None)
         if self.share is None:
             return ClaimResult(f"share {share:.3f}", share, "of its load", passed=True)

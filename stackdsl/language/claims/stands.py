@@ -22,9 +22,11 @@ from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
 class Stands(Shorthand, ClaimKind):
     """Bricks are where they came to rest."""
 
-    levels: t.Levels | None = Field(None, description="at least so many levels, from the lowest")
-    bricks: t.BodyNames | None = Field(None, description="these bricks")
-    for_: t.PositiveDuration | None = Field(None, alias="for", description="for this time after the last action")
+    levels: t.Levels | None = Field(None, description="minimum number of levels that stand, counted from the lowest")
+    bricks: t.BodyNames | None = Field(None, description="bricks that stand; default: all")
+    for_: t.PositiveDuration | None = Field(
+        None, alias="for", description="time after the last action during which they stand"
+    )
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which all bricks stand")
 
     scalar_word: ClassVar[str] = "all"
@@ -50,7 +52,7 @@ class Stands(Shorthand, ClaimKind):
         partial = {"levels": self.levels, "bricks": self.bricks, "for": self.for_}
         parts = [key for key, value in partial.items() if value is not None]
         if self.share is not None and parts:
-            message = f"`share` counts samples that stand as a whole, and `{parts[0]}` is about a part"
+            message = f"`share` counts samples in which all bricks stand, and cannot be combined with `{parts[0]}`"
             raise MistakeError("SD108", message, "remove one of them")
         return self
 
@@ -98,12 +100,18 @@ class Stands(Shorthand, ClaimKind):
             return ClaimResult(f"only {levels} levels are built", levels - self.levels, "levels", passed=False)
         missing = sum(track.state is BrickState.UNPLACED for track in tracks)
         if missing:
-            cause = f"it fell at {level_text(fell.level, fell.step)}; " if (fell := trace.collapse) is not None else ""
-            return ClaimResult(f"{cause}{missing} of {len(tracks)} never placed", -missing, "bricks", passed=False)
+            cause = (
+                f"the structure collapsed at {level_text(fell.level, fell.step)}; "
+                if (fell := trace.collapse) is not None
+                else ""
+            )
+            return ClaimResult(
+                f"{cause}{missing} of {len(tracks)} bricks were never placed", -missing, "bricks", passed=False
+            )
         unsettled = [track.brick.id for track in tracks if track.state is BrickState.UNSETTLED]
         if unsettled:
             return ClaimResult(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
-        return None if tracks else ClaimResult("all of it was pulled out or thrown", -1, "bricks", passed=False)
+        return None if tracks else ClaimResult("all bricks were pulled out or thrown", -1, "bricks", passed=False)
 
     def _in_time(self, tracks: Sequence[BrickTrack], trace: Trace) -> Sequence[BrickTrack]:
         """Return the tracks without bricks that fall after the time of the claim."""
@@ -126,9 +134,9 @@ def _with_margin_of_proof(result: ClaimResult, trace: Trace) -> ClaimResult:
     """Return the result with a margin of the proof, in place of the shift that is left until a collapse."""
     margins = trace.margins
     if margins.placement is not None and 0.0 < margins.placement < inf:
-        measured = f"{result.measured}, and would with every brick {mm(margins.placement)} beside its place"
+        measured = f"{result.measured}, also with placement errors of {mm(margins.placement)}"
         return replace(result, measured=measured, margin=MILLIMETRES * margins.placement, unit="mm")
     if margins.friction is not None and margins.roughest is not None:
-        measured = f"{result.measured}, and would with friction down to {margins.friction:.4g}"
+        measured = f"{result.measured}, also with friction reduced to {margins.friction:.4g}"
         return replace(result, measured=measured, margin=margins.roughest - margins.friction, unit="of friction")
     return result

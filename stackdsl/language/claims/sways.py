@@ -16,8 +16,8 @@ from stackdsl.wording import mm
 class Sways(AtLeastOneKey, ClaimKind):
     """The largest sway of a brick before a collapse."""
 
-    amplitude: t.LengthTolerance | None = Field(None, description="amplitude to either side")
-    frequency: t.FrequencyTolerance | None = Field(None, description="frequency of the full cycle, to and fro")
+    amplitude: t.LengthTolerance | None = Field(None, description="amplitude, half of the full swing")
+    frequency: t.FrequencyTolerance | None = Field(None, description="frequency of full cycles")
 
     needed_measures: ClassVar[tuple[str, ...]] = ("sway",)
 

@@ -21,9 +21,9 @@ EXACTLY: Final = 1e-9  # [m] and [rad], above the rounding error of a pose that 
 class Untouched(ExactlyOneKey, ClaimKind):
     """Bricks are exactly where they came to rest."""
 
-    bricks: t.BodyNames | None = Field(None, description="these bricks")
-    levels: t.Levels | None = Field(None, description="so many levels, from the lowest")
-    except_: t.BodyNames | None = Field(None, alias="except", description="all but these bricks")
+    bricks: t.BodyNames | None = Field(None, description="bricks that did not move")
+    levels: t.Levels | None = Field(None, description="number of levels that did not move, counted from the lowest")
+    except_: t.BodyNames | None = Field(None, alias="except", description="exceptions: no brick except these moved")
 
     one_of: ClassVar[tuple[str, ...]] = ("bricks", "levels", "except_")
 
@@ -39,7 +39,7 @@ class Untouched(ExactlyOneKey, ClaimKind):
             return ClaimResult("never placed", 0.0, "mm", passed=False)
         moved = [track for track in tracks if not _is_where_it_was(track)]
         if not moved:
-            return ClaimResult(f"{len(tracks)} bricks are where they were", inf, "", passed=True)
+            return ClaimResult(f"{len(tracks)} bricks have not moved", inf, "", passed=True)
         worst = max(moved, key=_moved_by)
         measured = f"{len(moved)} of {len(tracks)} bricks moved, {worst.brick.id} by {mm(_moved_by(worst))}"
         return ClaimResult(measured, -MILLIMETRES * _moved_by(worst), "mm", passed=False)

@@ -53,7 +53,7 @@ class Verdict(ClaimKind):
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the verdict of statics."""
         if trace.statics is None:
-            return ClaimResult("nothing was set down at rest", inf, "", passed=False)
+            return ClaimResult("no brick was set down at rest", inf, "", passed=False)
         reason = f": {trace.statics.reason}" if trace.statics.reason else ""
         verdict, sure, within = str(trace.statics.stability), trace.margins.guaranteed, trace.statics.touching_within
         if self.word in CERTAINTY and verdict == "stable":

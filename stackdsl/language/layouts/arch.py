@@ -27,19 +27,19 @@ SEMICIRCLE: Final = 1e-9  # tolerance on the rise of a semicircle, as a share of
 class ArchParams(LayoutParams):
     """An arch of stones."""
 
-    span: PositiveLength = Field(description="distance between the springings, on the inner side")
+    span: PositiveLength = Field(description="clear span between the springings")
     rise: PositiveLength | None = Field(
         None,
-        description="height of the crown above the springings, on the inner side; default: half the span, a semicircle",
+        description="height of the inner crown above the springings; default: half the span, for a semicircle",
     )
-    thickness: PositiveLength = Field(description="thickness of the ring of stones, along the joints")
+    thickness: PositiveLength = Field(description="thickness of the ring of stones, measured along the joints")
     voussoirs: Annotated[int, Field(strict=True, ge=2, le=MAX_STONES)] = Field(description="number of stones")
     depth: PositiveLength | None = Field(None, description="depth from front to back; default: the width of the brick")
     abutment: PositiveLength | None = Field(
-        None, description="width of each abutment behind the arch; a semicircle can stand on the ground without any"
+        None, description="width of each abutment behind the arch; default: none, for a semicircle on the ground"
     )
     height: PositiveLength | None = Field(
-        None, description="height of the springings above the ground, with abutments only; default: the thickness"
+        None, description="height of the springings above the ground, for arches with abutments; default: the thickness"
     )
 
     count = "voussoirs"
@@ -83,12 +83,12 @@ def arch(params: ArchParams, size: Vec3) -> Specs:
 def _admit(params: ArchParams, rise: float, semicircle: bool) -> None:
     half = 0.5 * params.span
     if rise > half and not semicircle:
-        message = f"the arch rises by {mm(rise)}, and half its span is {mm(half)}"
-        raise MistakeError("SD104", message, "write a rise of at most half the span")
+        message = f"the rise of the arch, {mm(rise)}, exceeds half its span, {mm(half)}"
+        raise MistakeError("SD104", message, "reduce `rise`, or increase `span`")
     if params.abutment is None and not semicircle:
-        raise MistakeError("SD102", "an arch that is flatter than a semicircle needs abutments", "add `abutment`")
+        raise MistakeError("SD102", "an arch flatter than a semicircle needs abutments", "add `abutment`")
     if params.abutment is None and params.height is not None:
-        raise MistakeError("SD102", "`height` needs abutments below the springings", "add `abutment`")
+        raise MistakeError("SD102", "`height` applies only to arches with abutments", "add `abutment`")
 
 
 def _abutment(joint: tuple[tuple[float, float], ...], wide: float) -> Outline:

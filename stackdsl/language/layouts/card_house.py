@@ -29,10 +29,13 @@ ROUNDING: Final = 1e-9  # share of a length, so that rounding leaves no room at 
 class CardHouseParams(LayoutParams):
     """A pyramid of leaning pairs of planks."""
 
-    levels: Levels = Field(description="number of inverted Vs in the lowest storey; each storey above has one less")
-    angle: Slope = default("70 deg", "angle of the leaning planks to the horizontal")
+    levels: Levels = Field(
+        description="number of inverted Vs in the lowest storey; each storey has one V less than the storey below"
+    )
+    angle: Slope = default("70 deg", "angle between the leaning planks and the horizontal")
     spacing: PositiveLength | None = Field(
-        None, description="distance between the middles of neighbouring Vs; default: a quarter into its range"
+        None,
+        description="distance between the centres of neighbouring Vs; default: at a quarter of its range",
     )
 
     @property
@@ -42,7 +45,7 @@ class CardHouseParams(LayoutParams):
 
 @layout("card_house", CardHouseParams)
 def card_house(params: CardHouseParams, size: Vec3) -> Specs:
-    """Inverted Vs of two planks, flat planks on each two neighbouring peaks, further Vs on these, up to a single one.
+    """Inverted Vs of two planks; flat planks on neighbouring peaks carry the next storey, up to a single V.
 
     Odd levels have Vs, whose two planks are set down at the same time, and even levels flat planks. Each is built from
     -x to +x, and its middle is above the origin.
@@ -75,7 +78,7 @@ def _reject_fallen(angle: float, size: Vec3) -> None:
     length, _, thickness = size
     if angle <= 0.0 or tan(angle) >= length / thickness:
         message = f"at {_deg(angle)} the planks do not lean on each other"
-        raise MistakeError("SD104", message, "write an angle such as 70 deg")
+        raise MistakeError("SD104", message, "write, for example, 70 deg")
 
 
 def _pitch(params: CardHouseParams, size: Vec3) -> float:
@@ -89,14 +92,14 @@ def _pitch(params: CardHouseParams, size: Vec3) -> float:
     (length, _, thickness), c, s = size, cos(params.angle), sin(params.angle)
     least, most = max(length, 2 * (length * c + thickness * s)), length + 2 * thickness * s
     if params.levels > 1 and least >= most * (1.0 - ROUNDING):
-        message = f"at {_deg(params.angle)} the feet are too far apart for flat planks on the peaks"
-        raise MistakeError("SD104", message, "write an angle of more than 60 deg")
+        message = f"at {_deg(params.angle)} the Vs are too wide for flat planks on their peaks"
+        raise MistakeError("SD104", message, "write an angle greater than 60 deg")
     if params.spacing is None:
         return least + SHARE_OF_ROOM * (most - least)
     if params.levels > 1 and not least <= params.spacing < most:
         hint = f"write at least {mm(least)}, and less than {mm(most)}"
-        problem = "run into each other" if params.spacing < least else "are too far apart for flat planks on the peaks"
-        raise MistakeError("SD104", f"{mm(params.spacing)} apart, the Vs {problem}", hint)
+        problem = "overlap each other" if params.spacing < least else "are too far apart for flat planks on the peaks"
+        raise MistakeError("SD104", f"at a spacing of {mm(params.spacing)}, the Vs {problem}", hint)
     return params.spacing
 
 

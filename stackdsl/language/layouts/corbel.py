@@ -20,7 +20,7 @@ class CorbelParams(LayoutParams):
     """Two stacks that lean towards each other."""
 
     levels: Levels = Field(description="number of planks on each side")
-    share: ShareOfLimit = default(1.0, "overhangs, as a share of those at which a side begins to tip")
+    share: ShareOfLimit = default(1.0, "overhangs, as a fraction of the overhangs at which a side begins to tip")
     gap: PositiveLength | None = Field(
         None, description="gap between the two uppermost planks; default: the thickness of a plank"
     )

@@ -16,7 +16,7 @@ class DominoesParams(LayoutParams):
     """Planks on end in a row."""
 
     bricks: Levels = Field(description="number of planks")
-    spacing: PositiveLength = Field(description="distance from the middle of one plank to that of the next")
+    spacing: PositiveLength = Field(description="distance between the centres of neighbouring planks")
 
     count: ClassVar[str] = "bricks"
 
@@ -35,8 +35,8 @@ def dominoes(params: DominoesParams, size: Vec3) -> Specs:
     """
     length, _, thickness = size
     if params.bricks > 1 and params.spacing <= thickness:
-        message = f"{mm(params.spacing)} apart, planks of {mm(thickness)} overlap"
-        raise MistakeError("SD104", message, "write more than their thickness, which is the third of `size`")
+        message = f"at a spacing of {mm(params.spacing)}, planks with a thickness of {mm(thickness)} overlap"
+        raise MistakeError("SD104", message, "write a spacing greater than the thickness, the third value of `size`")
     return tuple(
         BrickSpec(1, (number * params.spacing, 0.0, 0.5 * length), lean=0.5 * pi) for number in range(params.bricks)
     )

@@ -23,12 +23,12 @@ from stackdsl.language.value_types import MAX_STONES, PositiveLength, Slope
 class FlatArchParams(LayoutParams):
     """Wedges between two abutments."""
 
-    span: PositiveLength = Field(description="distance between the abutments, on the lower side")
+    span: PositiveLength = Field(description="distance between the abutments at the lower side")
     height: PositiveLength = Field(description="height of the lower side above the ground")
-    thickness: PositiveLength = Field(description="thickness from the lower side to the upper one")
+    thickness: PositiveLength = Field(description="thickness between the lower and the upper side")
     voussoirs: Annotated[int, Field(strict=True, ge=1, le=MAX_STONES)] = Field(description="number of stones")
-    lean: Slope = default("20 deg", "angle of the outermost joints to the vertical")
-    abutment: PositiveLength = Field(description="width of each abutment on top")
+    lean: Slope = default("20 deg", "angle between the outermost joints and the vertical")
+    abutment: PositiveLength = Field(description="width of each abutment at its top")
     depth: PositiveLength | None = Field(None, description="depth from front to back; default: the width of the brick")
 
     count = "voussoirs"
@@ -42,7 +42,9 @@ class FlatArchParams(LayoutParams):
 def flat_arch(params: FlatArchParams, size: Vec3) -> Specs:
     """Two abutments, and wedges between them, level below and above, all set down at the same time."""
     if not 0.0 < tan(params.lean) < params.span / params.thickness:
-        raise MistakeError("SD104", "with this lean the joints hold no stone", "write a lean such as 20 deg")
+        raise MistakeError(
+            "SD104", "with this `lean` the joints cannot support the stones", "write, for example, `lean: 20 deg`"
+        )
     half, low, high = 0.5 * params.span, params.height, params.height + params.thickness
     widening = 1.0 + params.thickness * tan(params.lean) / half  # from the lower side to the upper one
     below = [half * (2.0 * number / params.voussoirs - 1.0) for number in range(params.voussoirs + 1)]

@@ -17,7 +17,7 @@ class FourStackParams(LayoutParams):
     step: Length = default("0 mm", "shift of each level along x, relative to the one below")
     spacing: PositiveLength | None = Field(
         None,
-        description="distance between the centres of the two planks; default: length - width, so that ends are flush",
+        description="distance between the centres of the two planks; default: length - width, with flush ends",
     )
 
     @property

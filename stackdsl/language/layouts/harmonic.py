@@ -14,7 +14,7 @@ class HarmonicParams(LayoutParams):
     """The stack of largest overhang, one plank on each level."""
 
     bricks: Levels = Field(description="number of planks")
-    share: ShareOfLimit = default(1.0, "overhangs, as a share of those at which the stack begins to tip")
+    share: ShareOfLimit = default(1.0, "overhangs, as a fraction of the overhangs at which the stack begins to tip")
 
     count: ClassVar[str] = "bricks"
 

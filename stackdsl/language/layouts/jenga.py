@@ -21,7 +21,8 @@ class JengaParams(LayoutParams):
     levels: Levels = Field(description="number of levels")
     bricks: Annotated[int, Field(strict=True, ge=2, le=MAX_BRICKS)] = default(3, "number of planks on each level")
     spacing: PositiveLength | None = Field(
-        None, description="distance between the centres of neighbours; default: length of a plank / planks on a level"
+        None,
+        description="distance between the centres of neighbouring planks; default: plank length / planks per level",
     )
 
     @property
@@ -39,7 +40,7 @@ def jenga(params: JengaParams, size: Vec3) -> Specs:
     length, width, thickness = size
     spacing = length / params.bricks if params.spacing is None else params.spacing
     if spacing < width * (1.0 - ROUNDING):
-        message = f"{params.bricks} planks of {mm(width)} overlap at {mm(spacing)} from centre to centre"
+        message = f"{params.bricks} planks with a width of {mm(width)} overlap at a spacing of {mm(spacing)}"
         raise MistakeError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
     specs = []
     for level in range(1, params.levels + 1):

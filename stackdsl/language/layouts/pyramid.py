@@ -35,7 +35,7 @@ def pyramid(params: PyramidParams, size: Vec3) -> Specs:
     length, _, thickness = size
     if params.gap >= length:
         hint = "write a shorter gap, such as 0.2 mm"
-        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", hint)
+        raise MistakeError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
     pitch = length + params.gap
     specs = []
     for level in range(1, params.levels + 1):

@@ -45,10 +45,14 @@ Specs: TypeAlias = tuple[BrickSpec, ...]
 class LayoutParams(AuthorModel):
     """Parameters that all layouts share."""
 
-    origin: tuple[Length, Length, Length] = default(["0 mm", "0 mm", "0 mm"], "shifts the layout to [x, y, z]")
-    heading: Angle = default("0 deg", "turns the layout about the vertical through its origin, x towards y")
+    origin: tuple[Length, Length, Length] = default(
+        ["0 mm", "0 mm", "0 mm"], "position [x, y, z] of the origin of the layout"
+    )
+    heading: Angle = default(
+        "0 deg", "rotation of the layout about the vertical axis through its origin, from x towards y"
+    )
     omit: Annotated[tuple[PlaceName, ...], Field(max_length=MAX_BRICKS)] = Field(
-        (), description="omitted bricks, such as `L2.3`; all others keep their names"
+        (), description="bricks to omit, such as `L2.3`; all others keep their names"
     )
 
     count: ClassVar[str] = "levels"  # key of the size of the layout, which is optional with `until: collapse`
@@ -69,8 +73,8 @@ class LayoutParams(AuthorModel):
     @model_validator(mode="after")
     def _reject_too_many(self) -> "LayoutParams":
         if self.bricks_at_most > MAX_BRICKS:
-            message = f"the layout has {self.bricks_at_most} bricks, and {MAX_BRICKS} is the most"
-            raise MistakeError("SD206", message, "build it in several steps, or smaller")
+            message = f"the layout has {self.bricks_at_most} bricks; the maximum is {MAX_BRICKS}"
+            raise MistakeError("SD206", message, "split the layout into several steps, or reduce its size")
         return self
 
 
@@ -143,9 +147,9 @@ def without(specs: Specs, omitted: Collection[str]) -> Specs:
     if places:
         first = next(iter(places))
         message = f"the layout has no {first} to omit"
-        raise MistakeError("SD104", message, "write the level of the brick and its place in the level, such as L2.3")
+        raise MistakeError("SD104", message, "write the level of the brick and its number in the level, such as L2.3")
     if not left:
-        raise MistakeError("SD104", "all bricks of the layout are omitted", "omit fewer")
+        raise MistakeError("SD104", "`omit` lists all bricks of the layout", "omit fewer")
     return tuple(left)
 
 

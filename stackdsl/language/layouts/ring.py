@@ -27,9 +27,11 @@ class RingParams(LayoutParams):
     """Posts in a circle, with lintels on them."""
 
     posts: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS // 2)] = Field(
-        description="number of posts, and of lintels"
+        description="number of posts, equal to the number of lintels"
     )
-    overlap: ShareOfLimit = default("80 %", "overlap of lintels and posts, as a share of that at which lintels touch")
+    overlap: ShareOfLimit = default(
+        "80 %", "overlap of lintels and posts, as a fraction of the overlap at which lintels touch"
+    )
 
     count: ClassVar[str] = "posts"
 
@@ -48,14 +50,14 @@ def ring(params: RingParams, size: Vec3) -> Specs:
     length, width, thickness = size
     a = pi / params.posts
     if not 0.0 < params.overlap < 1.0:
-        problem = "lies on no post" if params.overlap <= 0.0 else "overlaps its neighbours"
-        hint = "write an overlap of more than 0 %, less than 100 %"
+        problem = "misses the posts" if params.overlap <= 0.0 else "overlaps its neighbours"
+        hint = "write an overlap greater than 0 % and less than 100 %"
         raise MistakeError("SD104", f"with this overlap every lintel {problem}", hint)
     on = min(0.5 * width / cos(a), 0.5 * thickness / sin(a))
     most = on - 0.5 * width * tan(a)
     if most <= 0.0:
-        message = f"with {params.posts} posts, lintels that reach the posts overlap each other"
-        raise MistakeError("SD104", message, "write more posts, or thicker or narrower bricks")
+        message = f"with {params.posts} posts, lintels that are long enough to reach the posts overlap each other"
+        raise MistakeError("SD104", message, "use more posts, or thicker or narrower bricks")
     radius = (0.5 * length - params.overlap * most + on) / sin(a)
     across = radius * cos(a)  # from the axis to the middle of a lintel
     bearings = [2.0 * number * a for number in range(params.posts)]

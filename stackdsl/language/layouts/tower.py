@@ -17,7 +17,7 @@ class TowerParams(LayoutParams):
 
     levels: Levels = Field(description="number of rings")
     bricks: Annotated[int, Field(strict=True, ge=3, le=MAX_BRICKS)] = Field(description="number of planks in a ring")
-    overlap: ShareOfLimit = default("40 %", "share of the length of a plank on each of the two planks below")
+    overlap: ShareOfLimit = default("40 %", "fraction of the plank length that rests on each of the two planks below")
 
     @property
     def bricks_at_most(self) -> int:
@@ -54,7 +54,9 @@ def _ring_radius(params: TowerParams, size: Vec3) -> float:
     (length, width, _), half_pitch = size, pi / params.bricks
     most = (1 / cos(half_pitch) - width / length * tan(half_pitch)) / 2
     if not 0 < params.overlap < most:
-        problem = "does not reach the planks below" if params.overlap <= 0 else "overlaps its neighbours in the ring"
-        message = f"with {params.bricks} planks a ring and an overlap of {100 * params.overlap:.4g} %, each {problem}"
-        raise MistakeError("SD104", message, f"write an overlap of more than 0 % and less than {100 * most:.3g} %")
+        problem = "misses the planks below" if params.overlap <= 0 else "overlaps its neighbours in the ring"
+        message = (
+            f"with {params.bricks} planks per ring and an overlap of {100 * params.overlap:.4g} %, each plank {problem}"
+        )
+        raise MistakeError("SD104", message, f"write an overlap greater than 0 % and less than {100 * most:.3g} %")
     return (length / 2 + (0.5 - params.overlap) * length * cos(half_pitch)) / sin(half_pitch)

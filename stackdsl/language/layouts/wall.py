@@ -17,7 +17,7 @@ class WallParams(LayoutParams):
 
     levels: Levels = Field(description="number of levels")
     bricks: Annotated[int, Field(strict=True, ge=1, le=MAX_BRICKS)] = Field(
-        description="number of planks on a level of whole planks"
+        description="number of planks in a level without half planks"
     )
     # Planks that touch end to end would press on each other, which a real wall does not intend.
     gap: NonNegativeLength = default("0.2 mm", "gap between the ends of neighbours")
@@ -37,7 +37,7 @@ def wall(params: WallParams, size: Vec3) -> Specs:
     length, width, thickness = size
     if params.gap >= length:
         hint = "write a shorter gap, such as 0.2 mm"
-        raise MistakeError("SD104", f"the gap is longer than a plank of {mm(length, 6)}", hint)
+        raise MistakeError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
     pitch, half_plank = length + params.gap, ((length - params.gap) / 2, width, thickness)
     end = (
         params.bricks * pitch - params.gap - half_plank[0]

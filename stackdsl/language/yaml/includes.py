@@ -39,7 +39,7 @@ def root_of(file: str) -> str:
     try:
         root = root_around(folder)
     except ProjectError as error:
-        raise OutsideError(str(error), "fix that file, since it marks the root of the project") from error
+        raise OutsideError(str(error), "correct that file, which marks the root of the project") from error
     marked = (above for above in (folder, *folder.parents) if any(os.path.exists(above / mark) for mark in OTHER_MARKS))
     return str(root or next(marked, folder))
 
@@ -55,18 +55,20 @@ def file_in_project(written: str, beside: str, root: str) -> str:
     path = os.path.normpath(os.path.join(os.path.dirname(beside), written))
     true = os.path.realpath(path)
     if os.path.commonpath([true, root]) != root:
-        message = f"'{written}' is outside of the project, whose root is {os.path.relpath(root)}"
-        raise OutsideError(message, f"keep all files inside, or mark a folder above as the root by a file {OWN_FILE}")
+        message = f"'{written}' is outside the project, whose root is {os.path.relpath(root)}"
+        raise OutsideError(
+            message, f"move the file into the project, or mark a folder above as its root with a file {OWN_FILE}"
+        )
     if not os.path.exists(true):
-        raise OutsideError(f"there is no file {path}", _similar_file(path))
+        raise OutsideError(f"the file {path} does not exist", _similar_file(path))
     if not os.path.isfile(true):
-        raise OutsideError(f"{path} is not a regular file", "name a file of YAML")
+        raise OutsideError(f"{path} is not a regular file", "write the path of a YAML file")
     return path
 
 
 def _similar_file(path: str) -> str:
     """Return the remedy for a missing file: a file of a similar name in the same folder, if there is one."""
-    hint = "check its name; the path is relative to the folder of this file"
+    hint = "check the path, which is relative to the folder of this file"
     folder, name = os.path.split(path)
     try:
         with os.scandir(folder or ".") as entries:
@@ -101,7 +103,7 @@ def with_solid_files(source: Source, read: Callable[[str, int, str], bytes]) -> 
             file = file_in_project(written.strip(), beside, root)
             if file not in texts:
                 if len(texts) == MAX_FILES:
-                    raise OutsideError(f"the bricks come from more than {MAX_FILES} files", "use fewer files")
+                    raise OutsideError(f"the bricks refer to more than {MAX_FILES} files", "use fewer files")
                 texts[file] = _text(file, read, root)
         except OutsideError as error:
             mistakes.append(Diagnostic("SD113", source.span_of(path), error.message, error.hint))
@@ -114,9 +116,9 @@ def _text(file: str, read: Callable[[str, int, str], bytes], root: str) -> str:
     try:
         data = read(file, MAX_BYTES, root)
     except OSError as error:
-        raise OutsideError(f"cannot read {file}: {error.strerror}", "name a file that can be read") from error
+        raise OutsideError(f"cannot read {file}: {error.strerror}", "check the permissions of the file") from error
     if len(data) > MAX_BYTES:
-        raise OutsideError(f"{file} is larger than {MAX_BYTES >> 20} MiB", "write a simpler solid")
+        raise OutsideError(f"{file} is larger than {MAX_BYTES >> 20} MiB", "simplify the solid")
     return data.decode("utf-8", "replace")
 
 
@@ -249,10 +251,10 @@ class _Composer:
         if not circle and len(trail) < MAX_TRAIL:
             return
         files = " -> ".join(part.file for part in (*trail, source))
-        message = f"the files refer to each other in a circle: {files}"
+        message = f"circular reference between files: {files}"
         if not circle:
             message = f"the references are nested more than {MAX_TRAIL} deep: {files}"
-        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "refer to the last file directly"))
+        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "shorten the chain of references"))
 
     # --- include ------------------------------------------------------------------------------------------------------
 
@@ -293,14 +295,16 @@ class _Composer:
         span = source.span_of((*path, INCLUDE))
         if len(item) > 1:
             other = next(key for key in item if key != INCLUDE)
-            message = f"an item with `{INCLUDE}` has no other key, and this one has '{other}'"
+            message = f"an item with `{INCLUDE}` cannot have other keys, but this item has '{other}'"
             hint = f"move '{other}' to the included file, or to another item"
             raise _MistakeError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
         part = self.resolve(self._document(source, item[INCLUDE], "", span), trail)
         key = str(path[-2])
         if not isinstance(part.values.get(key), list):
-            message = f"{part.file} has no list `{key}` to include here"
-            raise _MistakeError(Diagnostic("SD113", span, message, f"begin it with `{key}:`, and its items below"))
+            message = f"{part.file} has no list `{key}` to include"
+            raise _MistakeError(
+                Diagnostic("SD113", span, message, f"begin that file with `{key}:`, followed by the items")
+            )
         return part
 
     # --- extends ------------------------------------------------------------------------------------------------------
@@ -333,8 +337,12 @@ class _Composer:
         if isinstance(written, str):
             return self._document(source, written, "", span)
         if not isinstance(written, dict) or not written or set(written) - {"file", "scenario"}:
-            hint = "write such as base.yaml, or {file: base.yaml, scenario: tower}"
-            raise _MistakeError(Diagnostic("SD103", span, "expected a file, or a mapping of file and scenario", hint))
+            hint = "write, for example, base.yaml, or {file: base.yaml, scenario: tower}"
+            raise _MistakeError(
+                Diagnostic(
+                    "SD103", span, "expected the path of a file, or a mapping with the keys file and scenario", hint
+                )
+            )
         name = written.get("scenario", "")
         if not isinstance(name, str):
             span = source.span_of((EXTENDS, "scenario"))
@@ -346,8 +354,8 @@ class _Composer:
         """Return the only document of a file, or the one with a name; of the current file if `written` is None."""
         self.parts += 1
         if self.parts > MAX_PARTS:
-            message = f"the scenarios of this file have more than {MAX_PARTS} `extends` and `include`"
-            raise _MistakeError(Diagnostic("SD206", span, message, "include longer lists at once"))
+            message = f"the scenarios of this file have more than {MAX_PARTS} keys `extends` and `include`"
+            raise _MistakeError(Diagnostic("SD206", span, message, "combine the included files into fewer files"))
         file, documents = source.file, self.siblings
         if written is not None:
             file = self._file(source, written, span)
@@ -362,8 +370,8 @@ class _Composer:
             raise _MistakeError(
                 Diagnostic("SD113", span, f"{file} has no scenario '{name}'", did_you_mean(name, names))
             )
-        hint = "name one: {file: base.yaml, scenario: tower}; a file for `include` has a single document"
-        raise _MistakeError(Diagnostic("SD113", span, f"{file} holds {len(documents)} scenarios", hint))
+        hint = "write {file: base.yaml, scenario: tower}; a file for `include` must have a single document"
+        raise _MistakeError(Diagnostic("SD113", span, f"{file} contains {len(documents)} scenarios", hint))
 
     @property
     def _root(self) -> str:
@@ -371,10 +379,12 @@ class _Composer:
 
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
-            raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write such as base.yaml"))
+            raise _MistakeError(
+                Diagnostic("SD103", span, "expected the path of a file", "write, for example, base.yaml")
+            )
         if len(written) > LONGEST_PATH:  # longer than systems allow, and slow to resolve
             message = f"the path of a file is longer than {LONGEST_PATH} characters"
-            raise _MistakeError(Diagnostic("SD113", span, message, "write such as base.yaml"))
+            raise _MistakeError(Diagnostic("SD113", span, message, "write, for example, base.yaml"))
         try:
             return file_in_project(written.strip(), source.file, self._root)
         except OutsideError as error:
@@ -385,7 +395,7 @@ class _Composer:
             self.seen[file] = None
             self.read += os.path.getsize(file)
         if self.read > MAX_BYTES:
-            message = f"the files of `extends` and `include` have more than {MAX_BYTES >> 20} MiB in all"
+            message = f"the files of `extends` and `include` exceed {MAX_BYTES >> 20} MiB in total"
             raise _MistakeError(Diagnostic("SD206", span, message, "use smaller files"))
         loaded = self.library.read(file, self._root)
         if loaded.diagnostics:
@@ -397,7 +407,7 @@ class _Composer:
     ) -> None:
         self.taken += _size(value)
         if self.taken > MAX_TAKEN:
-            message = f"`extends` and `include` bring more than {MAX_TAKEN} values"
+            message = f"`extends` and `include` insert more than {MAX_TAKEN} values"
             raise _MistakeError(Diagnostic("SD206", part.span_of(old), message, "include less, or use a layout"))
         places.note_all(part, value, old, new, where)
 

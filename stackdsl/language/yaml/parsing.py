@@ -17,32 +17,45 @@ from stackdsl.shown_text import COMMANDING, JOINERS, UNSEEN
 # Syntax errors: the messages of both parsers, translated into cause, remedy and place.
 
 
+NO_DIRECTIVES: Final = "YAML directives are not supported"
 UNKNOWN_ESCAPE: Final = (
-    "an escape that YAML does not know",
+    "the escape sequence is not part of YAML",
     "double the backslash, or put the text in single quotes",
 )
 # Pattern of the parser's error -> message and hint. In the message, @ is the offending character, # the opening line.
 SYNTAX: Final = (
-    ("mapping values", "a ':' in a place without a key", "quote the text that holds it, or check the indentation"),
+    (
+        "mapping values",
+        "unexpected ':'; a value cannot contain a second key on this line",
+        "quote the text that contains it, or check the indentation",
+    ),
     ("any token|parsing a block node", "a value cannot begin with '@'", "quote it"),
-    ("quoted scalar.*(end of stream|document)", "a quoted text is not closed", "add the missing quote"),
+    ("quoted scalar.*(end of stream|document)", "the quoted text is not closed", "add the missing quote"),
     ("quoted scalar", *UNKNOWN_ESCAPE),
-    ("simple key", "a key without its ':'", "write `key: value`, or check the indentation"),
-    ("a block mapping:", "neither a key of the mapping from line # nor its end", "check indentation and quotes"),
+    ("simple key", "the key has no ':'", "write `key: value`, or check the indentation"),
+    (
+        "a block mapping:",
+        "the line does not continue the mapping that begins in line #",
+        "check indentation and quotes",
+    ),
     (
         "a block collection:",
-        "neither an item of the list from line # nor its end",
-        "begin each item with '- ', or indent as above",
+        "the line does not continue the list that begins in line #",
+        "begin each item with '- ', with the same indentation",
     ),
-    ("a flow sequence:", "the list that opens in line # lacks a ',' or ']'", "close it; in brackets, quote ${...}"),
-    ("a flow mapping:", "the mapping that opens in line # lacks a ',' or '}'", "close it; in braces, quote ${...}"),
-    ("a flow node:", "a value or a closing bracket is missing", "write it, or quote text that holds , [ ] { or }"),
-    ("a block scalar", "'@' begins a malformed text block", 'quote a comparison: ">= 20"'),
-    ("mapping keys", "a '?' without a key", "quote it"),
-    ("unexpected ':'", "a ':' in brackets without a key", "quote the text that holds it"),
+    ("a flow sequence:", "the list that begins in line # has no ',' or ']' here", "add it; in brackets, quote ${...}"),
+    ("a flow mapping:", "the mapping that begins in line # has no ',' or '}' here", "add it; in braces, quote ${...}"),
+    ("a flow node:", "a value or a closing bracket is missing", "add it, or quote text that contains , [ ] { or }"),
+    ("a block scalar", "the text block that begins with '@' is malformed", 'quote a comparison: ">= 20"'),
+    ("mapping keys", "the '?' has no key", "quote it"),
+    ("unexpected ':'", "the ':' in brackets has no key", "quote the text that contains it"),
     ("sequence entries", "a list cannot begin here", "begin it on the next line, or quote the text"),
-    ("an alias|an anchor", "an alias or anchor without a name", "quote text that begins with * or &"),
-    ("expected '?<document start>", "text after the end of a document", "begin the next scenario with '---'"),
+    ("an alias|an anchor", "the alias or anchor has no name", "quote text that begins with * or &"),
+    (
+        "expected '?<document start>",
+        "unexpected text after the end of a document",
+        "begin the next scenario with '---'",
+    ),
 )
 BLAMES_OPENING = re.compile(
     "quoted scalar.*(end of stream|document)|simple key|a block scalar|a directive|an alias|an anchor|a tag:"
@@ -56,18 +69,18 @@ def syntax_error(page: Page, error: yaml.MarkedYAMLError) -> Diagnostic:
     """Translate a syntax error of the parser."""
     marked = next((number for number, line in enumerate(page.lines) if MERGE_MARKER.match(line)), None)
     if marked is not None:
-        message = "the file has an unresolved merge conflict from here on"
+        message = "the file has an unresolved merge conflict"
         hint = "merge both versions, and delete the lines that begin with <<<<<<<, ======= and >>>>>>>"
         return Diagnostic("SD004", page.span(marked, 0), message, hint)
     description = f"{error.context or ''}: {error.problem or ''}"
     line, column = _blamed(page, error, description)
     span = page.span(line, column)
     if re.search("directive(?!>)|incompatible YAML", description):
-        return Diagnostic("SD010", span, "a directive", "delete the line")
+        return Diagnostic("SD010", span, NO_DIRECTIVES, "delete the line")
     if re.search("a tag:|tag handle", description):
-        return Diagnostic("SD010", span, "a tag", "delete it; quote text that begins with !")
+        return Diagnostic("SD010", span, "YAML tags are not supported", "delete the tag; quote text that begins with !")
     matches = ((message, hint) for pattern, message, hint in SYNTAX if re.search(pattern, description))
-    message, hint = next(matches, (f"the YAML cannot be read: {error.problem}", "check the indentation and the quotes"))
+    message, hint = next(matches, (f"invalid YAML: {error.problem}", "check the indentation and the quotes"))
     opening = error.context_mark.line + 1 if error.context_mark else line + 1
     return Diagnostic("SD004", span, message.replace("#", str(opening)).replace("@", page.at(line, column)), hint)
 
@@ -111,11 +124,11 @@ class Trap:
     remedy: str
 
 
-TRUE = Trap("is true to some YAML readers and text to others", "write true, or quote it if it is text")
-FALSE = Trap("is false to some YAML readers and text to others", "write false, or quote it if it is text")
-NULL = Trap("is a missing value", "write the value, or leave out the key")
+TRUE = Trap("is read as true by some YAML parsers, and as text by others", "write true, or quote it if it is text")
+FALSE = Trap("is read as false by some YAML parsers, and as text by others", "write false, or quote it if it is text")
+NULL = Trap("is read as a missing value", "write the value, or remove the key")
 NOT_FINITE = Trap("is not a finite number", "write a finite number, or quote it if it is text")
-OUT_OF_RANGE = Trap("is out of the range of numbers", "write fewer digits, or quote it if it is text")
+OUT_OF_RANGE = Trap("exceeds the range or precision of numbers", "write fewer digits, or quote it if it is text")
 MERGE = Trap("has a special meaning in YAML 1.1", "quote it")
 TRAP_WORDS: Final = {
     **dict.fromkeys(("true", "yes", "on", "y"), TRUE),
@@ -128,15 +141,17 @@ TRAP_WORDS: Final = {
 TRAP_SHAPES: Final = (
     (
         re.compile(r"[-+]?0([oO][0-7_]+|[xX][\da-fA-F_]+|[bB][01_]+)", re.ASCII),
-        Trap("is a number in another base to some YAML readers", "write it in decimal, or quote it if it is text"),
+        Trap(
+            "is read as a number in another base by some YAML parsers", "write it in decimal, or quote it if it is text"
+        ),
     ),
     (
         re.compile(r"[-+]?[\d_]+(:\d+)+(\.[\d_]*)?", re.ASCII),
-        Trap("is a number to base 60 in YAML 1.1", "write a time with its unit, as in 90 s, or quote it if it is text"),
+        Trap("is a base-60 number in YAML 1.1", "write a time with its unit, such as 90 s, or quote it if it is text"),
     ),
     (
         re.compile(r"\d{4}-\d\d?-\d\d?(([Tt]|[ \t]+)\d\d?:\d\d(:\d\d)?.*)?", re.ASCII),
-        Trap("is a date to some YAML readers", "quote it"),
+        Trap("is read as a date by some YAML parsers", "quote it"),
     ),
 )
 
@@ -149,7 +164,7 @@ def plain_value(text: str) -> Scalar | Trap:
         return _number(text)
     if LOOSE_NUMBER.fullmatch(text):
         remedy = f"write {shown(_strict_number(text))}, or quote it if it is text"
-        return Trap("is not a number to every YAML reader", remedy)
+        return Trap("is not read as a number by every YAML parser", remedy)
     shaped = (trap for shape, trap in TRAP_SHAPES if shape.fullmatch(text))
     return TRAP_WORDS.get(text.lower()) or next(shaped, text)
 
@@ -218,9 +233,9 @@ def _unreadable_pattern() -> re.Pattern[str]:
 
 def _unreadable(character: str, span: Span) -> Diagnostic:
     if character == "\t":
-        return Diagnostic("SD004", span, "a tab", "use spaces; in a double-quoted text, write \\t")
+        return Diagnostic("SD004", span, "tabs are not allowed", "use spaces; in a double-quoted text, write \\t")
     if UNSEEN_PATTERN.fullmatch(character):
-        message = f"the character {_name(character)} is invisible, or changes how the line looks"
+        message = f"the character {_name(character)} is invisible, or changes the appearance of the line"
         return Diagnostic("SD004", span, message, "delete it")
     return Diagnostic("SD004", span, f"the character {_name(character)} is not allowed in a scenario", "delete it")
 
@@ -235,13 +250,13 @@ def _name(character: str) -> str:
 
 
 MAX_DEPTH: Final = 64  # collections in each other; keeps the recursion below far from Python's limit of 1000 frames
-COMMA: Final = "write a decimal point in place of the comma"
+COMMA: Final = "replace the decimal comma by a point"
 MAX_VALUES: Final = 100_000  # written in one file; bounds the memory for spans to some 100 MB
 MAX_MISTAKES: Final = 1000  # reported for one file
 ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
 
-BEGIN: Final = "begin with `scenario: its-name`"
-NO_MAPPING: Final = "a scenario is a mapping of keys to values, but this document is "
+BEGIN: Final = "begin with `scenario: NAME`"
+NO_MAPPING: Final = "a scenario must be a mapping of keys to values, but this document is "
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,7 +318,7 @@ def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
     before = len(reading.diagnostics)
     reading.anchors.clear()
     if reading.page.at(*_start(start)) == "%":
-        reading.report("SD010", reading.page.span(*_start(start)), "a directive", "delete the line")
+        reading.report("SD010", reading.page.span(*_start(start)), NO_DIRECTIVES, "delete the line")
     root = next(reading.events)
     if isinstance(root, yaml.ScalarEvent) and not root.value and not root.style:
         span = reading.page.span(*_start(start))
@@ -346,8 +361,8 @@ def _node(reading: Reading, event: yaml.Event, depth: int, owner: Span | None) -
     reading.values += 1
     span = _span(reading.page, event)
     if reading.values > MAX_VALUES:
-        message = f"the file holds more than {MAX_VALUES} values"
-        raise StopReadingError(Diagnostic("SD006", span, message, "split it, or use a layout"))
+        message = f"the file contains more than {MAX_VALUES} values"
+        raise StopReadingError(Diagnostic("SD006", span, message, "split the file, or use a layout"))
     if isinstance(event, yaml.AliasEvent):
         return _alias(reading, event.anchor or "", span)
     assert isinstance(event, yaml.ScalarEvent | yaml.CollectionStartEvent)  # no other event begins a value
@@ -366,13 +381,13 @@ def _alias(reading: Reading, name: str, span: Span) -> Node:
     if name not in reading.anchors:
         quoted = shown(name)
         near = [anchor for anchor in islice(reading.anchors, ANCHORS_COMPARED) if len(anchor) <= QUOTE_WIDTH]
-        hint = did_you_mean(quoted, near) or f"define it before, with &{quoted}; quote text that begins with *"
-        reading.report("SD004", span, f"there is no anchor '{quoted}' before this alias", hint)
+        hint = did_you_mean(quoted, near) or f"define it above, as &{quoted}; quote text that begins with *"
+        reading.report("SD004", span, f"the alias '{quoted}' has no anchor above it", hint)
         return Leaf(span, None)
     target = reading.anchors[name]
     if target is None:
-        message = f"the alias '{shown(name)}' is inside the value that it repeats"
-        reading.report("SD008", span, message, "write the value out")
+        message = f"the alias '{shown(name)}' is inside the value that it refers to"
+        reading.report("SD008", span, message, "replace the alias by a value")
         return Leaf(span, None)
     return Alias(span, target)
 
@@ -380,7 +395,9 @@ def _alias(reading: Reading, name: str, span: Span) -> Node:
 def _report_tag(reading: Reading, event: yaml.ScalarEvent | yaml.CollectionStartEvent, span: Span) -> None:
     if event.tag is not None:
         tag = event.tag.replace("tag:yaml.org,2002:", "!!")
-        reading.report("SD010", span, f"the tag '{shown(tag)}'", "delete it; quote text that begins with !")
+        reading.report(
+            "SD010", span, f"the YAML tag '{shown(tag)}' is not supported", "delete it; quote text that begins with !"
+        )
 
 
 def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf:
@@ -404,7 +421,7 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
 def _report_commands(reading: Reading, value: str, span: Span) -> None:
     """Reject control characters in escapes, since names and descriptions are shown in terminals."""
     if name := commanding_character(value):
-        reading.report("SD004", span, f"an escape stands for the control character {name}", "remove it")
+        reading.report("SD004", span, f"an escape sequence encodes the control character {name}", "remove it")
 
 
 def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> None:
@@ -424,7 +441,7 @@ def _remedy_of_missing(span: Span) -> str:
     if key[:1].isdigit() and _ends_in_comma(span):
         return COMMA
     if span.excerpt[end:].strip() == ":":
-        return "write the value, indent the lines below that belong to it, or delete the line"
+        return "write the value, indent the lines below if they belong to it, or delete the line"
     return "write the value, or delete the line"
 
 
@@ -437,7 +454,9 @@ def _report_swallowed_comparison(reading: Reading, event: yaml.ScalarEvent, span
     """Report `>5`, which opens a text block indented by five, and would swallow a comparison and the next lines."""
     line, column = _start(event)
     if re.match(r"([&!]\S*\s+)*[|>][-+]?\d", reading.page.lines[line][column:]):
-        reading.report("SD009", span, "this begins a text block with a set indentation", 'quote a comparison: ">5"')
+        reading.report(
+            "SD009", span, "this value begins a text block with a fixed indentation", 'quote a comparison: ">5"'
+        )
 
 
 # --- collections ------------------------------------------------------------------------------------------------------
@@ -451,7 +470,7 @@ def _nest(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner:
 
 
 def too_deep(span: Span) -> Diagnostic:
-    return Diagnostic("SD007", span, f"more than {MAX_DEPTH} lists and mappings inside each other", "flatten them")
+    return Diagnostic("SD007", span, f"more than {MAX_DEPTH} nested lists and mappings", "reduce the nesting")
 
 
 def _list(reading: Reading, start: yaml.CollectionStartEvent, depth: int, owner: Span | None) -> List:
@@ -488,18 +507,20 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
     """Read the key that begins with `event`, None if it is not text, and its place."""
     span = _span(reading.page, event)
     if not isinstance(event, yaml.ScalarEvent) or _start(event)[0] != _end(event)[0]:
-        reading.report("SD010", span, "a key that is not text on one line", "write a plain word as the key")
+        reading.report("SD010", span, "a key must be text on one line", "write a plain word as the key")
         if isinstance(event, yaml.CollectionStartEvent):
             _node(reading, event, depth + 1, None)
         return None, span
     _report_tag(reading, event, span)
     if event.anchor is not None:
-        reading.report("SD010", span, "an anchor on a key", f"move &{shown(event.anchor)} behind the colon")
+        reading.report(
+            "SD010", span, "anchors on keys are not supported", f"move &{shown(event.anchor)} behind the colon"
+        )
     if event.style:
         _report_commands(reading, event.value, span)
         return event.value, span
     if event.value == "<<":
-        reading.report("SD010", span, "a merge key", "repeat the keys here")
+        reading.report("SD010", span, "merge keys are not supported", "repeat the keys here")
     elif trap := key_trap(event.value):
         remedy = COMMA if _ends_in_comma(span) and event.value[:1].isdigit() else trap.remedy
         reading.report("SD009", span, f"the key '{shown(event.value)}' {trap.meaning}", remedy)

@@ -109,7 +109,7 @@ def load(path: FilePath, within: str = "", content: Content | None = None) -> Lo
     """
     file = visible(path.as_posix())
     if file != path.as_posix():  # the escaped name in messages and references could be that of another file
-        hidden = "its name has characters that cannot be shown"
+        hidden = "its name has characters that cannot be displayed"
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {hidden}", "rename it"))
     try:
         if content is None:
@@ -118,7 +118,11 @@ def load(path: FilePath, within: str = "", content: Content | None = None) -> Lo
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         reason = getattr(error, "strerror", None) or str(error)
         missing = isinstance(error, FileNotFoundError)
-        hint = "check its name, or create a scenario by `stackdsl new`" if missing else "name a file that can be read"
+        hint = (
+            "check the path, or create a scenario with `stackdsl new`"
+            if missing
+            else "check the path and the permissions of the file"
+        )
         return _refused(Diagnostic("SD001", Span(file, 1, 1, 1), f"cannot read the file: {reason}", hint))
     return parsed(content, file)
 
@@ -171,10 +175,10 @@ def _read(page: Page) -> Loaded:
                 sources += [_source(reading, root)] if root else []
                 if len(sources) > MAX_SCENARIOS:
                     span = sources[-1].value_spans[()]
-                    message = f"the file holds more than {MAX_SCENARIOS} scenarios"
+                    message = f"the file contains more than {MAX_SCENARIOS} scenarios"
                     raise StopReadingError(Diagnostic("SD006", span, message, "split it into several files"))
         if not sources and not reading.diagnostics:
-            reading.report("SD005", page.span(0, 0), "the file holds no scenario", BEGIN)
+            reading.report("SD005", page.span(0, 0), "the file contains no scenario", BEGIN)
     except StopReadingError as stop:
         reading.diagnostics.append(stop.diagnostic)
     except yaml.MarkedYAMLError as error:
@@ -229,8 +233,8 @@ def _mapping(expansion: _Expansion, node: Map, path: KeyPath, alias: Span | None
 def _count_aliased(reading: Reading, alias: Span) -> None:
     reading.aliased += 1
     if reading.aliased > MAX_ALIASED:
-        message = f"aliases repeat more than {MAX_ALIASED} values"
-        raise StopReadingError(Diagnostic("SD008", alias, message, "write the values out, or use a layout"))
+        message = f"the aliases repeat more than {MAX_ALIASED} values"
+        raise StopReadingError(Diagnostic("SD008", alias, message, "replace aliases by values, or use a layout"))
 
 
 # Places of values that are copied, by their new paths.

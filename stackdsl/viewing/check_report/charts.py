@@ -224,7 +224,7 @@ def line_chart(study: Study) -> str:
     keys = "".join(_key(name, colour) for (name, _), colour in named)
     others = sum(point.value is None for point in points)
     about = f"{study.scenario}: {study.quantity} over {variable.name}"
-    about += f"; crosses: {others} without a number in {study.unit or 'this unit'}" if others else ""
+    about += f"; crosses: cases without a value in {study.unit or 'this unit'} ({others})" if others else ""
     svg = f'<svg viewBox="0 0 {WIDE:.0f} {HIGH:.0f}" width="{WIDE:.0f}" role="img">{"".join(shapes)}</svg>'
     return f"<figure>{svg}<figcaption>{escape(about)}<br>{keys}</figcaption></figure>"
 
@@ -318,7 +318,7 @@ def _maps(study: Study) -> str:
     """Return one table per series, as a cell has one colour."""
     drawn = [_map(study, name, points) for name, points in list(study.series.items())[:MOST_MAPS]]
     more = len(study.series) - len(drawn)
-    return "".join(drawn) + (f"<p>and {more} more of {escape(study.scenario)}</p>" if more > 0 else "")
+    return "".join(drawn) + (f"<p>{more} more tables of {escape(study.scenario)} are not shown</p>" if more > 0 else "")
 
 
 def _map(study: Study, name: str, points: Sequence[ChartPoint]) -> str:

@@ -98,7 +98,7 @@ def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[s
         *(f'<p class="failed">{escape(str(d.span))}: {escape(d.message)}</p>' for d in report.diagnostics),
         charts(report.results),
         '<p class="filter" hidden>',
-        '<input type="search" id="search" placeholder="words of a case" aria-label="filter">',
+        '<input type="search" id="search" placeholder="filter cases by words" aria-label="filter">',
         '<label><input type="checkbox" id="only"> only cases that did not pass</label></p>',
         f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
         rows,
@@ -140,7 +140,7 @@ def _outcomes(result: VariantResult) -> str:
     if not result.outcomes:
         return escape(unchecked_text(result)) if result.unchecked else ""
     items = "".join(f"<li>{_outcome(outcome)}</li>" for outcome in result.outcomes)
-    count = f"{result.met} of {len(result.outcomes)} hold"
+    count = f"{result.met} of {len(result.outcomes)} met"
     return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{items}</ul></details>"
 
 

@@ -92,10 +92,10 @@ def test_gravity_is_that_of_the_engine(client: int) -> None:
 @pytest.mark.parametrize(
     ("of_the_engine", "given", "message"),
     [
-        ((0.0, 0.0, 0.0), None, "no gravity: set it first"),
-        ((1.0, 0.0, -9.81), None, r"\(1, 0, -9.81\) m/s2: proofs require gravity along -z"),
+        ((0.0, 0.0, 0.0), None, "no gravity; set it first"),
+        ((1.0, 0.0, -9.81), None, r"\(1, 0, -9.81\) m/s2, but proofs require gravity along -z"),
         ((0.0, 0.0, 9.81), None, "require gravity along -z"),
-        ((0.0, 0.0, -1.62), 9.81, "gravity=9.81 differs from the engine's 1.62 m/s2"),
+        ((0.0, 0.0, -1.62), 9.81, "gravity=9.81 differs from the gravity of the engine, 1.62 m/s2"),
     ],
 )
 def test_unsupported_gravity_is_rejected(

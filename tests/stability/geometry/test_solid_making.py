@@ -134,7 +134,7 @@ def test_a_solid_in_its_place_reaches_as_far_as_its_corners() -> None:
         ([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)], "no area"),
         ([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)], "crosses itself"),
         ([(cos(4.0 * pi * n / 5.0), sin(4.0 * pi * n / 5.0)) for n in range(5)], "crosses itself"),
-        ([(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "two corners of the outline are one"),
+        ([(0.0, 0.0), (1.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "two corners of the outline coincide"),
     ],
 )
 def test_an_outline_that_is_not_convex_is_refused_with_the_corner(
@@ -150,7 +150,7 @@ def test_points_in_one_plane_are_no_solid() -> None:
 
 
 def test_a_point_inside_of_the_others_is_refused_by_number() -> None:
-    with pytest.raises(NotASolidError, match="point 9 is no corner"):
+    with pytest.raises(NotASolidError, match="point 9 is not a corner"):
         solid_of_corners([*CUBE, (0.4, 0.5, 0.6)])
 
 
@@ -164,8 +164,8 @@ def test_a_centre_of_mass_outside_is_refused() -> None:
     [
         (CUBE_FACES[:-1], "a hole"),
         ([face[::-1] for face in CUBE_FACES], "are oriented inwards"),
-        ([*CUBE_FACES[:-1], CUBE_FACES[-1][::-1]], "one faces inwards"),
-        (CUBE_FACES[:2], "2 faces enclose nothing"),
+        ([*CUBE_FACES[:-1], CUBE_FACES[-1][::-1]], "one of them faces inwards"),
+        (CUBE_FACES[:2], "2 faces enclose no volume"),
     ],
 )
 def test_a_mesh_that_is_open_or_inside_out_is_refused(faces: list[tuple[int, ...]], cause: str) -> None:
@@ -176,14 +176,14 @@ def test_a_mesh_that_is_open_or_inside_out_is_refused(faces: list[tuple[int, ...
 def test_a_mesh_with_a_dent_is_rejected_with_its_missing_volume() -> None:
     points = [*CUBE, (0.5, 0.5, 0.5)]  # the top is drawn down to the middle: a pyramid of a sixth is missing
     top = [(1, 5, 8), (5, 7, 8), (7, 3, 8), (3, 1, 8)]
-    with pytest.raises(NotASolidError, match=r"not convex: corner 9 is inside of its hull; it fills 16\.7 % less"):
+    with pytest.raises(NotASolidError, match=r"not convex: corner 9 is inside its hull; its volume is 16\.7 % less"):
         solid_of_mesh(points, [*CUBE_FACES[:-1], *top])
 
 
 def test_ten_thousand_faces_are_refused_with_how_many_may_be() -> None:
-    with pytest.raises(NotASolidError, match="corners, and 1000 is the most"):
+    with pytest.raises(NotASolidError, match="corners; the maximum is 1000"):
         solid_of_corners(sphere(5002))
-    with pytest.raises(NotASolidError, match=f"faces, and {MOST_FACES} is the most"):
+    with pytest.raises(NotASolidError, match=f"faces; the maximum is {MOST_FACES}"):
         solid_of_corners(sphere(300))
 
 

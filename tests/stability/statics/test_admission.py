@@ -17,7 +17,7 @@ UNTURNED = (0.0, 0.0, 0.0, 1.0)
 
 @pytest.mark.parametrize("mass", [nan, inf, 0.0, -1.0])
 def test_a_mass_is_a_number_above_nothing(mass: float) -> None:
-    with pytest.raises(ValueError, match="brick 'a' has the mass"):
+    with pytest.raises(ValueError, match="the mass of brick 'a' is"):
         Assembly().add(Brick("a", Box(SIZE), mass), Pose(AT))
 
 
@@ -25,13 +25,13 @@ def test_a_mass_is_a_number_above_nothing(mass: float) -> None:
     "size", [(0.0, 1.0, 1.0), (-0.1, 1.0, 1.0), (nan, 1.0, 1.0), (1.0, inf, 1.0), (1.0, 1.0), (1e300,) * 3]
 )
 def test_every_side_of_a_brick_has_a_length(size: tuple[float, float, float]) -> None:
-    with pytest.raises(ValueError, match="'a' has the size"):
+    with pytest.raises(ValueError, match=r"the size of (brick )?'a' is"):
         Assembly().add(Brick("a", Box(size), 1.0), Pose(AT))
 
 
 def test_a_size_where_a_shape_is_due_is_told_how_to_be_one() -> None:
     size: Any = SIZE
-    with pytest.raises(ValueError, match=r"brick 'a' has the shape \(.*\); write Box\(\(0.12, 0.024, 0.008\)\)"):
+    with pytest.raises(ValueError, match=r"the shape of brick 'a' is \(.*\); write Box\(\(0.12, 0.024, 0.008\)\)"):
         Assembly().add(Brick("a", size, 1.0), Pose(AT))
 
 
@@ -39,7 +39,7 @@ def test_a_size_where_a_shape_is_due_is_told_how_to_be_one() -> None:
     "turn", [(0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 2.0), (nan, 0.0, 0.0, 1.0)]
 )
 def test_a_turn_is_a_quaternion_of_unit_length(turn: tuple[float, float, float, float]) -> None:
-    with pytest.raises(ValueError, match="'a' has the orientation"):
+    with pytest.raises(ValueError, match=r"the orientation of (brick )?'a' is"):
         Assembly().add(Brick("a", Box(SIZE), 1.0), Pose(AT, turn))
 
 
@@ -53,7 +53,7 @@ def test_a_place_is_three_numbers(at: tuple[float, float, float]) -> None:
 def test_friction_is_nothing_or_more(friction: float) -> None:
     with pytest.raises(ValueError, match="the friction is"):
         Assembly(friction=friction)
-    with pytest.raises(ValueError, match="plane 'ground' has the friction"):
+    with pytest.raises(ValueError, match="the friction of plane 'ground' is"):
         Assembly(planes=[Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction)])
 
 
@@ -65,16 +65,16 @@ def test_gravity_points_down(gravity: float) -> None:
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 2.0), (0.0, 0.0, 0.0), (nan, 0.0, 1.0)])
 def test_a_normal_is_of_unit_length(normal: tuple[float, float, float]) -> None:
-    with pytest.raises(ValueError, match="'ground' has the normal"):
+    with pytest.raises(ValueError, match=r"the normal of (plane )?'ground' is"):
         Assembly(planes=[Plane("ground", (0.0, 0.0, 0.0), normal, 0.5)])
 
 
 def test_fixed_bodies_have_names_of_their_own() -> None:
     ground = Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5)
     table = Placed(Brick("ground", Box((1.0, 1.0, 0.1)), 1.0), Pose((0.0, 0.0, 1.0)))
-    with pytest.raises(ValueError, match="two bodies called 'ground'"):
+    with pytest.raises(ValueError, match="two bodies with the name 'ground'"):
         Assembly(planes=[ground, ground])
-    with pytest.raises(ValueError, match="two bodies called 'ground'"):
+    with pytest.raises(ValueError, match="two bodies with the name 'ground'"):
         Assembly(planes=[ground], tables=[table])
 
 

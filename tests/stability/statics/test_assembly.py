@@ -152,7 +152,7 @@ def test_a_brick_slid_in_below_others_helps_them() -> None:
 def test_two_bodies_of_one_name_are_refused() -> None:
     assembly = assembly_of(plank("a"))
     for name in ("a", "ground"):
-        with pytest.raises(ValueError, match=f"two bodies called '{name}'"):
+        with pytest.raises(ValueError, match=f"two bodies with the name '{name}'"):
             assembly.add_all([plank(name, level=2)])
     with pytest.raises(LookupError, match="there is no brick 'b'"):
         assembly.remove(["b"])
@@ -283,7 +283,7 @@ def test_far_from_the_origin_a_proof_is_as_good_as_the_coordinates(distance: flo
     assert assembly.forces() is not None
 
 
-@pytest.mark.parametrize(("below", "told"), [("a", "4 mm deep in a"), ("ground", "4 mm deep in ground")])
+@pytest.mark.parametrize(("below", "told"), [("a", "4 mm inside a"), ("ground", "4 mm inside ground")])
 def test_the_reason_names_a_body_that_a_brick_is_too_deep_in(below: str, told: str) -> None:
     assembly = Assembly(overlap=inf)
     if below == "a":

@@ -22,18 +22,18 @@ def column(levels: int = 3, step: object = None, every: str | None = None, when:
     ("keys", "key", "remedy"),
     [
         ({"build": [column(step="12")]}, "column.step", 'write a length with its unit, such as "13.5 mm"'),
-        ({"build": [column(when="0,5 s")]}, "when", "write a decimal point in place of the comma: 0.5 s"),
+        ({"build": [column(when="0,5 s")]}, "when", "replace the decimal comma by a point: 0.5 s"),
         ({"build": column()}, "build", "put it into a list, [...]: steps of building, in order"),
-        ({"build": [column(step="${shift}")]}, "column.step", "give it a value in `let={...}`"),
+        ({"build": [column(step="${shift}")]}, "column.step", "define it in `let={...}`"),
         ({"build": [bricks([brick(at=["0 mm", "x", "0 mm"])])]}, "at[1]", 'write a length with its unit, such as "'),
         ({"friction": "rough"}, "friction", "write 0 to 10"),
-        ({"tags": "tall"}, "tags", 'write ["tall"]: words to select scenarios by'),
+        ({"tags": "tall"}, "tags", 'write ["tall"]: keywords for selecting scenarios'),
         ({"systems": ["tune"]}, "systems[0]", "did you mean 'tuned'?"),
         ({"world": {"gravty": "1 m/s2"}}, "world.gravty", "did you mean 'gravity'?"),
         ({"expect": ["stands"]}, "expect[0]", 'write stands("all")'),
-        ({"expect": [claims.stands()]}, "stands", 'write "all", or give one of levels, bricks, for_'),
+        ({"expect": [claims.stands()]}, "stands", 'write "all", or add one of the keys levels, bricks, for_'),
         ({"impacts": [impacts.remove(brick="L9.1")]}, "remove.brick", "did you mean 'L3.1'?"),
-        ({"name": "Two Words"}, "name", "write small letters, digits and -"),
+        ({"name": "Two Words"}, "name", "use lower-case letters, digits and -"),
     ],
 )
 def test_a_mistake_names_its_key_and_what_to_write_in_python(keys: dict[str, Any], key: str, remedy: str) -> None:

@@ -31,7 +31,7 @@ def test_import_lists_moved_and_ignored_parts_at_the_head(stackdsl: Stackdsl, tm
     printed = stackdsl("import", "order.json", "--settle", "within 5 mm")
     told = [
         "3 boxes in order.json, written to 1 mm",
-        "1 of 3 boxes was lowered, box-3 most: by 4 mm",
+        "1 of 3 boxes was lowered, by at most 4 mm (box-3)",
         "not taken: orderID, description, shippingGroup, palletType, approach",
     ]
     assert printed.err.splitlines() == told
@@ -76,7 +76,7 @@ def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    assert "if it is the name, write 'name'; to skip it, write ignore: ['ID']" in asked.err
+    assert "if it is the name, write 'name'; to ignore it, write ignore: ['ID']" in asked.err
     assert "if it is the mass, write 'mass [its unit]'" in asked.err
     assert "if it is the width, write 'width [mm]'" in asked.err
 

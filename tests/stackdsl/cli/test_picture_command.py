@@ -123,5 +123,5 @@ def test_picture_reports_the_error_of_ffmpeg(
     program.chmod(0o755)
     result = stackdsl("picture", "soon.yaml", "-o", "a.mp4", PATH=str(program.parent))
     assert result.code == 4
-    assert "made no film: no encoder here" in result.err
+    assert "failed to write the film: no encoder here" in result.err
     assert not (falls / "a.mp4").exists()

@@ -132,7 +132,7 @@ def test_extended_files_are_inside_the_project_of_the_scenario(stackdsl: Stackds
     assert stackdsl("check", "package/one.yaml", "--statics").code == 0
     (inner / "pyproject.toml").write_text("[tool.stackdsl]\n")
     told = stackdsl("check", "package/one.yaml", "--statics")
-    assert (told.code, "is outside of the project" in told.text) == (2, True)
+    assert (told.code, "is outside the project" in told.text) == (2, True)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -216,4 +216,4 @@ def test_a_remembered_pass_does_not_hide_a_link_that_leads_outside(
     else:
         part.rename(elsewhere)
         part.symlink_to(elsewhere)
-    assert "is outside of the project" in stackdsl("check", "project/below", "--golden", "golden").out
+    assert "is outside the project" in stackdsl("check", "project/below", "--golden", "golden").out

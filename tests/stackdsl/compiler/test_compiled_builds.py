@@ -175,9 +175,9 @@ def test_an_authors_level_may_be_up_to_one_above_what_the_brick_stands_on(level:
 @pytest.mark.parametrize(
     ("bricks", "words"),
     [
-        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7}", "'low' stands on the ground, so it cannot be of level 7"),
+        ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7}", "'low' stands on the ground, so its level cannot be 7"),
         ("{name: low, at: [0 mm, 0 mm, 3.9 mm], level: 7, drop: true}", "'low' stands on the ground"),
-        (f"{LOW}, {HIGH.replace('LEVEL', '3')}", "'high' stands on level 1, so it cannot be of level 3"),
+        (f"{LOW}, {HIGH.replace('LEVEL', '3')}", "'high' stands on level 1, so its level cannot be 3"),
         (f"{HIGH.replace('LEVEL', '3')}, {LOW}", "'high' stands on level 1"),
         # Only the first is wrong: a brick on it is at most one above what the author said of it.
         (f"{LOW.replace('}', ', level: 2}')}, {HIGH.replace('LEVEL', '3')}", "'low' stands on the ground"),
@@ -188,8 +188,8 @@ def test_an_authors_level_does_not_leave_levels_out(bricks: str, words: str) -> 
     assert mistake.code == "SD104"
     assert words in mistake.message
     excerpt = mistake.span.excerpt[mistake.span.column - 1 : mistake.span.end_column - 1]
-    assert f"level {excerpt}" in mistake.message
-    assert "leave it out" in mistake.hint
+    assert f"cannot be {excerpt}" in mistake.message
+    assert "remove `level`" in mistake.hint
 
 
 def test_a_brick_on_a_layout_goes_by_the_levels_of_the_layout() -> None:

@@ -145,15 +145,15 @@ def test_a_slid_brick_is_free_along_the_normal_of_its_ground() -> None:
     [
         ("move: {brick: L9.1, by: [9 mm, 0 mm, 0 mm]}", "SD204", "no brick 'L9.1'"),
         ("at: 1 s, move: {brick: late, by: [9 mm, 0 mm, 0 mm]}", "SD204", "'late' is placed at 5 s, not before 1 s"),
-        ("move: {brick: L3.1}", "SD108", "exactly one of by, path"),
-        ("move: {brick: L3.1, by: [0 mm, 0 mm, 0 mm]}", "SD104", "has no length"),
-        ("move: {brick: L3.1, by: [0 mm, 0 mm, 1e-300 mm]}", "SD104", "has no length"),
-        ("move: {brick: L3.1, path: [[9 mm, 0 mm, 0 mm], [9 mm, 0 mm, 0 mm]]}", "SD104", "place 2 of the path"),
-        ("move: {brick: L3.1, by: [9 mm, 0 mm, 1 mm], slid: true}", "SD104", "slides horizontally"),
-        ("move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], speed: 0.5 m/s}", "SD104", "too fast to push the thinnest brick"),
-        ("move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], speed: 0 m/s}", "SD104", "not more than zero"),
+        ("move: {brick: L3.1}", "SD108", "exactly one of the keys by, path"),
+        ("move: {brick: L3.1, by: [0 mm, 0 mm, 0 mm]}", "SD104", "path of the hand is zero"),
+        ("move: {brick: L3.1, by: [0 mm, 0 mm, 1e-300 mm]}", "SD104", "path of the hand is zero"),
+        ("move: {brick: L3.1, path: [[9 mm, 0 mm, 0 mm], [9 mm, 0 mm, 0 mm]]}", "SD104", "position 2 of the path"),
+        ("move: {brick: L3.1, by: [9 mm, 0 mm, 1 mm], slid: true}", "SD104", "needs a horizontal path"),
+        ("move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], speed: 0.5 m/s}", "SD104", "too fast for the thinnest brick"),
+        ("move: {brick: L3.1, by: [9 mm, 0 mm, 0 mm], speed: 0 m/s}", "SD104", "not greater than zero"),
         ("move: {brick: L1.1, by: [0 mm, 0 mm, -9 mm]}", "SD209", "9 mm into ground"),
-        ("hold: {brick: L1.1, for: 0 s}", "SD104", "not more than zero"),
+        ("hold: {brick: L1.1, for: 0 s}", "SD104", "not greater than zero"),
         ("hold: {brick: L1.1}", "SD102", "for"),
     ],
 )
@@ -207,7 +207,7 @@ def test_a_hand_does_not_come_through_what_stands() -> None:
         "  place: {from: [0 mm, 0 mm, 60 mm]}"
     )
     assert mistake.code == "SD209"
-    assert "'roof' is in the way of the hand that brings brick 'under'" in mistake.message
+    assert "'roof' blocks the path of the hand that brings brick 'under'" in mistake.message
 
 
 def test_of_a_large_scene_only_what_is_near_its_way_is_held_against_a_hand(monkeypatch: pytest.MonkeyPatch) -> None:

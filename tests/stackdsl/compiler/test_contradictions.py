@@ -31,7 +31,9 @@ def told(one: str, other: str) -> list[str]:
 )
 def test_values_that_do_not_meet_are_a_mistake_whichever_comes_first(one: str, other: str) -> None:
     for first, second in ((one, other), (other, one)):
-        assert told(first, second) == [f"this and `{first.partition(':')[0]}` at 7:5 cannot both hold on exact"]
+        assert told(first, second) == [
+            f"this claim and `{first.partition(':')[0]}` at 7:5 contradict each other on exact"
+        ]
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,7 @@ def test_a_wall_of_solids_is_refused_as_they_cannot_be_cut(tmp_path: Path) -> No
     text = f"scenario: solids\nbrick: {ROOF}\nbuild:\n  - wall: {{levels: 2, bricks: 3}}\n"
     (tmp_path / "wall.yaml").write_text(text, encoding="utf-8")
     (found,) = gather([tmp_path / "wall.yaml"]).diagnostics
-    assert (found.code, found.message) == ("SD104", "the layout cuts bricks, and only boxes can be cut")
+    assert (found.code, found.message) == ("SD104", "this layout cuts bricks, and only boxes can be cut")
 
 
 def test_a_solid_inside_another_one_is_a_mistake(tmp_path: Path) -> None:
@@ -143,11 +143,11 @@ def test_a_solid_is_remembered_by_what_its_file_holds(tmp_path: Path) -> None:
         (CUBE.replace("f 4 1 5 8\n", ""), "cube.obj: the mesh has a hole"),
         (
             CUBE.replace("f 4 1 5 8", "f 8 5 1 4"),
-            "cube.obj: faces 2 and 6 have their common edge in the same direction",
+            "cube.obj: faces 2 and 6 traverse their common edge in the same direction",
         ),
         (CUBE.replace("v 5 5 5", "v 5 five 5"), "cube.obj:7: 'five' is not a number"),
-        (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: there is no corner 9: 8 corners are above it"),
-        (CUBE.replace("v 5 5 5", "v 3 3 3"), "cube.obj: the solid is not convex: corner 7 is inside of its hull"),
+        (CUBE.replace("f 4 1 5 8", "f 4 1 5 9"), "cube.obj:14: corner 9 does not exist; 8 corners precede this face"),
+        (CUBE.replace("v 5 5 5", "v 3 3 3"), "cube.obj: the solid is not convex: corner 7 is inside its hull"),
         ("", "cube.obj has no faces"),
     ],
 )
@@ -161,22 +161,26 @@ def test_a_file_that_holds_no_solid_is_told_with_its_line(tmp_path: Path, text: 
 @pytest.mark.parametrize(
     ("brick", "code", "cause"),
     [
-        ("{file: nowhere.obj, unit: cm, mass: 1 g}", "SD113", "there is no file"),
-        ("{file: ../cube.obj, unit: cm, mass: 1 g}", "SD113", "is outside of the project"),
+        ("{file: nowhere.obj, unit: cm, mass: 1 g}", "SD113", "does not exist"),
+        ("{file: ../cube.obj, unit: cm, mass: 1 g}", "SD113", "is outside the project"),
         ("{file: /etc/passwd, unit: cm, mass: 1 g}", "SD113", "is an absolute path"),
-        ("{file: cube.obj, mass: 1 g}", "SD102", "the unit of the lengths in the file is missing"),
-        ("{size: [1 cm, 1 cm, 1 cm], unit: cm, mass: 1 g}", "SD108", "`unit` needs a `file`"),
-        ("{size: [1 cm, 1 cm, 1 cm], file: cube.obj, unit: cm, mass: 1 g}", "SD108", "exactly one of size, prism"),
-        ("{density: 1 kg/m3}", "SD108", "exactly one of size, prism, points, file is needed, not none"),
-        ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of density, mass"),
-        ("{size: [1 cm, 1 cm, 1 cm], centre_of_mass: [6 mm, 0, 0], mass: 1 g}", "SD104", "outside of the box"),
+        ("{file: cube.obj, mass: 1 g}", "SD102", "`unit`, the unit of length in the OBJ file, is missing"),
+        ("{size: [1 cm, 1 cm, 1 cm], unit: cm, mass: 1 g}", "SD108", "`unit` applies only to"),
+        (
+            "{size: [1 cm, 1 cm, 1 cm], file: cube.obj, unit: cm, mass: 1 g}",
+            "SD108",
+            "exactly one of the keys size, prism",
+        ),
+        ("{density: 1 kg/m3}", "SD108", "exactly one of the keys size, prism, points, file is required, not none"),
+        ("{size: [1 cm, 1 cm, 1 cm]}", "SD108", "exactly one of the keys density, mass"),
+        ("{size: [1 cm, 1 cm, 1 cm], centre_of_mass: [6 mm, 0, 0], mass: 1 g}", "SD104", "outside the box"),
         (
             "{prism: {outline: [[0, 0], [1 cm, 0], [2 mm, 2 mm], [0, 1 cm]], depth: 1 cm}, mass: 1 g}",
             "SD104",
             "corner 3",
         ),
         ("{points: [[0, 0, 0], [1 cm, 0, 0], [0, 1 cm, 0], [1 cm, 1 cm, 0]], mass: 1 g}", "SD104", "in one plane"),
-        ("{points: [[0, 0, 0], [1 cm, 0, 0], [0, 1 cm, 0]], mass: 1 g}", "SD104", "3 items, and 4 is the least"),
+        ("{points: [[0, 0, 0], [1 cm, 0, 0], [0, 1 cm, 0]], mass: 1 g}", "SD104", "3 items; the minimum is 4"),
     ],
 )
 def test_what_is_no_brick_is_told_with_its_cause(tmp_path: Path, brick: str, code: str, cause: str) -> None:

@@ -113,8 +113,12 @@ OPEN: dict[str, tuple[str, dict[str, object], str]] = {
         {"ignore": ["colour [mm]"]},
         "the table has no column `width`",
     ),
-    "the meaning of a place": (TABLE, {"point": None}, "x, y, z may be the lower corner or the centre of a box"),
-    "what to ignore": (TABLE, {"ignore": ["colour"]}, "`ignore` lists 'colour', which is not in the file"),
+    "the meaning of a place": (
+        TABLE,
+        {"point": None},
+        "the table does not state whether x, y, z are the lower corner or the centre of a box",
+    ),
+    "what to ignore": (TABLE, {"ignore": ["colour"]}, "`ignore` lists 'colour', but the file does not contain it"),
 }
 
 
@@ -140,7 +144,7 @@ def test_of_several_pallets_or_orders_one_must_be_named() -> None:
     order["pallets"].append({**order["pallets"][0], "palletNr": "002", "boxes": order["pallets"][0]["boxes"][:1]})
     write("order.json", json.dumps(order))
     found = mistake(importing(file="order.json"))
-    assert (found.code, found.message) == ("SD115", "the file has 2 pallets: '001', '002'")
+    assert (found.code, found.message) == ("SD115", "the file contains 2 pallets: '001', '002'")
     assert len(case(importing(file="order.json", load="002")).timeline.placements) == 1
     assert mistake(importing(file="order.json", load="003")).hint == "choose from: '001', '002'"
 
@@ -157,7 +161,7 @@ def test_a_corner_of_a_box_that_is_turned_is_asked_for() -> None:
 def test_a_key_that_is_written_twice_is_told_at_the_second() -> None:
     write("order.json", PALLET.replace('"orderID": "1"', '"orderID": "1",\n "orderID": "2"'))
     found = mistake(importing(file="order.json"))
-    assert (found.code, found.message) == ("SD114", "'orderID' is written twice in one object")
+    assert (found.code, found.message) == ("SD114", "the object contains the key 'orderID' twice")
     assert found.span.line == 3
 
 
@@ -221,12 +225,12 @@ def test_a_box_of_a_table_may_have_a_friction_of_its_own_and_a_cell_may_be_empty
 @pytest.mark.parametrize(
     ("text", "code", "message"),
     [
-        (RUBBING + "low,300,200,100,5,0,0,0,-0.1\n", "SD114", "`friction`: '-0.1' is not a coefficient"),
-        (RUBBING + "low,300,200,100,5,0,0,0,rough\n", "SD114", "`friction`: 'rough' is not a coefficient"),
+        (RUBBING + "low,300,200,100,5,0,0,0,-0.1\n", "SD114", "`friction`: '-0.1' is not a friction coefficient"),
+        (RUBBING + "low,300,200,100,5,0,0,0,rough\n", "SD114", "`friction`: 'rough' is not a friction coefficient"),
         (
             RUBBING.replace("friction", "friction [%]") + "low,300,200,100,5,0,0,0,5\n",
             "SD115",
-            "a friction has no unit, but this has '%'",
+            "a friction coefficient has no unit, but this column has the unit '%'",
         ),
         (RUBBING.replace("friction", "mu") + "low,300,200,100,5,0,0,0,0.5\n", "SD115", "'mu' is not supported"),
     ],

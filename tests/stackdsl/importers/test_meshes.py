@@ -65,7 +65,7 @@ def test_a_load_may_be_shifted() -> None:
         ("compas", "density", "the file does not give the masses of its blocks"),
         ("obj", "density", "the file does not give the masses of its blocks"),
         ("obj", "up", "an OBJ file does not state which axis points up"),
-        ("compas", "supports", "'block-0' is a support: COMPAS fixes supports, but here every block may move"),
+        ("compas", "supports", "'block-0' is a support, which COMPAS fixes, but imported blocks can move"),
     ],
 )
 def test_missing_units_of_a_mesh_are_required(format_: Format, key: str, message: str) -> None:
@@ -80,10 +80,10 @@ def test_missing_units_of_a_mesh_are_required(format_: Format, key: str, message
 )
 def test_a_key_that_the_format_has_no_use_for_is_a_mistake(format_: Format, key: str) -> None:
     value = {"supports": "bricks", "up": "+z", "density": "1 kg/m3", "load": "1"}[key]
-    with pytest.raises((MistakeError, ValueError), match=f"`{key}` applies to"):
+    with pytest.raises((MistakeError, ValueError), match=f"`{key}` applies only to"):
         read(TEXTS[format_], {**SAID[format_], key: value}, format_)
     (found,) = mistakes(TEXTS[format_], {**SAID[format_], key: value})
-    assert found.message.startswith(f"`{key}` applies to")
+    assert found.message.startswith(f"`{key}` applies only to")
 
 
 def test_a_block_that_is_ignored_is_not_there() -> None:
@@ -92,7 +92,7 @@ def test_a_block_that_is_ignored_is_not_there() -> None:
     first, _ = read(TEXTS["obj"], SAID["obj"] | {"ignore": ["middle"]}).boxes
     assert first.name == "base"
     (found,) = mistakes(TEXTS["obj"], SAID["obj"] | {"ignore": ["bottom"]})
-    assert found.message == "`ignore` lists 'bottom', which is not in the file"
+    assert found.message == "`ignore` lists 'bottom', but the file does not contain it"
 
 
 def assembly(change: Callable[[dict[str, Any]], object]) -> str:
@@ -156,9 +156,9 @@ def test_faces_that_are_flat_as_far_as_the_file_writes_are_flat(sides: int, digi
 @pytest.mark.parametrize(
     ("line", "code", "message"),
     [
-        ("f 1 2 99", "SD114", "the face names a corner that is not among the 24 above"),
-        ("f 1 2", "SD114", "the face has fewer than three corners, or one twice"),
-        ("f 1 2 2", "SD114", "the face has fewer than three corners, or one twice"),
+        ("f 1 2 99", "SD114", "the face refers to a corner that is not among the 24 preceding corners"),
+        ("f 1 2", "SD114", "the face has fewer than three corners, or contains a corner twice"),
+        ("f 1 2 2", "SD114", "the face has fewer than three corners, or contains a corner twice"),
         ("v 1 2", "SD114", "the corner has 2 numbers instead of three"),
         ("v 1 2 3mm", "SD114", "the corner: '3mm' is not a number"),
         ("curv 0 1 1 2 3", "SD115", "'curv' is not supported"),
@@ -197,8 +197,8 @@ def test_a_line_may_go_on_in_the_next() -> None:
 def test_only_plain_digits_number_a_corner(corner: str) -> None:
     text = TEXTS["obj"].replace("f 1 2 3", f"f 1 2 {corner}", 1)
     assert corner in text
-    assert mistakes(text, SAID["obj"])[0].message.startswith("the face names a corner that is not among")
-    with pytest.raises(MistakeError, match="is not the number of a corner"):
+    assert mistakes(text, SAID["obj"])[0].message.startswith("the face refers to a corner that is not among")
+    with pytest.raises(MistakeError, match="is not a corner number"):
         obj_mesh(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {corner}\n", "a")
 
 

@@ -112,6 +112,6 @@ def test_half_of_a_character_is_told_where_it_stands(format_: Format, half: str)
     assert not isinstance(found, ImportedLoad)
     (mistake,) = found
     assert (mistake.code, mistake.span.line) == ("SD114", 2)
-    assert f"{half[:6].lower()} is half of a character" in mistake.message
+    assert f"{half[:6].lower()} is half of a surrogate pair" in mistake.message
     whole = told(format_, text % r"\ud83e\uddf1")
     assert isinstance(whole, ImportedLoad) or not any("half" in each.message for each in whole)

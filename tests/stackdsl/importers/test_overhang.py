@@ -41,7 +41,7 @@ def test_the_deck_that_an_order_says_it_has_is_asked_of() -> None:
     assert told(order(400.0)) == []
     (warning,) = told(order(490.0))
     assert "'box-1' overhangs the deck of 800 x 1200 mm by 90 mm towards +x" in warning
-    assert warning.endswith("move it 90 mm towards -x, or allow it: `deck: {overhang: 90 mm}`")
+    assert warning.endswith("move the box 90 mm towards -x, or permit the overhang: `deck: {overhang: 90 mm}`")
     assert warning.startswith("a.json:1:")
 
 
@@ -70,7 +70,7 @@ def test_cartons_further_up_count_as_well_and_the_worst_is_told() -> None:
     asked = Import.model_validate({**ASKED, "deck": "EUR"})
     (warning,) = overhang_warnings(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", asked), asked)
     assert "'higher' overhangs" in warning.message
-    assert "and 1 other by at most as much" in warning.message
+    assert "and 1 other box by at most this amount" in warning.message
     assert warning.span.line == 4
 
 

@@ -67,7 +67,7 @@ def test_a_scene_that_lets_mujoco_fuse_what_is_fixed_is_read_body_by_body() -> N
     assert [box.name for box in read(fusing).boxes] == ["base", "crate", "ramp"]
     shelf = '<body name="shelf" pos="2 0 1"><geom type="box" size=".1 .1 .1"/></body>'
     (found,) = mistakes(put(fusing, "  </worldbody>", shelf))
-    assert "'shelf' is fixed, but bricks are free" in found.message
+    assert "'shelf' is fixed, but bricks move freely" in found.message
     assert [box.name for box in read(put(fusing, "  </worldbody>", shelf), {"ignore": ["shelf"]}).boxes][-1] == "ramp"
 
 
@@ -75,10 +75,14 @@ BODY = '<body name="odd" pos="2 0 1">{}</body>'
 BOX = '<geom type="box" size=".1 .1 .1"/>'
 IN_MJCF = {
     BODY.format(f'<joint type="hinge"/>{BOX}'): "'odd' has a hinge or a slide",
-    BODY.format(BOX): "'odd' is fixed, but bricks are free",
-    BODY.format(f"<freejoint/>{BOX}{BOX}"): "'odd' has 2 shapes, but a brick has one",
-    BODY.format('<freejoint/><geom type="capsule" size=".1 .1"/>'): "'odd' is a capsule, but a brick is a box or a",
-    BODY.format('<freejoint/><geom type="sphere" size=".1"/>'): "'odd' is a sphere, but a brick is a box or a convex",
+    BODY.format(BOX): "'odd' is fixed, but bricks move freely",
+    BODY.format(f"<freejoint/>{BOX}{BOX}"): "'odd' has 2 shapes, but a brick must have one",
+    BODY.format(
+        '<freejoint/><geom type="capsule" size=".1 .1"/>'
+    ): "'odd' is a capsule, but a brick must be a box or a",
+    BODY.format(
+        '<freejoint/><geom type="sphere" size=".1"/>'
+    ): "'odd' is a sphere, but a brick must be a box or a convex",
 }
 
 
@@ -125,9 +129,7 @@ def test_ways_of_touching_are_named_until_they_are_passed_over() -> None:
 
 def test_a_shape_of_the_world_itself_is_the_ground_or_named() -> None:
     (found,) = mistakes(put(MJCF, "    <body", f"    {BOX}"))
-    assert (
-        found.message == "the shape belongs to the world and is fixed, but the only fixed body is the ground at z = 0"
-    )
+    assert found.message == "the shape belongs to the world and is fixed, but only the ground at z = 0 can be fixed"
     assert len(mistakes(MJCF.replace('type="plane"', 'type="plane" pos="0 0 0.1"'))) == 1
     assert len(mistakes(MJCF.replace('type="plane"', 'type="plane" euler="0 5 0"'))) == 1
 
@@ -159,11 +161,13 @@ LINK = '<link name="odd"><inertial><mass value="1"/></inertial><collision><geome
 JOINT = '<joint name="j" type="{}"><parent link="{}"/><child link="odd"/></joint>'
 CUBE = '<box size="1 1 1"/>'
 IN_URDF = {
-    LINK.format(CUBE) + JOINT.format("fixed", "world"): "'odd' has a fixed joint, but bricks are free",
-    LINK.format(CUBE) + JOINT.format("revolute", "base"): "'odd' has a revolute joint, but bricks are free",
-    LINK.format(CUBE) + JOINT.format("floating", "base"): "'odd' floats in 'base', which is not the world",
-    LINK.format(CUBE): "'odd' is a root link with a shape, so it is fixed, but bricks are free",
-    LINK.format('<sphere radius="1"/>') + JOINT.format("floating", "world"): "'odd' is a sphere, but a brick is a box",
+    LINK.format(CUBE) + JOINT.format("fixed", "world"): "'odd' has a fixed joint, but bricks move freely",
+    LINK.format(CUBE) + JOINT.format("revolute", "base"): "'odd' has a revolute joint, but bricks move freely",
+    LINK.format(CUBE)
+    + JOINT.format("floating", "base"): "the floating joint of 'odd' has the parent 'base' instead of the world",
+    LINK.format(CUBE): "'odd' is a root link with a shape, so it is fixed, but bricks move freely",
+    LINK.format('<sphere radius="1"/>')
+    + JOINT.format("floating", "world"): "'odd' is a sphere, but a brick must be a box",
     LINK.format('<cylinder radius="1" length="1"/>') + JOINT.format("floating", "world"): "'odd' is a cylinder, but a",
 }
 
@@ -196,8 +200,8 @@ def test_a_link_that_is_no_brick_is_named_and_may_be_passed_over(added: str) -> 
             'filename="package://x/block.stl"',
             "the mesh 'package://x/block.stl' is not an OBJ file",
         ),
-        ('<child link="base"/>', '<child link="wedge"/>', "joint 'wedge-in-world' joins 'world' and 'wedge': one"),
-        ('<link name="base">', '<link name="wedge">', "two links are called 'wedge'"),
+        ('<child link="base"/>', '<child link="wedge"/>', "joint 'wedge-in-world' connects 'world' to 'wedge'"),
+        ('<link name="base">', '<link name="wedge">', "two links have the name 'wedge'"),
         ("</robot>", "", "invalid XML: no element found"),
         ("<robot", "<!DOCTYPE robot><robot", "the file has a document type declaration"),
     ],
@@ -239,7 +243,7 @@ def test_a_mesh_outside_of_the_project_is_not_read(tmp_path: Path, monkeypatch: 
     Path("a.yaml").write_text("scenario: a\nbuild:\n  - import: {file: a.urdf}\n", encoding="utf-8")
     (found,) = gather([Path("a.yaml")]).diagnostics
     assert (found.code, found.span.file) == ("SD114", "a.urdf")
-    assert "is outside of the project" in found.message
+    assert "is outside the project" in found.message
     Path("a.urdf").write_text(URDF, encoding="utf-8")
     Path("block.obj").write_bytes(beside("block.obj"))
     assert gather([Path("a.yaml")]).diagnostics == ()
@@ -289,10 +293,10 @@ def test_bodies_of_a_scene_rub_as_mujoco_has_it(tmp_path: Path) -> None:
     [
         (
             "{ground: {friction: 0.7}}",
-            "in this file the higher of two frictions counts, in the scenario the lower",
+            "this file combines friction coefficients by the rule `higher`, but the scenario by the rule `lower`",
             "{friction: {rule: higher}}",
         ),
-        ("{friction: {rule: higher}}", "the ground of this file has a friction of 1,", "{ground: {friction: 1}}"),
+        ("{friction: {rule: higher}}", "sets a friction coefficient of 1 for the ground", "{ground: {friction: 1}}"),
     ],
 )
 def test_a_scenario_that_takes_frictions_otherwise_is_told(tmp_path: Path, world: str, message: str, hint: str) -> None:
@@ -316,7 +320,7 @@ def test_a_scene_with_frictions_is_written_with_what_keeps_them(stackdsl: Stackd
 
 def test_a_friction_that_no_brick_may_have_is_told_where_it_stands() -> None:
     (found,) = mistakes(MJCF.replace('mass="24"', 'mass="24" friction="12"'))
-    assert found.message == "'base' has a friction of 12"
+    assert found.message == "'base' has an invalid friction coefficient of 12"
 
 
 ROUGH_LINK = """<robot name="crate">
@@ -346,7 +350,7 @@ def test_a_link_has_the_friction_that_it_says_and_the_scenario_says_what_two_hav
     told = played(ROUGH_LINK, "{}", tmp_path, "urdf")
     assert isinstance(told, list)
     assert [each.code for each in told] == ["SD115"]
-    assert told[0].message.startswith("the file gives the friction of each body, but no rule for two in contact")
+    assert told[0].message.startswith("the file sets the friction of each body, but no rule")
 
 
 def test_a_rule_that_is_asked_for_is_written(stackdsl: Stackdsl, tmp_path: Path) -> None:

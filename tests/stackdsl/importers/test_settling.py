@@ -32,13 +32,13 @@ def heights(found: Settled) -> list[float]:
 def test_as_written_nothing_moves() -> None:
     found = settle("as written", box("a", 0, 3, 50), box("b", 0, 60, 50))
     assert heights(found) == [3, 60]
-    assert list(moved_lines(found)) == ["none of 2 boxes was moved"]
+    assert list(moved_lines(found)) == ["no box was moved (2 boxes)"]
 
 
 def test_down_each_box_falls_onto_the_highest_below_it_however_far() -> None:
     found = settle("down", box("low", 0, 2, 40), box("high", 200, 0, 50), box("beam", 0, 90, 20, length=300))
     assert heights(found) == [0, 0, 50]
-    assert list(moved_lines(found)) == ["2 of 3 boxes were lowered, beam most: by 40 mm"]
+    assert list(moved_lines(found)) == ["2 of 3 boxes were lowered, by at most 40 mm (beam)"]
 
 
 def test_what_stands_higher_falls_after_what_it_falls_on_in_whatever_order_they_are_listed() -> None:
@@ -54,7 +54,7 @@ def test_an_overlap_of_one_unit_of_the_last_digit_carries_nothing_and_is_cut_whe
     assert heights(found) == [0, 0]
     assert [float(each.size[0] / MM) for each in found.load.boxes] == [100, 99]
     assert found.load.boxes[1].centre[0] == Fraction(299, 2) * MM
-    assert "1 of 2 boxes was made shorter sideways, b most: by 1 mm" in moved_lines(found)
+    assert "1 of 2 boxes was reduced in length or width, by at most 1 mm (b)" in moved_lines(found)
 
 
 def test_a_box_one_unit_of_the_last_digit_too_low_is_raised_and_one_that_is_deeper_inside_stays() -> None:
@@ -65,7 +65,7 @@ def test_a_box_one_unit_of_the_last_digit_too_low_is_raised_and_one_that_is_deep
 def test_within_a_gap_a_beam_on_two_boxes_that_differ_by_less_rests_on_both() -> None:
     found = settle("within 5 mm", box("low", 0, 0, 47), box("high", 200, 0, 50), box("beam", 0, 50, 20, length=300))
     assert [float(each.top / MM) for each in found.load.boxes] == [50, 50, 70]
-    assert list(moved_lines(found)) == ["1 of 3 boxes was made taller, low most: by 3 mm"]
+    assert list(moved_lines(found)) == ["1 of 3 boxes was increased in height, by at most 3 mm (low)"]
 
 
 def test_within_a_gap_what_differs_by_more_stays_as_it_is() -> None:
@@ -78,7 +78,7 @@ def test_what_else_stands_on_a_box_that_is_taken_as_higher_is_raised_with_it() -
     low, high = box("low", 0, 0, 47), box("high", 100, 0, 50)
     found = settle("within 5 mm", low, high, box("beam", 50, 50, 20), box("rider", -60, 47, 10))
     assert heights(found) == [0, 0, 50, 50]
-    assert "1 of 4 boxes was raised, rider most: by 3 mm" in moved_lines(found)
+    assert "1 of 4 boxes was raised, by at most 3 mm (rider)" in moved_lines(found)
 
 
 def test_a_sheet_as_thin_as_the_gap_stays_as_thin_as_it_is() -> None:

@@ -269,10 +269,12 @@ def test_the_verdict_of_a_stable_structure_is_guaranteed_or_possible(
 
 
 def test_a_verdict_says_how_what_is_possible_could_let_go() -> None:
-    margins = VerdictMargins(guaranteed=False, certainty="it could let go: plank slides on left, right")
+    margins = VerdictMargins(
+        guaranteed=False, certainty="the bricks could also start to move: plank slides on left, right"
+    )
     found = outcome("verdict: possible", replace(STANDING, statics=Verdict(Stability.STABLE), margins=margins))
     assert found.passed
-    assert found.measured == "possible: it could let go: plank slides on left, right"
+    assert found.measured == "possible: the bricks could also start to move: plank slides on left, right"
 
 
 @dataclass(frozen=True)
@@ -337,7 +339,7 @@ def test_several_margins_stand_and_fall_together() -> None:
 def test_a_margin_claim_fails_for_a_falling_structure() -> None:
     found = outcome('margin: {placement: ">= 1 mm"}', measured_by_margins(replace(ONE_PLANK, tracks={})))
     assert not found.passed
-    assert found.measured == "no placement is proven"
+    assert found.measured == "no margin of placement is proven"
 
 
 def test_a_truth_that_only_statics_can_tell_is_passed_over_on_a_bare_engine() -> None:

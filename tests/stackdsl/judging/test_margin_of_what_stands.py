@@ -29,7 +29,7 @@ def test_a_column_tells_how_far_its_planks_may_be_beside_their_places(step: floa
     outcome = stands(f"- column: {{levels: 9, step: {step} mm}}")
     assert outcome.unit == "mm"
     assert outcome.margin == pytest.approx(min(LENGTH - 9.0 * step, WIDTH) / 4.0, rel=1e-6)
-    assert "9 bricks stand, and would with every brick " in outcome.measured
+    assert "9 bricks stand, also with placement errors of " in outcome.measured
 
 
 def test_a_stands_claim_shows_its_friction_margin() -> None:
@@ -37,7 +37,7 @@ def test_a_stands_claim_shows_its_friction_margin() -> None:
     outcome = stands("- column: {levels: 1}", "friction: 0.3\nworld: {tilt: 10 deg}")
     assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)
     assert outcome.unit == "of friction"
-    assert outcome.measured == "1 bricks stand, and would with friction down to 0.1763"
+    assert outcome.measured == "1 bricks stand, also with friction reduced to 0.1763"
 
 
 def test_many_bricks_tell_how_far_they_may_shift_instead() -> None:

@@ -6,7 +6,7 @@ from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 
 BASE = "scenario: c\n{head}build:\n  - column: {column}\n{tail}"
-POINT = "write a decimal point in place of the comma"
+POINT = "replace the decimal comma by a point"
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ POINT = "write a decimal point in place of the comma"
         ({"tail": "expect:\n  - height: 23,4 mm\n"}, f"{POINT}: 23.4 mm"),
         ({"column": "{levels: 3, step: 1,5 mm}"}, POINT),
         ({"column": "{levels: 3,5}"}, POINT),
-        ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "write a decimal comma as a point"),
+        ({"column": "{levels: 3, origin: [0, 0, 3,9 mm]}"}, "write decimals with a point instead of a comma"),
     ],
 )
 def test_decimal_comma_has_a_remedy(parts: dict[str, str], hint: str) -> None:

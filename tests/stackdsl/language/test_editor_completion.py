@@ -64,4 +64,4 @@ def test_editor_marks_a_mistake(wrong: str, told: str, server: LanguageServer) -
 
 def test_editor_shows_the_description_of_a_key(server: LanguageServer) -> None:
     server.open(HEAD + "scenario: a\nfriction: 0.4\nbuild:\n  - column: {levels: 2}\n")
-    assert "Coulomb coefficient of brick on brick" in server.hover(2, 3)
+    assert "Coulomb friction coefficient between bricks" in server.hover(2, 3)

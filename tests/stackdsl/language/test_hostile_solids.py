@@ -13,7 +13,7 @@ from stackdsl.language.quantities import MistakeError
 def test_slow_hulls_are_stopped_at_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bricks, "TIME_LIMIT", 0.5)
     circle = tuple((cos(2.0 * pi * k / 29_999), sin(2.0 * pi * k / 29_999), 0.0) for k in range(29_999))
-    with pytest.raises(MistakeError, match="its corners take too long"):
+    with pytest.raises(MistakeError, match="the corners takes too long"):
         hull_form((*circle, (0.0, 0.0, 1.0)))
 
 

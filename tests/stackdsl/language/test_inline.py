@@ -50,7 +50,7 @@ def test_inline_random_values_are_independent_of_other_variables() -> None:
 
 def test_name_with_a_distribution_is_rejected_as_a_name() -> None:
     (found,) = mistakes_of("- bricks: [{name: uniform 1, at: [0 mm, 0 mm, 5 mm]}]", "")
-    assert found.message == "'uniform 1' is not a name that a brick can have"
+    assert found.message == "'uniform 1' is not a valid name of a brick"
 
 
 @pytest.mark.parametrize("kind", ["table", "normal", "uniform"])
@@ -62,8 +62,8 @@ def test_brick_type_may_have_the_name_of_a_distribution(kind: str) -> None:
 @pytest.mark.parametrize(
     ("build", "rest", "words", "remedy"),
     [
-        ("- column: {levels: 2}", "friction: 0.4 ± 0.1\nexpect: [stands: all]", "has no samples", "add samples"),
-        ("- column: {levels: 2, step: normal 5 mm ± -1 mm}", SHARE, "more than zero", "write"),
+        ("- column: {levels: 2}", "friction: 0.4 ± 0.1\nexpect: [stands: all]", "has no samples", "add `samples"),
+        ("- column: {levels: 2, step: normal 5 mm ± -1 mm}", SHARE, "greater than zero", "write"),
         ("- column: {levels: 2}", f"friction: {{normal: 0.4 ± 0.1, least: 0}}\n{SHARE}", "one line", "least 0"),
         (
             "- column: {levels: 2, step: '${gap}'}",
@@ -77,8 +77,8 @@ def test_brick_type_may_have_the_name_of_a_distribution(kind: str) -> None:
         (
             "- column: {levels: 2}",
             f"friction: uniform 0.4 ± 0.1 least 0\n{SHARE}",
-            "has limits of its own",
-            "normal and lognormal",
+            "do not apply to a",
+            "normal or lognormal",
         ),
     ],
 )

@@ -117,15 +117,15 @@ def test_a_quantity_out_of_range_is_refused(written: str, dimension: Dimension) 
 @pytest.mark.parametrize(
     ("written", "dimension", "hint"),
     [
-        ("11 km", LENGTH, "write between -10000 and 10000 m"),
-        ("-1 s", DURATION, "write between 0 and 86400 s"),
-        ("95 deg", SLOPE, "write between 0 and 90 deg"),
-        ("-1 deg", SLOPE, "write between 0 and 90 deg"),
-        ("1e9 deg", ANGLE, "write between -36000 and 36000 deg"),
-        ("101 %", SHARE, "write between 0 and 1"),
-        ("0 m/s2", ACCELERATION, "write more than zero"),
-        ("-1 g", MASS, "write more than zero"),
-        ("1e7 kg/m3", DENSITY, "write more than zero, at most 1000000 kg/m3"),
+        ("11 km", LENGTH, "write a value between -10000 and 10000 m"),
+        ("-1 s", DURATION, "write a value between 0 and 86400 s"),
+        ("95 deg", SLOPE, "write a value between 0 and 90 deg"),
+        ("-1 deg", SLOPE, "write a value between 0 and 90 deg"),
+        ("1e9 deg", ANGLE, "write a value between -36000 and 36000 deg"),
+        ("101 %", SHARE, "write a value between 0 and 1"),
+        ("0 m/s2", ACCELERATION, "write a value greater than zero"),
+        ("-1 g", MASS, "write a value greater than zero"),
+        ("1e7 kg/m3", DENSITY, "write a value greater than zero, at most 1000000 kg/m3"),
     ],
 )
 def test_quantity_out_of_range_reports_the_range(written: str, dimension: Dimension, hint: str) -> None:

@@ -26,40 +26,40 @@ def only(text: str) -> Diagnostic:
 @pytest.mark.parametrize(
     ("text", "message", "hint"),
     [
-        (COLUMN.replace("3", "0"), "0 is less than 1", "write 1 to 10000: number of planks"),
+        (COLUMN.replace("3", "0"), "0 is below the minimum of 1", "write 1 to 10000: number of planks"),
         (COLUMN.replace("3", "3 mm"), "not '3 mm'", "write 1 to 10000: number of planks"),
-        (COLUMN + "friction: -1\n", "-1 is less than 0", "write 0 to 10: Coulomb coefficient"),
-        (COLUMN + "friction: 50 percent\n", "not '50 percent'", "write 0 to 10: Coulomb coefficient"),
-        (COLUMN + "systems: exact\n", "expected a list", "write [exact]: the systems that"),
-        (COLUMN + "systems: []\n", "0 items", "write at least 1 items: the systems that"),
-        (COLUMN + "expect: {stands: all}\n", "not a mapping", "begin each item with `- `: the expected"),
-        (COLUMN + "description: 5\n", "expected text", "quote it: what it shows"),
-        (COLUMN + "brick: {size: [1 mm, 2 mm], density: 5 kg/m3}\n", "too few", "write all of them: length, width"),
-        (COLUMN + MATRIX, "more than 256", "several scenarios"),
+        (COLUMN + "friction: -1\n", "-1 is below the minimum of 0", "write 0 to 10: Coulomb friction coefficient"),
+        (COLUMN + "friction: 50 percent\n", "not '50 percent'", "write 0 to 10: Coulomb friction coefficient"),
+        (COLUMN + "systems: exact\n", "expected a list", "write [exact]: systems that"),
+        (COLUMN + "systems: []\n", "0 items", "write at least 1 items: systems that"),
+        (COLUMN + "expect: {stands: all}\n", "not a mapping", "begin each item with `- `: expected"),
+        (COLUMN + "description: 5\n", "expected text", "quote it: purpose"),
+        (COLUMN + "brick: {size: [1 mm, 2 mm], density: 5 kg/m3}\n", "too few", "write all items: length, width"),
+        (COLUMN + MATRIX, "maximum of 256", "several scenarios"),
         (COLUMN.replace("column: {levels: 3}", "bricks: [{name: ground, at: [0 m, 0 m, 3.9 mm]}]"),
-         "cannot name a brick, since it is the name of the ground", "another name"),
+         "cannot be the name of a brick, since it is the name of the ground", "another name"),
         (COLUMN.replace("column: {levels: 3}", "bricks: [{name: wall1, at: [0 m, 0 m, 3.9 mm]}]"),
-         "cannot name a brick, since it is the name of a wall", "another name"),
-        (COLUMN + "expect: [{collapses: {at: level 9 ± 1}}]\n", "8 levels are claimed, but 3 are built", "at most 3"),
+         "cannot be the name of a brick, since it is the name of a wall", "another name"),
+        (COLUMN + "expect: [{collapses: {at: level 9 ± 1}}]\n", "needs 8 levels, but the structure has 3", "at most 3"),
         (COLUMN.replace("3}", "3, origin: 5 mm}"), "expected a list, not '5 mm'", "write a list of"),
         (COLUMN.replace("3", "$n"), "not '$n'", "write ${n} if it is an expression"),
         (COLUMN.replace("3", "'{n}'"), "not '{n}'", "write ${n} if it is an expression"),
-        (COLUMN.replace("3}", "3, step: 1 m}"), "nothing is under brick 'L2.1'", "choose measures of the layout"),
-        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "such as by `origin`"),
-        ("a: &a {b: 1}\n<<: *a\n", "a merge key", "repeat the keys here"),
-        (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "write `- stands: all`: the expected"),
+        (COLUMN.replace("3}", "3, step: 1 m}"), "brick 'L2.1' has no support", "change the dimensions"),
+        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "for example with `origin`"),
+        ("a: &a {b: 1}\n<<: *a\n", "merge keys are not supported", "repeat the keys here"),
+        (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "write `- stands: all`: expected"),
         (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: all`"),
         (COLUMN + "expect: [height]\n", "expected a mapping, not 'height'", "write `height: ` and its value"),
-        (COLUMN + "expect: [{falls: all}]\n", "expected a mapping, not 'all'", "count (the number of bricks"),
-        (COLUMN + "expect: [{falls: 6}]\n", "expected a mapping, not 6", "write {count: 6}: the number of bricks"),
+        (COLUMN + "expect: [{falls: all}]\n", "expected a mapping, not 'all'", "count (number of bricks"),
+        (COLUMN + "expect: [{falls: 6}]\n", "expected a mapping, not 6", "write {count: 6}: number of bricks"),
         (COLUMN.replace("levels", "levls"), "unknown key 'levls'", "did you mean 'levels'?"),
         (COLUMN.replace("scenario", "scenaro"), "unknown key 'scenaro'", "did you mean 'scenario'?"),
         (COLUMN + "let: {stpe: 1 mm}\nfriction: \"${step}\"\n", "unknown variable 'step'", "did you mean 'stpe'?"),
-        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "is a single value", 'or write a limit, "<= 0.1 mm" or ">= 0.1 mm"'),
-        (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "it belongs in `world`"),
-        (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "a decimal point in place of the comma"),
+        (COLUMN + "expect: [{drift: 0.1 mm}]\n", "is a single value", 'or write a limit: "<= 0.1 mm" or ">= 0.1 mm"'),
+        (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "this key belongs in `world`"),
+        (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "replace the decimal comma by a point"),
         (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
-        (COLUMN + "   every: 1 s\n", "neither an item of the list", "or indent as above"),
+        (COLUMN + "   every: 1 s\n", "does not continue the list", "with the same indentation"),
     ],
 )  # fmt: skip
 def test_every_mistake_has_a_remedy(text: str, message: str, hint: str) -> None:
@@ -72,7 +72,9 @@ def test_collapse_at_a_level_that_may_be_built_is_accepted() -> None:
     assert compiled(COLUMN + "expect: [{collapses: {at: level 4 ± 1}}]\n")[1] == []
 
 
-@pytest.mark.parametrize(("name", "hint"), [("missing.yaml", "check its name"), ("folder.yaml", "can be read")])
+@pytest.mark.parametrize(
+    ("name", "hint"), [("missing.yaml", "check the path"), ("folder.yaml", "permissions of the file")]
+)
 def test_unreadable_file_has_a_remedy(tmp_path: FilePath, name: str, hint: str) -> None:
     (tmp_path / "folder.yaml").mkdir()
     (mistake,) = gather([tmp_path / name]).diagnostics

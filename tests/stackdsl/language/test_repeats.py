@@ -49,20 +49,20 @@ def test_a_range_has_the_values_that_its_steps_meet(written: Plain, values: list
 @pytest.mark.parametrize(
     ("written", "words"),
     [
-        ("5 mm .. 15 mm", "has no step"),
+        ("5 mm .. 15 mm", "no step"),
         ("1 .. 4 by 2", "end at 3"),
-        ("4 .. 1", "never reaches its end"),
-        ("1 .. 4 by 0", "never reaches its end"),
+        ("4 .. 1", "does not lead to its last value"),
+        ("1 .. 4 by 0", "does not lead to its last value"),
         ("1 mm .. 4 s by 1 mm", "different units"),
         ("1 .. x", "cannot be read at 'x'"),
-        ("0 .. 1000000000", "has 1000000001 values, and 9 is the most"),
+        ("0 .. 1000000000", "has 1000000001 values; the maximum is 9"),
         ("0 mm .. 1 km by 0.000001 mm", "has 1000000000001 values"),
     ],
 )
 def test_invalid_range_is_rejected_before_its_values_are_made(written: str, words: str) -> None:
     (mistake,) = compiled(f"scenario: a\nmatrix: {{n: {written}}}\nbuild: [{{column: {{levels: '${{n}}'}}}}]")[1]
     assert (mistake.span.line, mistake.span.column) == (2, 13)
-    assert words.replace("9 is", f"{MAX_VARIANTS} is") in mistake.message
+    assert words.replace("maximum is 9", f"maximum is {MAX_VARIANTS}") in mistake.message
     assert mistake.hint
 
 
@@ -130,7 +130,7 @@ def test_mistake_in_a_repetition_is_reported_once_with_the_repetition() -> None:
         "unknown key 'nmae'",
     )
     (mistake,) = mistakes_of("- repeat: {x: 1 .. 9}\n  column: {levels: '${x - 3}', origin: ['${x * 1 m}', 0 m, 0 m]}")
-    assert (mistake.span.where, mistake.message) == ("x = 1", "-2 is less than 1")
+    assert (mistake.span.where, mistake.message) == ("x = 1", "-2 is below the minimum of 1")
 
 
 def test_items_after_a_repetition_keep_their_places() -> None:
@@ -147,13 +147,13 @@ def test_duplicate_name_in_repetitions_reports_the_repetition() -> None:
 @pytest.mark.parametrize(
     ("loops", "words"),
     [
-        ("{i: 1 .. 1000000000}", f"has 1000000000 values, and {MAX_REPEATS} is the most"),
-        ("{i: 1 .. 1000, j: 1 .. 1000, k: 1 .. 1000}", f"this is repeated more than {MAX_REPEATS} times"),
-        ("{" + ", ".join(f"v{n}: 1 .. 10" for n in range(5000)) + "}", "this is repeated more than"),  # 10^5000
+        ("{i: 1 .. 1000000000}", f"has 1000000000 values; the maximum is {MAX_REPEATS}"),
+        ("{i: 1 .. 1000, j: 1 .. 1000, k: 1 .. 1000}", "yields more than the maximum"),
+        ("{" + ", ".join(f"v{n}: 1 .. 10" for n in range(5000)) + "}", "yields more than the maximum"),  # 10^5000
         ("{i: '1 .. ${n}'}", "unknown variable 'n'"),
         ("{mm: 1 .. 2}", "is a unit"),
-        ("3", "expected variables with their values, not 3"),
-        ("{}", "expected variables with their values"),
+        ("3", "expected variables and their values, not 3"),
+        ("{}", "expected variables and their values"),
     ],
 )
 def test_invalid_repeat_is_rejected(loops: str, words: str) -> None:
@@ -233,9 +233,9 @@ def test_words_and_brick_names_are_values() -> None:
     [
         ("[]", "SD103", "expected a list of mappings"),
         ("{a: 1}", "SD103", "expected a list of mappings"),
-        ("[{a: 1}, {b: 1}]", "SD102", "this case has no 'a'"),
+        ("[{a: 1}, {b: 1}]", "SD102", "this case has no value for 'a'"),
         ("[{a: 1, b: 2}, {a: 2, b: 1, c: 3}]", "SD101", "unknown variable 'c'"),
-        ("[{a: 1, b: 2}, {a: 1, b: 1}]", "SD104", "two cases have a 1"),
+        ("[{a: 1, b: 2}, {a: 1, b: 1}]", "SD104", "two cases have the same first value"),
         ("[{a: 1 x}]", "SD109", "'1 x' is neither"),
         ("[{m: 1}]", "SD109", "is a unit"),
     ],
@@ -248,9 +248,9 @@ def test_inconsistent_cases_are_rejected(cases: str, code: str, words: str) -> N
 @pytest.mark.parametrize(
     ("exclude", "code", "words"),
     [
-        ("[{a: 3}]", "SD104", "no such combination"),
+        ("[{a: 3}]", "SD104", "no combination has these values"),
         ("[{c: 1}]", "SD109", "unknown variable 'c'"),
-        ("[{a: 1}, {a: 2}]", "SD104", "no combination is left"),
+        ("[{a: 1}, {a: 2}]", "SD104", "removes all combinations"),
         ("{a: 1}", "SD103", "expected a list of mappings"),
     ],
 )

@@ -263,7 +263,7 @@ def test_a_build_makes_its_files_with_what_it_installs(tmp_path: Path) -> None:
 def test_repeated_parts_of_the_schema_are_in_defs() -> None:
     text = schema_text()
     assert text.count('"write a length with its unit"') == 1
-    assert text.count("shifts the layout to [x, y, z]") == 1
+    assert text.count("position [x, y, z] of the origin of the layout") == 1
 
 
 def test_the_schema_is_a_valid_one() -> None:

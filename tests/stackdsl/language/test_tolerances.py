@@ -117,7 +117,7 @@ def test_ambiguous_tolerance_is_rejected(written: object, dimension: Dimension, 
 def test_a_tolerance_beyond_all_doubles_is_out_of_range(written: str, dimension: Dimension) -> None:
     found = mistake(written, dimension)
     assert (found.code, found.message) == ("SD104", f"the tolerance '{written}' is out of range")
-    assert found.hint.startswith("write between 0 and ")
+    assert found.hint.startswith("write a value between 0 and ")
 
 
 @pytest.mark.parametrize("written", ["> 1e400 mm", "< 1e400 mm"])
@@ -132,7 +132,7 @@ def test_a_lower_bound_beyond_all_doubles_is_out_of_range(written: str) -> None:
         ("7 .. 5", "has its bounds in the wrong order"),
         ("9 ± -1", "has a negative width"),
         ("> 5 .. 7", "cannot be read at '5 .. 7'"),
-        ("< 0", "can never hold for a count"),
+        ("< 0", "cannot be met by a count"),
     ],
 )
 def test_malformed_tolerance_reports_the_cause(written: str, fault: str) -> None:
@@ -141,7 +141,7 @@ def test_malformed_tolerance_reports_the_cause(written: str, fault: str) -> None
 
 def test_single_value_of_a_quantity_is_rejected() -> None:
     found = mistake("12 mm", EXTENT)
-    assert "a measured value never equals" in found.message
+    assert "a measurement never equals exactly" in found.message
     assert "±" in found.hint
 
 
@@ -170,10 +170,10 @@ def test_upper_bound_in_place_of_a_lower_bound_has_a_remedy(written: str, hint: 
 @pytest.mark.parametrize(
     ("written", "dimension", "hint"),
     [
-        ("< 0 mm", EXTENT, "write between 0 and 10000 m"),
-        ("> 1", SHARE, "write between 0 and 1"),
-        ("level < 1", LEVEL, "write whole numbers from 1 up"),
-        ("12.5", COUNT, "write whole numbers from 0 up"),
+        ("< 0 mm", EXTENT, "write a value between 0 and 10000 m"),
+        ("> 1", SHARE, "write a value between 0 and 1"),
+        ("level < 1", LEVEL, "write whole numbers; the minimum is 1"),
+        ("12.5", COUNT, "write whole numbers; the minimum is 0"),
     ],
 )
 def test_tolerance_that_never_holds_reports_the_range(written: str, dimension: Dimension, hint: str) -> None:

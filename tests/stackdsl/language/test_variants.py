@@ -79,36 +79,36 @@ def test_values_are_rounded_in_reports_only() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("matrix: 5", ["SD103 5: expected a mapping"]),
-        ("let: []", ["SD103 []: expected a mapping"]),
+        ("matrix: 5", ["SD103 5: expected a mapping of variables to values"]),
+        ("let: []", ["SD103 []: expected a mapping of variables to values"]),
         ("matrix: {n: 5}", ["SD103 5: expected a list of values or a range, not 5"]),
         ("matrix: {n: []}", ["SD103 []: expected a list of values or a range, not a list"]),
         ("matrix: {n: [1, 1 one]}", ["SD109 1 one: '1 one' is neither a number nor a quantity"]),
         ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
-        ("matrix: {n: [1, 2, 1]}", ["SD104 1: 1 is in the list twice"]),
-        ("matrix: {n: [1, 1.0]}", ["SD104 1.0: 1.0 is in the list twice"]),
-        ("matrix: {n: [10 mm, '10mm']}", ["SD104 '10mm': '10mm' is in the list twice"]),  # they name one case
-        ("matrix: {n: [1, '1']}", ["SD104 '1': '1' is in the list twice"]),
-        ("matrix: {mm: [1]}", ["SD109 mm: 'mm' is a unit, and cannot name a variable"]),
-        ("let: {pi: 3}", ["SD109 pi: 'pi' is a number, and cannot name a variable"]),
-        ("let: {min: 3}", ["SD109 min: 'min' is a unit, and cannot name a variable"]),
-        ("let: {a-b: 3}", ["SD109 a-b: 'a-b' cannot name a variable"]),
-        ("let: {sqrt: 3}", ["SD109 sqrt: 'sqrt' is a function, and cannot name a variable"]),
+        ("matrix: {n: [1, 2, 1]}", ["SD104 1: the list contains 1 twice"]),
+        ("matrix: {n: [1, 1.0]}", ["SD104 1.0: the list contains 1.0 twice"]),
+        ("matrix: {n: [10 mm, '10mm']}", ["SD104 '10mm': the list contains '10mm' twice"]),  # they name one case
+        ("matrix: {n: [1, '1']}", ["SD104 '1': the list contains '1' twice"]),
+        ("matrix: {mm: [1]}", ["SD109 mm: 'mm' is a unit in expressions, and cannot be the name of a variable"]),
+        ("let: {pi: 3}", ["SD109 pi: 'pi' is a constant in expressions, and cannot be the name of a variable"]),
+        ("let: {min: 3}", ["SD109 min: 'min' is a unit in expressions, and cannot be the name of a variable"]),
+        ("let: {a-b: 3}", ["SD109 a-b: 'a-b' is not a valid name of a variable"]),
+        ("let: {sqrt: 3}", ["SD109 sqrt: 'sqrt' is a function in expressions, and cannot be the name of a variable"]),
         ("let: {a: 2 * 3}", ["SD109 2 * 3: '2 * 3' is neither a number nor a quantity"]),
         ("let: {a: 3 miles}", ["SD109 3 miles: '3 miles' is neither a number nor a quantity"]),
         ("let: {a: '${b}', b: 1}", ["SD109 '${b}': unknown variable 'b'"]),
         ("let: {a: '${a}'}", ["SD109 '${a}': unknown variable 'a'"]),
         ("{matrix: {a: [1]}, let: {a: 2}}", ["SD109 a: 'a' is already a variable of the matrix"]),
-        ("let: {a: mm}", ["SD109 mm: 'mm' has a meaning in expressions"]),
+        ("let: {a: mm}", ["SD109 mm: 'mm' is a reserved word of expressions"]),
         ("{let: {a: 1, b: a}, c: '${b}'}", ["SD109 a: 'a' is the name of a variable, not a value"]),
         ("{matrix: {n: ['${2}', 3]}}", ["SD109 '${2}': '${2}' is neither a number nor a quantity"]),
-        ("{matrix: {n: [10 mm, 1 cm]}, c: '${n}'}", ["SD104 1 cm: '1 cm' is in the list twice"]),
-        ("{let: {a: kapla}, c: '${a + 1}'}", ["SD109 '${a + 1}': 'a' is the word 'kapla', not a number"]),
+        ("{matrix: {n: [10 mm, 1 cm]}, c: '${n}'}", ["SD104 1 cm: the list contains '1 cm' twice"]),
+        ("{let: {a: kapla}, c: '${a + 1}'}", ["SD109 '${a + 1}': the value of 'a' is the word 'kapla', not a number"]),
         (
             "{matrix: {n: [1, 2]}, let: {a: 1}}",
-            ["SD112 n: the variable 'n' is used nowhere", "SD112 a: the variable 'a' is used nowhere"],
+            ["SD112 n: the variable 'n' is unused", "SD112 a: the variable 'a' is unused"],
         ),
-        ("scenario: tower-${1}", ["SD109 tower-${1}: the name of a scenario cannot vary"]),
+        ("scenario: tower-${1}", ["SD109 tower-${1}: the name of a scenario cannot contain expressions"]),
         ("build: [{a: '${1 / 0}'}]", ["SD109 '${1 / 0}': division by zero"]),
     ],
 )
@@ -143,7 +143,7 @@ def test_variants_are_limited() -> None:
     assert len(expanded(full)) == MAX_VARIANTS
     variants, (diagnostic,) = expand(source(f"{{matrix: {{a: [{row}], b: [{row}], d: [1, 2]}}, c: '${{a}}'}}"))
     assert diagnostic.code == "SD206"
-    assert "more than 256 combinations" in diagnostic.message
+    assert "maximum of 256 combinations" in diagnostic.message
     assert len(variants) == 1  # so that the rest can still be validated
 
 

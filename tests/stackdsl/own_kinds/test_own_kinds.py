@@ -73,16 +73,16 @@ def test_editors_know_them() -> None:
     ("old", "new", "mistake"),
     [
         ("steps: 3", "steps: 3, width: 2", "SD101 unknown key 'width'; choose from: origin, heading, omit, steps"),
-        ("steps: 3", "steps: 0", "SD104 0 is less than 1"),
+        ("steps: 3", "steps: 0", "SD104 0 is below the minimum of 1"),
         ("steps: 3", "steps: 500", "SD206 the layout has 125250 bricks"),
         ("brick: L3.1, by", "brick: L9.1, by", "SD204 there is no brick 'L9.1'; did you mean"),
         ("impulse: [20 mN*s", "impulse: [20 mm", "SD106 'mm' is not a unit of an impulse"),
-        ("impulse: [20 mN*s", "impulse: [20 N*s", "SD104 the push gives brick 'L3.1' 1673 m/s, but it must be"),
+        ("impulse: [20 mN*s", "impulse: [20 N*s", "SD104 the push accelerates brick 'L3.1' to 1673 m/s"),
         ("shake: {level: 3", "shake: {level: 4", "SD205 no brick of level 4 stands by then; begin later"),
         (
             "  - stands: {bricks: [L1.1]}",
             "  - tilts: {brick: L3.1, by: '> 40 deg'}",
-            "SD104 this and `tilts` at 11:5 cannot both hold on exact, tuned",
+            "SD104 this claim and `tilts` at 11:5 contradict each other on exact, tuned",
         ),
     ],
 )
@@ -170,7 +170,7 @@ def test_a_claim_that_cannot_be_judged_is_none() -> None:
     class Unjudged(ClaimKind):
         pass
 
-    with pytest.raises(TypeError, match="the claim 'unjudged' has no method `judge`"):
+    with pytest.raises(TypeError, match="the class of the claim 'unjudged' does not implement `judge`"):
         claim("unjudged", "nothing")(Unjudged)  # type: ignore[type-abstract]
     assert "unjudged" not in CLAIMS
 

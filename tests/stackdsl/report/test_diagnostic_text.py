@@ -82,7 +82,7 @@ def test_text_of_the_author_cannot_steer_the_terminal() -> None:
 def test_a_trap_in_a_file_reads_well() -> None:
     (diagnostic,) = parse("systems: [exact]\nfreeze: no  # 😀\n", "a.yaml").diagnostics
     assert diagnostic_text(diagnostic).splitlines() == [
-        "a.yaml:2:9: SD009 'no' is false to some YAML readers and text to others",
+        "a.yaml:2:9: SD009 'no' is read as false by some YAML parsers, and as text by others",
         "    2 | freeze: no  # 😀",
         "      |         ^^",
         "      = write false, or quote it if it is text",

@@ -65,7 +65,7 @@ def test_the_explanation_says_on_what_it_lies_and_that_this_holds_it(
         told = next(line for line in explanation_text(cases, Extent(margins=False)).splitlines() if " high " in line)
         assert "on low  load core" in told
     else:
-        assert "nothing is under brick 'high'" in mistakes[0].message
+        assert "brick 'high' has no support" in mistakes[0].message
 
 
 @EACH
@@ -98,7 +98,7 @@ def test_the_extension_holds_it_or_leaves_it_to_the_engine(
 @pytest.mark.parametrize("above", [0.15601, 0.1560001, 0.2, 0.5])
 def test_how_far_it_is_away_is_never_told_as_what_it_may_be(above: float) -> None:
     (mistake,) = compiled(scene(text_of(KAPLA, above, 0)))[1]
-    assert f"{above} mm away, and bodies up to 0.156" in mistake.message
+    assert f"{above} mm away; the largest gap that counts as contact is 0.156" in mistake.message
     assert f"up to {above} mm" not in mistake.message
 
 

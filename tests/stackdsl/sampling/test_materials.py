@@ -74,7 +74,7 @@ def test_values_computed_by_let_vary_with_their_variable() -> None:
 
 def test_a_sample_with_a_value_that_may_not_be_written_is_told_with_it() -> None:
     case = case_of(SLOPE.replace("0.5 ± 0.2", "{normal: 0.01 ± 1}"))
-    with pytest.raises(InvalidSampleError, match=r"sample \d+ has mu = -.* is less than 0") as caught:
+    with pytest.raises(InvalidSampleError, match=r"sample \d+ has mu = -.* is below the minimum of 0") as caught:
         list(timelines(case.variant, Draws(1, "slope", 0, 50)))
     mistake = caught.value.mistake
     assert (mistake.code, mistake.span.line) == ("SD104", 8)

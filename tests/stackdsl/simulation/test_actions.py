@@ -169,7 +169,7 @@ def test_nothing_is_slid_into_what_has_moved_there_by_then(placed: str, time: fl
     - bricks: [{{name: upper, at: [0 mm, 0 mm, 3.9 mm], {placed}}}, {{name: lower, at: [117.6 mm, 0 mm, 3.9 mm]}}]
     """
     impacts = f"{{at: 0 s, remove: {{brick: lower}}}}, {{at: {time} s, insert: {{at: [117.6 mm, 0 mm, 3.9 mm]}}}}"
-    with pytest.raises(BlockedPlacementError, match="'upper' has moved there"):
+    with pytest.raises(BlockedPlacementError, match="'upper' has moved into its place"):
         played(build, impacts, "tuned", "world: {tilt: 40 deg}")
 
 

@@ -97,8 +97,8 @@ def test_a_scenario_cannot_name_it_and_is_told_how_it_is_asked_for(beside: Playe
     write(tmp_path, column(10.0) + "systems: [example]\n")
     told = beside("check", "scene.yaml")
     assert told.code == 2
-    assert "'example' is not one of the choices" in told.out
-    assert "use --system for systems of other packages; installed: example" in told.out
+    assert "'example' is not a permitted value" in told.out
+    assert "systems of other packages are chosen with --system; installed: example" in told.out
 
 
 @pytest.mark.usefixtures("example")
@@ -142,11 +142,11 @@ BROKEN = {
     "unnamed = example_engine:NOTHING": "'unnamed' of broken cannot be loaded from example_engine:NOTHING: "
     "AttributeError: module 'example_engine' has no attribute 'NOTHING'",
     "typed = example_engine:ExampleWorld": "'typed' of broken cannot be used: example_engine:ExampleWorld is a type, "
-    "and must be a stackdsl.simulation.systems.System",
-    "other = example_engine:EXAMPLE": "'other' of broken cannot be used: it calls itself 'example', and must have the "
+    "but must be a stackdsl.simulation.systems.System",
+    "other = example_engine:EXAMPLE": "'other' of broken cannot be used: its name is 'example', but must be the "
     "name of its entry point in stackdsl.systems",
-    "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system called 'tuned', a name "
-    "that stackdsl uses itself; uninstall broken",
+    "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system with the name 'tuned', "
+    "which stackdsl reserves; uninstall broken",
 }
 
 
@@ -193,7 +193,7 @@ def test_two_packages_cannot_offer_the_same_name(beside: Played, install: Instal
     write(tmp_path, column(10.0))
     told = beside("check", "scene.yaml", "--system", "example")
     assert told.code == 4
-    assert "all offer a system called 'example'; keep one of them" in told.err
+    assert "offer systems with the same name 'example'; uninstall all but one" in told.err
 
 
 NOBODY_ASKED = """

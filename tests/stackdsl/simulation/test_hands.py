@@ -98,7 +98,7 @@ def test_bricks_that_a_hand_does_not_reach_stay_to_the_last_digit() -> None:
 @pytest.mark.parametrize("system", ENGINES)
 def test_a_hand_that_pushes_a_row_against_a_wall_is_told_to_end_its_way(system: str) -> None:
     gaps, wall = [10.0], "world: {walls: [{bearing: 0 deg, distance: 75 mm}]}\n"
-    with pytest.raises(BlockedPlacementError, match="the hand cannot move brick 'b0' on"):
+    with pytest.raises(BlockedPlacementError, match="the hand cannot continue to move brick 'b0'"):
         played(row(gaps), wall + pushed_row(gaps, 40.0), system)  # 10 + 5 mm is all there is
 
 

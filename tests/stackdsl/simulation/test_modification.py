@@ -139,4 +139,4 @@ def test_a_result_says_with_which_constants_it_was_played() -> None:
 
 def test_a_modification_is_told_in_words() -> None:
     assert AS_WRITTEN.summary == ""
-    assert Modification(size=10.0).summary == "all 10 times as large"
+    assert Modification(size=10.0).summary == "lengths times 10"

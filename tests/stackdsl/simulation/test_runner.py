@@ -186,7 +186,7 @@ def test_gravity_changes_no_collapse_level(gravity: float) -> None:
 
 
 def test_a_brick_is_not_placed_into_one_that_has_fallen_there() -> None:
-    with pytest.raises(BlockedPlacementError, match="'e' cannot be placed at 2 s: 'd' has moved there"):
+    with pytest.raises(BlockedPlacementError, match="'e' cannot be placed at 2 s: 'd' has moved into its place"):
         played(
             """
             - bricks: [{name: d, at: [0 mm, 0 mm, 60 mm], drop: true}]

@@ -37,5 +37,5 @@ class SapienSettings(EngineSettings):
 SETTINGS = SapienSettings(
     time_step=1.0 / 960.0, iterations=20, velocity_iterations=1, contact_offset=0.001, most_travel=0.001
 )
-SAPIEN = System("sapien", "PhysX 5 with the settings that stack best", SETTINGS, method=None)
+SAPIEN = System("sapien", "PhysX 5 with settings tuned for stacks", SETTINGS, method=None)
 SAPIEN_THESIS = System("sapien-thesis", "PhysX 5 with the published stack-stability method", SETTINGS, Method.PUBLISHED)

@@ -77,7 +77,7 @@ class PairShapes:
     def _meets(self, one: Surface | BodyId, other: Surface | BodyId) -> Groups:
         number = self._bits.setdefault(frozenset((one, other)), len(self._bits))
         if number >= BITS:
-            raise ValueError(f"SAPIEN tells {BITS} pairs of surfaces apart, and here there are more")
+            raise ValueError(f"SAPIEN supports at most {BITS} different pairs of surfaces, and this scene has more")
         return [1 << number, 1 << number, 0, 0]
 
 
@@ -401,10 +401,10 @@ class SapienWorld(EngineWorld):
         self.bodies.put_at(brick, pose)
 
     def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
-        raise NotImplementedError("nothing presses on bricks in SAPIEN but bricks; give an extension no presser")
+        raise NotImplementedError("SAPIEN worlds do not support applied forces; create extensions without a presser")
 
     def weld(self, bricks: Collection[BodyId]) -> None:
-        raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")
+        raise NotImplementedError("SAPIEN worlds cannot weld bricks; create extensions without a joiner")
 
     def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
-        raise NotImplementedError("bricks cannot be joined in SAPIEN; give an extension no joiner")
+        raise NotImplementedError("SAPIEN worlds cannot weld bricks; create extensions without a joiner")

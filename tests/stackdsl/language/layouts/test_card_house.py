@@ -86,10 +86,10 @@ def test_by_default_vs_are_a_quarter_of_the_way_from_the_least_spacing_to_the_la
 @pytest.mark.parametrize(
     ("written", "message", "hint"),
     [
-        ({"spacing": "117 mm"}, "run into each other", "at least 117.6 mm, and less than 132.3 mm"),
+        ({"spacing": "117 mm"}, "overlap each other", "at least 117.6 mm, and less than 132.3 mm"),
         ({"spacing": "133 mm"}, "too far apart for flat planks", "less than 132.3 mm"),
-        ({"angle": "62 deg", "spacing": "124 mm"}, "run into each other", "at least 124.2 mm"),
-        ({"angle": "60 deg"}, "feet are too far apart for flat planks", "more than 60 deg"),
+        ({"angle": "62 deg", "spacing": "124 mm"}, "overlap each other", "at least 124.2 mm"),
+        ({"angle": "60 deg"}, "too wide for flat planks", "greater than 60 deg"),
         ({"angle": "0 deg"}, "do not lean", "70 deg"),
         ({"angle": "86.3 deg"}, "do not lean", "70 deg"),  # past the slope of its diagonal, a plank falls outwards
     ],

@@ -86,7 +86,7 @@ def test_every_plank_of_a_wall_lies_on_two_or_wholly_on_one() -> None:
 
 
 def test_a_gap_longer_than_a_plank_is_refused() -> None:
-    with pytest.raises(MistakeError, match=r"longer than a plank of 117\.6 mm"):
+    with pytest.raises(MistakeError, match=r"shorter than a plank of 117\.6 mm"):
         wall(WallParams.model_validate({"levels": 2, "bricks": 2, "gap": "118 mm"}), KAPLA)
 
 

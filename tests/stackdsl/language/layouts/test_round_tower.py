@@ -10,7 +10,7 @@ from stackdsl.language.layouts.tower import TowerParams, tower
 from stackdsl.language.quantities import MistakeError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, WIDTH, by_level, gap
 
-RINGS = [(3, 0.2), (5, 0.5), (7, 0.4), (16, 0.4), (40, 0.05), (400, 0.45)]  # planks a ring, and their overlap
+RINGS = [(3, 0.2), (5, 0.5), (7, 0.4), (16, 0.4), (40, 0.05), (400, 0.45)]  # planks per ring, and their overlap
 
 
 def rings(bricks: int, overlap: float, levels: int = 3) -> list[list[BrickSpec]]:
@@ -69,6 +69,6 @@ def test_a_ring_closes_at_its_largest_overlap(bricks: int) -> None:
     ring = rings(bricks, most * (1 - 1e-9))[0]
     assert gap(ring[0], ring[1]) == pytest.approx(0.0, abs=1e-9)
     for overlap in (most * (1 + 1e-9), 0.0):
-        with pytest.raises(MistakeError, match=rf"{bricks} planks a ring") as mistake:
+        with pytest.raises(MistakeError, match=rf"{bricks} planks per ring") as mistake:
             rings(bricks, overlap)
-        assert mistake.value.hint == f"write an overlap of more than 0 % and less than {100 * most:.3g} %"
+        assert mistake.value.hint == f"write an overlap greater than 0 % and less than {100 * most:.3g} %"

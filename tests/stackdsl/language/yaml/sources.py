@@ -17,7 +17,7 @@ FALSE_LIKE = ["no", "No", "NO", "off", "OFF", "n", "N", "False", "FALSE"]
 REMEDIES = [
     *[(text, "write true, or quote it if it is text") for text in TRUE_LIKE],
     *[(text, "write false, or quote it if it is text") for text in FALSE_LIKE],
-    *[(text, "write the value, or leave out the key") for text in ("null", "Null", "NULL", "~")],
+    *[(text, "write the value, or remove the key") for text in ("null", "Null", "NULL", "~")],
     *[
         (text, f"write {number}, or quote it if it is text")
         for text, number in [
@@ -41,7 +41,7 @@ REMEDIES = [
         for text in ("0o17", "0x1F", "0b1", "-0x1f", "0XFF", "0O7", "0B1", "0x_ff")
     ],
     *[
-        (text, "write a time with its unit, as in 90 s, or quote it if it is text")
+        (text, "write a time with its unit, such as 90 s, or quote it if it is text")
         for text in ("1:30", "1:30:00", "-1:30", "1:30.5", "16:9")
     ],
     *[

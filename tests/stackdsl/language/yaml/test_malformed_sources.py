@@ -13,17 +13,17 @@ __all__ = ["each_parser"]  # used by every test here
 # --- malformed text ---------------------------------------------------------------------------------------------------
 
 
-UNSEEN = "is invisible, or changes how the line looks"
+UNSEEN = "is invisible, or changes the appearance of the line"
 
 
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
-        ("a: b: c\n", "1:5", "a ':' in a place without a key"),
-        ("a: 1\n b: 2\n", "2:3", "a ':' in a place without a key"),
-        ("9 ± 1 😀: b: c\n", "1:11", "a ':' in a place without a key"),
-        ("a: 1\n\tb: 2\n", "2:1", "a tab"),
-        ("a: 1 \t# aligned\n", "1:6", "a tab"),
+        ("a: b: c\n", "1:5", "unexpected ':'; a value cannot contain a second key on this line"),
+        ("a: 1\n b: 2\n", "2:3", "unexpected ':'; a value cannot contain a second key on this line"),
+        ("9 ± 1 😀: b: c\n", "1:11", "unexpected ':'; a value cannot contain a second key on this line"),
+        ("a: 1\n\tb: 2\n", "2:1", "tabs are not allowed"),
+        ("a: 1 \t# aligned\n", "1:6", "tabs are not allowed"),
         ("a: \0\n", "1:4", "the character U+0000 is not allowed in a scenario"),
         ("# \x1b[31m\n", "1:3", "the character U+001B is not allowed in a scenario"),
         ("a: b\u202e# c\n", "1:5", f"the character U+202E RIGHT-TO-LEFT OVERRIDE {UNSEEN}"),
@@ -40,28 +40,28 @@ UNSEEN = "is invisible, or changes how the line looks"
         ("a: @b\n", "1:4", "a value cannot begin with '@'"),
         ("a: %b\n", "1:4", "a value cannot begin with '%'"),
         ("a: }\n", "1:4", "a value cannot begin with '}'"),
-        ('b: 1\na: "x\n', "2:4", "a quoted text is not closed"),
-        ("a: 'x\n---\nb: 1\n", "1:4", "a quoted text is not closed"),
-        ('a: "b \\q"\n', "1:7", "an escape that YAML does not know"),
-        ("a: 'it's'\n", "1:8", "neither a key of the mapping from line 1 nor its end"),
-        ('a:\n  b: "x" y\n', "2:10", "neither a key of the mapping from line 2 nor its end"),
-        ("a:\n  - 1\n  b: 2\n", "3:3", "neither an item of the list from line 2 nor its end"),
-        ("a: |\n  x\nb\n", "3:1", "a key without its ':'"),
-        ("a: |\n  x\nb\nc: 1\n", "3:1", "a key without its ':'"),
-        ("a: [1, 2\nb: 3\n", "2:2", "the list that opens in line 1 lacks a ',' or ']'"),
-        ("a:\n  - [1, 2", "2:5", "the list that opens in line 2 lacks a ',' or ']'"),
-        ("a: [${x}, 1]\n", "1:6", "the list that opens in line 1 lacks a ',' or ']'"),
-        ("a: {b: 1\n", "1:4", "the mapping that opens in line 1 lacks a ',' or '}'"),
+        ('b: 1\na: "x\n', "2:4", "the quoted text is not closed"),
+        ("a: 'x\n---\nb: 1\n", "1:4", "the quoted text is not closed"),
+        ('a: "b \\q"\n', "1:7", "the escape sequence is not part of YAML"),
+        ("a: 'it's'\n", "1:8", "the line does not continue the mapping that begins in line 1"),
+        ('a:\n  b: "x" y\n', "2:10", "the line does not continue the mapping that begins in line 2"),
+        ("a:\n  - 1\n  b: 2\n", "3:3", "the line does not continue the list that begins in line 2"),
+        ("a: |\n  x\nb\n", "3:1", "the key has no ':'"),
+        ("a: |\n  x\nb\nc: 1\n", "3:1", "the key has no ':'"),
+        ("a: [1, 2\nb: 3\n", "2:2", "the list that begins in line 1 has no ',' or ']' here"),
+        ("a:\n  - [1, 2", "2:5", "the list that begins in line 2 has no ',' or ']' here"),
+        ("a: [${x}, 1]\n", "1:6", "the list that begins in line 1 has no ',' or ']' here"),
+        ("a: {b: 1\n", "1:4", "the mapping that begins in line 1 has no ',' or '}' here"),
         ("a: [1,, 2]\n", "1:7", "a value or a closing bracket is missing"),
         ("a: [", "1:4", "a value or a closing bracket is missing"),
         ("a: - 5\n", "1:4", "a list cannot begin here"),
-        ("a: ? b\n", "1:4", "a '?' without a key"),
-        ("a: *\n", "1:4", "an alias or anchor without a name"),
-        ("a: &.b 1\n", "1:4", "an alias or anchor without a name"),
-        ("a: 1\n...\nb: 2\n", "3:1", "text after the end of a document"),
-        ("a: &b 1\nc: *d\n", "2:4", "there is no anchor 'd' before this alias"),
-        ("a: *b\nc: &b 1\n", "1:4", "there is no anchor 'b' before this alias"),
-        ("a: &b 1\n---\nc: *b\n", "3:4", "there is no anchor 'b' before this alias"),
+        ("a: ? b\n", "1:4", "the '?' has no key"),
+        ("a: *\n", "1:4", "the alias or anchor has no name"),
+        ("a: &.b 1\n", "1:4", "the alias or anchor has no name"),
+        ("a: 1\n...\nb: 2\n", "3:1", "unexpected text after the end of a document"),
+        ("a: &b 1\nc: *d\n", "2:4", "the alias 'd' has no anchor above it"),
+        ("a: *b\nc: &b 1\n", "1:4", "the alias 'b' has no anchor above it"),
+        ("a: &b 1\n---\nc: *b\n", "3:4", "the alias 'b' has no anchor above it"),
     ],
 )
 def test_malformed_yaml_reports_place_and_cause(text: str, place: str, message: str) -> None:
@@ -73,7 +73,7 @@ def test_malformed_yaml_reports_place_and_cause(text: str, place: str, message: 
 @pytest.mark.parametrize("escape", ["\\ud800", "\\U00110000", "\\UFFFFFFFF"])
 def test_an_escape_beyond_unicode_is_refused(escape: str) -> None:
     (diagnostic,) = parse(f'a: "{escape}"\n', "a.yaml").diagnostics
-    assert (diagnostic.code, diagnostic.message) == ("SD004", "an escape that YAML does not know")
+    assert (diagnostic.code, diagnostic.message) == ("SD004", "the escape sequence is not part of YAML")
 
 
 def test_misspelt_alias_has_a_suggestion() -> None:

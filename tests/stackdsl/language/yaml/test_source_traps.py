@@ -100,7 +100,7 @@ def test_yaml_features_that_scenarios_do_without_are_refused(text: str, expected
 
 def test_a_tag_is_named_as_it_is_written() -> None:
     (diagnostic,) = parse("a: !!str 1\n", "a.yaml").diagnostics
-    assert diagnostic.message == "the tag '!!str'"
+    assert diagnostic.message == "the YAML tag '!!str' is not supported"
 
 
 def test_a_duplicate_key_names_the_first() -> None:
