@@ -92,7 +92,7 @@ def _without_traceback(result: Result) -> Result:
 # Most of what a call takes goes into starting Python and importing what a command needs, so one process does both,
 # once, and forks another for each call, which then has a folder, arguments and an exit code of its own. It has played a
 # scenario before, so that what is made of modules is there as well. That a command imports all it needs by itself, and
-# no more, is for tests that start processes (commands/test_start.py).
+# no more, is for tests that start processes (tests/stackdsl/cli/test_start.py).
 FORKING = """
 import atexit, functools, gc, importlib, json, os, pkgutil, sys, threading
 import stability, stackdsl

@@ -1,4 +1,4 @@
-"""What is watched, judged and observed of a brick asks its shape, whichever that is."""
+"""Shapes other than boxes are watched, judged and observed by their own geometry."""
 
 import pytest
 

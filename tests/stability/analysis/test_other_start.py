@@ -1,4 +1,4 @@
-"""A start other than rest obeys Newton and Coulomb, by arithmetic; what does not is none."""
+"""Starts other than rest obey Newton and Coulomb."""
 
 from dataclasses import replace
 from math import cos, radians, sin, tan

@@ -1,4 +1,4 @@
-"""A name that is longer than the system allows is told as one of a file that cannot be read, by every command."""
+"""Every command reports a file name longer than the system allows as an unreadable file."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What `stackdsl run` keeps of a run: arrays of where bricks were, and a page that plays it."""
+"""Files that `stackdsl run` writes: arrays of poses, and a replay page."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A gap counts as contact or not at each point by itself, whatever is nearer at another corner of the same face."""
+"""A gap counts as contact at each point of a face separately."""
 
 from math import asin, cos, pi, sin
 

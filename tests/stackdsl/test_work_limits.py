@@ -1,4 +1,4 @@
-"""What would take hours, or all the memory, is refused by counts before it begins, with its place in the file."""
+"""Work limits: scenes that would take hours or all the memory are refused by counts, with their place in the file."""
 
 import json
 import os

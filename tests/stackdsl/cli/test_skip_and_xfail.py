@@ -1,4 +1,4 @@
-"""`skip` and `xfail`: what is not played, what is known to fail, and what is told when it does not."""
+"""`skip` and `xfail`: cases that are not played, known failures, and unexpected passes."""
 
 import json
 from collections.abc import Callable

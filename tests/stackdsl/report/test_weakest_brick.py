@@ -1,4 +1,4 @@
-"""One measure of weakness: whoever names a weakest brick names the same one, with the same acceleration and words."""
+"""All reports name the same weakest brick, with the same acceleration and words."""
 
 import json
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""What the machine has too little of is said in words, with a remedy, and is no fault of stackdsl."""
+"""Limits of the machine are reported in words, with a remedy, and not as a fault of stackdsl."""
 
 import os
 import resource

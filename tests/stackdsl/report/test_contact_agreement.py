@@ -1,4 +1,4 @@
-"""A plank a little above another touches it, or does not: compiler, explanation, statics and extension say the same."""
+"""Compiler, explanation, statics and stabilizer agree on whether a plank a little above another touches it."""
 
 from dataclasses import replace
 
