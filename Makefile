@@ -17,7 +17,14 @@ help:           ## list the targets
 # it: setuptools comes first, and nothing is fetched for a build. Python compiles the few modules that are imported.
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile
 
+# An environment outside of this tree belongs to another checkout, which its editable package points to. It is used as it
+# is: a new set-up from here would replace that package.
+ifneq ($(filter $(CURDIR)/%,$(abspath $(VENV))),)
 $(READY): pyproject.toml requirements.lock setup.py
+else
+export PYTHONPATH := $(CURDIR)
+endif
+$(READY):
 	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	sed -n '/^setuptools==/,/[^\\]$$/p' requirements.lock > $(VENV)/build.lock

@@ -9,7 +9,7 @@ import pytest
 from tests.paths import ROOT
 
 FRAGMENTS = sorted((ROOT / "changelog.d").glob("*.md"))
-NAME = re.compile(r"\d+(-[a-z0-9-]+)?\.(feature|fix)\.md")
+NAME = re.compile(r"(\d+(-[a-z0-9-]+)?|\+[a-z0-9-]+)\.(feature|fix)\.md")  # `+` is for changes without an issue
 
 
 def test_fragments_tell_their_issue_and_what_they_are() -> None:
