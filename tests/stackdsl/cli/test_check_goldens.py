@@ -182,8 +182,9 @@ def test_other(golden):
 
 def test_golden_files_that_somebody_else_keeps_are_not_removed(stackdsl: Stackdsl, project: Path) -> None:
     tests = write(project, IN_PYTHON, "trials/test_column.py")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": ""}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--snapshot-update", "trials"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "CI": "", "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    plugins = ("-p", "syrupy", "-p", "stackdsl.pytest_plugin")
+    command = [sys.executable, "-m", "pytest", "-q", *plugins, "--snapshot-update", "trials"]
     subprocess.run(command, cwd=project, env=environment, check=True, capture_output=True)
     assert stackdsl("check", "wip/draft.yaml").code == 0  # which locks, beside the directory of scenarios
     theirs = [project / "golden" / name / "exact.json" for name in ("in-python", "in-a-test", "draft")]

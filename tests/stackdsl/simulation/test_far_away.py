@@ -76,7 +76,7 @@ SHOT = "{size: [8 mm, 20 mm, 7 mm], density: 8000 kg/m3}"
     "build",
     [
         pytest.param(POST, id="alone", marks=pytest.mark.slow),
-        pytest.param(POST + BLOCK, id="with a block five metres away"),
+        pytest.param(POST + BLOCK, id="with a block five metres away", marks=pytest.mark.slow),
     ],
 )
 def test_a_fast_hit_moves_what_it_hits_whatever_stands_elsewhere(build: str) -> None:
