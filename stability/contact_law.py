@@ -1,10 +1,12 @@
 """The law of a contact: the admissible forces at a point, and the coefficient of friction of two bodies.
 
-Only `Contact.law` defines the set of forces. Proofs and solvers use its methods, so another law is one more class here.
+Only `Contact.law` defines the set of forces. The checks of proofs use its methods, so they hold for any law. Solvers
+support a Coulomb cone with its tip anywhere on the normal (`is_shifted_cone`); initial motions, their uniqueness and
+placement errors support `Coulomb` only, and refuse other laws (`coulomb_coefficients`).
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf, sqrt
@@ -33,6 +35,8 @@ class ContactLaw(ABC):
 
     # Whether the set contains all sums of its forces; otherwise proofs with this law must not be added.
     is_cone: ClassVar[bool]
+    # Whether the set is a Coulomb cone with its tip at `least_normal`, which solvers need.
+    is_shifted_cone: ClassVar[bool] = False
 
     friction: Numbers  # Coulomb coefficient: increase of the greatest friction per normal force
 
@@ -86,6 +90,7 @@ class Coulomb(ContactLaw):
     """Dry friction: the contact never pulls, and friction is at most the coefficient times the normal force."""
 
     is_cone = True
+    is_shifted_cone = True
     least_normal = 0.0
 
     def greatest_friction(self, normal: Numbers) -> Numbers:
@@ -129,6 +134,16 @@ class Coulomb(ContactLaw):
 
         short = np.maximum(self.shortfall(opening, sliding), 0.0)
         return np.multiply(press, short, out=np.zeros_like(short), where=short > 0.0)
+
+
+def coulomb_coefficients(laws: Iterable[ContactLaw]) -> list[float]:
+    """Return the coefficients of Coulomb's laws. Raises NotImplementedError for any other law."""
+    coefficients = []
+    for law in laws:
+        if not isinstance(law, Coulomb):
+            raise NotImplementedError(f"this analysis supports Coulomb friction only, not {type(law).__name__}")
+        coefficients.append(law.friction)
+    return coefficients
 
 
 # Coulomb coefficients by body, by kind of body, and by pair.

@@ -135,7 +135,7 @@ class AcceleratedProblem:
 
     def at(self, x: float, y: float) -> WrenchMatrix:
         """Return the wrench matrix with the inertial forces of an acceleration."""
-        return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads))
+        return replace(self.system, loads=self.system.wrench_of(self.loaded(x, y).loads) + self.system.pulls)
 
     def holds(self, x: float, y: float, rows: Array) -> bool:
         """Return whether forces, in the units of the rows, are proven to balance the loads under an acceleration."""

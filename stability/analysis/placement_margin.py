@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.contact_law import Coulomb
+from stability.contact_law import Coulomb, coulomb_coefficients
 from stability.geometry.polygons import Point2, Polygon, hull, inset
 from stability.geometry.rows import Array
 from stability.model import GROUND, BodyId, Vec3
@@ -57,6 +57,7 @@ class PlanPatch:
 
 def plan_patches(problem: Problem, planes: Collection[BodyId]) -> list[PlanPatch]:
     """Return the contacts that count, ordered by name and place so that results do not depend on the input order."""
+    coulomb_coefficients(contact.law for contact in problem.contacts)  # raises for any other law
     steep = _on_unlike_faces(problem)
     patches = []
     for contact in problem.contacts:

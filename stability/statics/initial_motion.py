@@ -6,7 +6,7 @@ from math import hypot, inf
 
 import numpy as np
 
-from stability.contact_law import ContactLaw, Coulomb
+from stability.contact_law import ContactLaw, Coulomb, coulomb_coefficients
 from stability.geometry.placed_shape import inertia_about_axes, inertia_times
 from stability.geometry.rows import Array, Indices
 from stability.geometry.vectors import add, cross, dot, scale, subtract
@@ -78,7 +78,7 @@ def start_equations(problem: Problem) -> StartEquations:
         ),
         np.array([frame(each[0]) for each in normals]).reshape(-1, 3, 3),
         normals,
-        Coulomb(np.array([contact.law.friction for _, contact, _ in points], dtype=float)),
+        Coulomb(np.array(coulomb_coefficients(contact.law for _, contact, _ in points), dtype=float)),
         np.array([number for number, _, _ in points], dtype=np.int64),
         units,
     )

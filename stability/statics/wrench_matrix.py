@@ -36,6 +36,7 @@ class Cones:
     points_W: Array  # (n, 3) [m]
     axes_W: Array  # (n, 3, 3) the unit normal and two tangents, by rows
     friction: Array  # (n,)
+    tips_W: Array  # (n, 3) [N] force at the tip of the cone: zero, or a pull
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +45,8 @@ class WrenchMatrix:
 
     Columns: the three components of each brick's velocity, then of its spin, without those that no force affects. With
     slips `S = matrix @ u`, forces `f` in units of `row_scale` balance loads if `matrix.T @ f + loads = 0`.
+
+    The rows hold the forces above the tips of the cones; the pulls at the tips count as loads.
     """
 
     names: tuple[BodyId, ...]
@@ -56,6 +59,7 @@ class WrenchMatrix:
     row_scale: Array  # (rows,) unit of force [N]
     column_scale: Array  # (6 bricks,) unit of force or torque [N, N m]
     kept: Indices  # (columns,) their indices among the 6 bricks
+    pulls: Array  # (columns,) of the forces at the tips of the cones
 
     def wrench_of(self, wrenches: Mapping[BodyId, Wrench]) -> Array:
         """Return wrenches on bricks, in the units and order of the columns."""
@@ -72,11 +76,11 @@ class WrenchMatrix:
         forces = np.zeros((len(self.cones.lower), 3))
         forces[self.round] = np.einsum("ij,ijk->ik", self.rows.triples(rows), self.cones.axes_W[self.round])
         forces[self.flat] = self.rows.singles(rows)[:, None] * self.cones.axes_W[self.flat, 0]
-        return forces
+        return forces + self.cones.tips_W
 
     def rows_of(self, forces_W: Array) -> Array:
         """Return the forces of the rows from the contact force of each cone [N]."""
-        axes = self.cones.axes_W
+        axes, forces_W = self.cones.axes_W, forces_W - self.cones.tips_W
         triples = np.einsum("ij,ikj->ik", forces_W[self.round], axes[self.round])
         singles = np.einsum("ij,ij->i", forces_W[self.flat], axes[self.flat, 0])
         rows: Array = self.rows.joined(triples, singles) / self.row_scale
@@ -120,14 +124,20 @@ def wrench_matrix(problem: Problem, whole: bool = False, carried: Mapping[BodyId
     held = np.where(cones.upper < len(names), cones.upper, cones.lower)
     row_scale = np.append(force, 1.0)[held][row_cone] * row_units(cones.friction)[row_cone, axis]
     column_scale = np.stack([force, force, force, *[force * length] * 3], axis=1).ravel()
-    loads = wrench_array(names, problem.loads).ravel() / column_scale
+    pulls = _pulls(problem, names, cones).ravel() / column_scale
+    loads = wrench_array(names, problem.loads).ravel() / column_scale + pulls
     acts = np.ones(len(loads), dtype=bool) if whole else loads != 0.0
     matrix, kept = _kept(_matrix(problem, names, cones, row_cone, axis), acts, row_scale, column_scale)
-    return WrenchMatrix(names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept)
+    return WrenchMatrix(
+        names, cones, matrix, loads[kept], rows, with_friction, without, row_scale, column_scale, kept, pulls[kept]
+    )
 
 
 def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
-    """Return the friction cones of a problem; bricks are numbered as in `names`."""
+    """Return the friction cones of a problem; bricks are numbered as in `names`.
+
+    Raises NotImplementedError for a contact law other than a Coulomb cone, with its tip anywhere on the normal.
+    """
     index = {name: i for i, name in enumerate(names)}
     contacts = problem.contacts
     shapes = tuple((len(c.points_W), len(c.normals_W)) for c in contacts)
@@ -135,17 +145,36 @@ def cones_of(problem: Problem, names: Sequence[BodyId]) -> Cones:
     points_W = [point for c in contacts for point in c.points_W for _ in c.normals_W]
     normals_W = [normal for c in contacts for _ in c.points_W for normal in c.normals_W]
 
+    for contact in contacts:
+        if not contact.law.is_shifted_cone:
+            law = f"{type(contact.law).__name__} of '{contact.upper}' on '{contact.lower}'"
+            raise NotImplementedError(f"no solver supports the contact law {law}: it is not a shifted Coulomb cone")
+
     def spread(values: list[int] | list[float]) -> Any:  # noqa: ANN401 -- integers or floats
         return np.repeat(np.array(values), sizes)
 
+    axes_W = _axes(np.array(normals_W, dtype=float).reshape(-1, 3))
+    tips = spread([c.law.least_normal for c in contacts]).astype(float)
     return Cones(
         shapes,
         spread([index.get(c.lower, len(names)) for c in contacts]).astype(np.int64),
         spread([index.get(c.upper, len(names)) for c in contacts]).astype(np.int64),
         np.array(points_W, dtype=float).reshape(-1, 3),
-        _axes(np.array(normals_W, dtype=float).reshape(-1, 3)),
+        axes_W,
         spread([c.law.friction for c in contacts]).astype(float),
+        tips[:, None] * axes_W[:, 0],
     )
+
+
+def _pulls(problem: Problem, names: Sequence[BodyId], cones: Cones) -> Array:
+    """Return (bricks, 6) forces and torques of the forces at the tips of the cones [N, N m]."""
+    wrenches = np.zeros((len(names) + 1, 6))  # the last row is that of the fixed bodies
+    if cones.tips_W.any():
+        centres = np.array([problem.bricks[name].pose.position_W for name in names] + [ZERO], dtype=float)
+        for body, sign in ((cones.upper, 1.0), (cones.lower, -1.0)):
+            forces = sign * cones.tips_W
+            np.add.at(wrenches, body, np.hstack([forces, cross_rows(cones.points_W - centres[body], forces)]))
+    return wrenches[:-1]
 
 
 def _axes(normals: Array) -> Array:

@@ -8,11 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stability.analysis.acceleration_margin import acceleration
+from stability.analysis.placement_margin import placement
 from stability.contact_law import ContactLaw, Coulomb, Numbers
 from stability.geometry.box import Box
 from stability.model import Brick, Pose
 from stability.problem import UP, Contact, Forces, Motion, Placed, Problem, Tolerances, Wrench
 from stability.statics.equilibrium import balance
+from stability.statics.initial_motion import start_equations
 from stability.statics.load_core import carries_upright
 from stability.statics.proof import check_forces, check_motion, least_separating_speed
 from tests.stability.statics.hand_built import column
@@ -26,6 +29,7 @@ class Glue(ContactLaw):
     """Coulomb's cone with its tip at a pull: each point bears that much, and rubs as if it were pressed by it."""
 
     is_cone = False
+    is_shifted_cone = True
     pull: Numbers  # [N]
 
     @property
@@ -184,36 +188,49 @@ def test_a_plank_hangs_from_glue_that_bears_its_weight_and_falls_from_less() -> 
     assert check_motion(less, falling, EXACT).holds
 
 
-def shifted(problem: Problem) -> Problem:
-    """The problem whose forces are those of contacts that push, above the pulls of glue, which are loads."""
-    loads = dict(problem.loads)
-    for contact in problem.contacts:
-        for x, y, _ in contact.points_W:  # of a plank about the origin under a level ceiling
-            (fx, fy, fz), (tx, ty, tz) = loads["plank"].force_W, loads["plank"].torque_W
-            pull = -contact.law.least_normal
-            loads["plank"] = Wrench((fx, fy, fz + pull), (tx + y * pull, ty - x * pull, tz))
-    contacts = [replace(contact, law=Coulomb(contact.law.friction)) for contact in problem.contacts]
-    return replace(problem, contacts=contacts, loads=loads)
-
-
 @pytest.mark.parametrize(("left", "right"), [(1.0, 1.0), (0.5, 1.0)])
 @pytest.mark.parametrize(("share", "hangs"), [(0.999, False), (1.0001, True)])
-def test_the_solver_finds_what_glue_bears_once_pulls_are_loads(
-    left: float, right: float, share: float, hangs: bool
-) -> None:
+def test_the_solver_finds_that_a_plank_hangs_from_glue(left: float, right: float, share: float, hangs: bool) -> None:
     # The corners nearer to the middle carry most: with arms of a and b a share b / (a + b) of the weight.
     problem = hanging(share * 2.0 * max(left, right) / (left + right), left, right)
-    found = balance(shifted(problem))
-    if found.forces is not None:
-        pull = -problem.contacts[0].law.least_normal
-        of_points = found.forces.of_contacts[0]
-        own = Forces([tuple(tuple((x, y, z - pull) for x, y, z in of_point) for of_point in of_points)])
-        assert hangs
-        assert check_forces(problem, own, EXACT).holds
+    proof = balance(problem)
+    if hangs:
+        assert proof.forces is not None
+        assert check_forces(problem, proof.forces, EXACT).holds
     else:
-        assert found.motion is not None
-        assert not hangs
-        assert check_motion(problem, found.motion, EXACT).holds
+        assert proof.motion is not None
+        assert check_motion(problem, proof.motion, EXACT).holds
+
+
+@pytest.mark.parametrize(("strength", "margin"), [(1.5, 0.25), (3.0, 1.0)])
+def test_a_glued_plank_survives_the_acceleration_that_friction_above_its_pull_bears(
+    strength: float, margin: float
+) -> None:
+    # The ceiling presses the plank by the strength less its weight, and friction bears half of that.
+    survived = acceleration(hanging(strength))
+    assert survived is not None
+    assert survived.value == pytest.approx(margin, rel=2e-6)  # a bound from below, to 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Clip(Glue):
+    """Glue with friction that does not depend on the normal force: no cone."""
+
+    is_shifted_cone = False
+
+    def greatest_friction(self, normal: Numbers) -> Numbers:
+        """The pull."""
+        return self.pull + 0.0 * normal
+
+
+def test_solvers_refuse_a_law_that_they_do_not_support() -> None:
+    problem = hanging(2.0)
+    clipped = replace(problem, contacts=[replace(problem.contacts[0], law=Clip(0.5, 4.0))])
+    with pytest.raises(NotImplementedError, match="the contact law Clip of 'ceiling' on 'plank'"):
+        balance(clipped)
+    for analysis in (start_equations, placement):
+        with pytest.raises(NotImplementedError, match="supports Coulomb friction only, not Glue"):
+            analysis(problem)
 
 
 @pytest.mark.parametrize(("share", "holds"), [(0.124, False), (0.126, True)])
