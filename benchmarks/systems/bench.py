@@ -27,7 +27,7 @@ from stackdsl.trace import Trace
 
 TIME_LIMIT = 240.0  # [s] of wall time per run
 # Kinds of truth that do not constrain a structure after its collapse.
-OF_NO_AFTERMATH = {"stands", "collapses", "verdict", "margin", "sways"}
+OF_NO_AFTERMATH = {"stands", "collapses", "verdict", "margin", "sway"}
 OnRecord = Callable[[Record], None]
 
 

@@ -22,7 +22,7 @@ from stackdsl.importers.load import ImportedBox, ImportedLoad, ImportedSurfaces,
 from stackdsl.importers.overhang import overhang_warnings
 from stackdsl.importers.settling import Settled, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
-from stackdsl.language.imports import DECKS, FORMATS, DefaultUnits, Import
+from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
 from stackdsl.language.quantities import MistakeError
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import KeyPath, Source, parse
@@ -61,7 +61,9 @@ _LENGTHS, _MASSES = (
 
 @click.command("import")
 @click.argument("file", type=FilePath)
-@click.option("--format", "format_", type=click.Choice(FORMATS), help="What FILE is; default: what it cannot but be.")
+@click.option(
+    "--format", "format_", type=click.Choice(LOAD_FORMATS), help="What FILE is; default: what it cannot but be."
+)
 @click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
 @click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
 @click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")

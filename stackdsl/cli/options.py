@@ -208,10 +208,22 @@ def _of(name: str) -> Renderer:
     return render
 
 
-# As docs/command.md lists them; each but text is `report_<name>` of `report/formats.py`.
-FORMATS: Final[Mapping[str, Renderer]] = {
-    "text": _text,
-    **{name: _of(name) for name in ("json", "junit", "github", "markdown", "csv")},
+@dataclass(frozen=True, slots=True)
+class ReportFormat:
+    """A format of the report."""
+
+    render: Renderer
+    is_data: bool  # for programs, so that escapes on the output stream must not change its meaning
+
+
+# In the order of docs/command.md. `_of` finds the function `report_<name>` of `report/formats.py`.
+REPORT_FORMATS: Final[Mapping[str, ReportFormat]] = {
+    "text": ReportFormat(_text, is_data=False),
+    "json": ReportFormat(_of("json"), is_data=True),
+    "junit": ReportFormat(_of("junit"), is_data=True),
+    "github": ReportFormat(_of("github"), is_data=True),  # its workflow commands are its content
+    "markdown": ReportFormat(_of("markdown"), is_data=False),
+    "csv": ReportFormat(_of("csv"), is_data=True),
 }
 
 
@@ -236,8 +248,8 @@ class OutputChoice(click.ParamType[Output]):
         if isinstance(value, Output):
             return value
         form, named, file = str(value).partition("=")
-        if form not in FORMATS:
-            listed = ", ".join(f"'{known}'" for known in FORMATS)
+        if form not in REPORT_FORMATS:
+            listed = ", ".join(f"'{known}'" for known in REPORT_FORMATS)
             self.fail(f"'{form}' is not one of {listed}", param, ctx)
         if named and not file:
             self.fail(f"'{value}' names no file; write {form} or {form}=FILE", param, ctx)
@@ -245,7 +257,7 @@ class OutputChoice(click.ParamType[Output]):
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         """Return the text for the help."""
-        return f"[{'|'.join(FORMATS)}][=FILE]"
+        return f"[{'|'.join(REPORT_FORMATS)}][=FILE]"
 
 
 def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
@@ -262,12 +274,13 @@ def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
 def write_report(report: Report, outputs: Sequence[Output], style: Style) -> None:
     """Write a report to all outputs, files first. Raises click.ClickException."""
     for output in sorted(outputs, key=lambda output: output.file is None):
-        text = FORMATS[output.form](report, style)
+        report_format = REPORT_FORMATS[output.form]
+        text = report_format.render(report, style)
         if output.file is None:
-            if output.form in ("text", "markdown"):
-                write(text)
-            else:
+            if report_format.is_data:
                 write_data(text, output.form)
+            else:
+                write(text)
             continue
         try:
             make_user_folder(output.file.parent)

@@ -12,7 +12,7 @@ from stackdsl.importers.load import ImportedLoad, LoadReading, UnreadableLoadErr
 from stackdsl.importers.meshes import read_compas, read_obj
 from stackdsl.importers.pallets import read_bed_bpp, read_pallet_sim
 from stackdsl.importers.tables import read_table
-from stackdsl.language.imports import FORMATS, Format, Import
+from stackdsl.language.imports import LOAD_FORMATS, Format, Import
 from stackdsl.language.yaml.parsing import unreadable_characters
 from stackdsl.language.yaml.source import Plain
 
@@ -90,7 +90,7 @@ def _format_of(reading: LoadReading) -> Format:
     elif text and not text.startswith("<"):
         return "table"
     reading.undetermined(
-        reading.page.span(0, 0), "the format of the file is unclear", f"set `format`: {', '.join(FORMATS)}"
+        reading.page.span(0, 0), "the format of the file is unclear", f"set `format`: {', '.join(LOAD_FORMATS)}"
     )
     raise UnreadableLoadError(reading.mistakes)
 

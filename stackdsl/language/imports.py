@@ -14,7 +14,7 @@ from stackdsl.language.quantities import EXTENT, MistakeError, exact_quantity, q
 from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
-FORMATS: Final[tuple[Format, ...]] = get_args(Format)
+LOAD_FORMATS: Final[tuple[Format, ...]] = get_args(Format)
 # The formats that each key applies to. The others have the value in the file, or do not need it.
 OF_FORMATS: Final[Mapping[str, tuple[Format, ...]]] = {
     "load": ("pallet-sim", "bed-bpp"),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stackdsl.cli.options import FORMATS
+from stackdsl.cli.options import REPORT_FORMATS
 from stackdsl.language.json_schema import schema_text
 from tests.command_line import GOOD, Result, Stackdsl, StackdslIn, write
 from tests.engines_at_hand import needs_pybullet
@@ -177,7 +177,7 @@ def test_json_goes_to_stdout_alone(stackdsl: Stackdsl, tmp_path: Path) -> None:
 def test_every_format_is_on_the_page_of_the_command() -> None:
     page = (ROOT / "docs" / "command.md").read_text(encoding="utf-8")
     (row,) = [line for line in page.splitlines() if line.startswith("| `--format")]
-    assert [form for form in FORMATS if f"`{form}`" not in row] == []
+    assert [form for form in REPORT_FORMATS if f"`{form}`" not in row] == []
 
 
 def test_selecting_nothing_is_wrong_usage(stackdsl: Stackdsl, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -10,7 +11,7 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import pytest
 
-from stackdsl.cli.options import FORMATS, Style
+from stackdsl.cli.options import REPORT_FORMATS, Style
 from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
 from stackdsl.results import GoldenStatus, RunStatus
 from stackdsl.shown_text import data_without_commands
@@ -145,18 +146,42 @@ def commands_in(text: str) -> list[str]:
     return [line for line in text.splitlines() if line.strip().startswith("::") or "##[" in line]
 
 
-@pytest.mark.parametrize("form", sorted(FORMATS))
+@pytest.mark.parametrize("form", sorted(REPORT_FORMATS))
 def test_no_report_turns_its_text_or_commands_a_terminal_or_lacks_utf_8(form: str) -> None:
     odd = "".join(map(chr, (*range(9), *range(11, 32), *range(127, 160), 0x61C, 0x200B, 0x200E, 0x200F, 0x2028)))
     odd += "".join(map(chr, (0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A), 0xFEFF, 0xDFFF, 0xD800)))
     golden = replace(with_golden(GoldenStatus.DIFFERENT), file=odd)
     mistake = replace(MISTAKE, message=odd, hint=odd)
     whole = report(replace(CRASHED, message=odd, file=odd, parameters=((odd, odd),)), golden, diagnostics=(mistake,))
-    shown = FORMATS[form](whole, Style()).replace("\r\n", "\n")
+    shown = REPORT_FORMATS[form].render(whole, Style()).replace("\r\n", "\n")
     shown.encode()
     assert sorted(set(shown) & set(odd)) == []
     if form == "json":
         assert odd in json.loads(shown)["diagnostics"][0]["message"]
+
+
+HOSTILE = "\x1b[2Jgone\nok\n::error::forged\u202e"
+
+
+def test_no_report_prints_a_control_character_or_command_of_a_golden_file(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, GOOD, "s/good.yaml")
+    assert stackdsl("check", "s").code == 0
+    golden = tmp_path / "golden" / "good" / "exact.json"
+    for key in ('"stands"', '"L1.1"', '"stackdsl": '):
+        assert key in golden.read_text()
+    text = golden.read_text().replace('"stands"', json.dumps(HOSTILE)).replace('"L1.1"', json.dumps(HOSTILE))
+    golden.write_text(re.sub(r'"stackdsl": "[^"]*"', lambda _: f'"stackdsl": {json.dumps(HOSTILE)}', text))
+    write(tmp_path, '{"format": 1}', "golden/x\x1b[2J\n::error::y/exact.json")
+    reports = {form: stackdsl("check", "s", "--format", form).out for form in REPORT_FORMATS}
+    for form, told in (*reports.items(), ("review", stackdsl("golden", "review").out)):
+        assert "gone" in told or form == "csv"  # rows of numbers, without the differences of golden files
+        assert "\x1b[2J" not in told
+        assert "\u202e" not in told
+        assert not any(line.startswith(("ok", "::error::forged", "::error::y")) for line in told.splitlines())
+    stackdsl("check", "s", "--html", "pages")
+    page = (tmp_path / "pages" / "index.html").read_text()
+    assert "gone" in page
+    assert not {"\x1b", "\u202e"} & set(page)
 
 
 def test_the_page_of_a_report_turns_no_text_and_has_utf_8() -> None:
