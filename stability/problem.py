@@ -50,7 +50,7 @@ class Contact:
     lower: BodyId
     upper: BodyId
     points_W: tuple[Vec3, ...]  # a point, the two ends of a line, or the ordered corners of a convex patch [m]
-    normals_W: tuple[Vec3, ...]  # unit, from `lower` towards `upper`; their sum does not point down
+    normals_W: tuple[Vec3, ...]  # unit, from `lower` towards `upper`; their sum points down only from a plane above
     law: ContactLaw  # admissible forces at each point
     # Gap at each point [m]; empty if all are 0.
     gaps: tuple[float, ...] = ()

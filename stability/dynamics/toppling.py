@@ -237,7 +237,10 @@ def _contact(part: FallingPart, contact: Contact, angle: float) -> Contact | Non
 
 
 def _on_axis(turn: Turn, moving: Placed, points_W: Collection[Vec3]) -> tuple[Vec3, ...]:
-    """Return the points on the axis, moved exactly onto it, as no forces balance at the errors of a solver."""
+    """Return the points that are near the axis, projected onto it.
+
+    Without the projection, the rounding errors of the solver would leave small torques that no forces balance.
+    """
     near = ON_AXIS * moving.brick.shape.least_thickness
     return tuple(foot for point in points_W if norm(subtract(foot := _foot(turn, point), point)) <= near)
 

@@ -398,7 +398,10 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
 
 
 def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushing]:
-    """Yield placements, removals and pushes, without placements that depend on the time of a fall on a bare engine."""
+    """Yield placements, removals and pushes.
+
+    On a bare engine the time of a fall varies, so placements that depend on it are omitted.
+    """
     actions = [event for event in trace.events if event.kind in ACTIONS]
     falls = trace.collapse.time if trace.collapse is not None else inf
     safe = [action for action in actions if action.time <= falls]

@@ -58,7 +58,7 @@ REMOVED = "at half the step and twice the iterations it stands"
 
 @dataclass(frozen=True, slots=True)
 class Refinement:
-    """A run, and each observation in it and in the refined run; no changes if the engine took no step."""
+    """A run, and the changes of its observations in the refined run; none if the engine took no step."""
 
     trace: Trace
     changes: tuple[Change, ...] = ()

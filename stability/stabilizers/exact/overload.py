@@ -1,9 +1,9 @@
 """Frozen bricks that moving bricks load beyond their proof.
 
-A brick carries any vertical load inside its load core (statics/load_core.py). Statics judges loads outside it, and
-loads that horizontal forces move out of it between their point of application and the foot of the brick. A brick slides
-when horizontal forces exceed the friction F below and above it: an excess impulse J moves a mass M by J^2 / (2 M F).
-Every solver has short force peaks, so both conditions must last.
+A brick carries any vertical load inside its load core (statics/load_core.py). Statics judges a load outside the core.
+It also judges a load that leaves the core between its point of application and the foot of the brick, due to horizontal
+forces. A brick slides when horizontal forces exceed the friction F below and above it: an excess impulse J moves a mass
+M by J^2 / (2 M F). Every solver has short force peaks, so both conditions must last.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence

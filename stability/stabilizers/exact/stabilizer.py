@@ -182,7 +182,7 @@ class ProvenStability(Stabilizer):
         return lost.then(judged)
 
     def _judge(self, resting: Sequence[Placed], names_smallest: bool) -> Judgement:
-        """Judge bricks first with those that only crept at their rest poses, then at their actual poses."""
+        """Judge bricks with crept ones put back to their rest poses; if they do not stand, judge the actual poses."""
         restored = self._awake.rest_poses.put_back(resting)
         verdict = self.assembly.add_all(restored, names_smallest=names_smallest)
         moved_back = [placed for placed, actual in zip(restored, resting, strict=True) if placed is not actual]
