@@ -453,8 +453,8 @@ class _Found:
         """Return the farthest useful bearing to solve next, beyond the last solved direction before `bearing`.
 
         It is the last one for which the chord to it would leave no bearing between unknown, if the reach there were as
-        large as possible: along an edge the steps go to its end, and along an arc they are even. Without a known limit
-        it is the middle one.
+        large as possible: along an edge the steps go to its end, and along an arc they are even. If no limit of the
+        reach is known, the result is the middle one of the bearings in between.
         """
         before = max((one for one in self.solved if one.angle <= bearing), key=_angle, default=self.solved[-1])
         turn = min((one.angle - before.angle) % (2.0 * pi) or 2.0 * pi for one in self.solved if one is not before)

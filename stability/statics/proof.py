@@ -2,12 +2,12 @@
 
 Forces prove that a problem can stand: each contact can bear them, and their sum on every brick is zero. A motion proves
 that it cannot: the loads gain more power by it than any contact forces can take. Then no forces balance the loads, as
-their total power would be both zero and positive. The law of a contact defines the forces that it can bear and the power that
-it can take.
+their total power would be both zero and positive. The law of a contact defines the forces that it can bear and the
+power that it can take.
 
-Tolerances are larger than rounding errors. A residual is relative to the load of its own brick, so that a heavy brick does not hide a light
-one. A violated contact is relative to the speed of its two bodies; the power that its force could gain, were it to
-carry the load of all moving bricks, is subtracted before the power counts as positive.
+Tolerances are larger than rounding errors. A residual is relative to the load of its own brick, so that a heavy brick
+does not hide a light one. A violated contact is relative to the speed of its two bodies; the power that its force could
+gain, were it to carry the load of all moving bricks, is subtracted before the power counts as positive.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -168,10 +168,9 @@ def check_motion(
 def least_separating_speed(problem: Problem, motion: Motion) -> float:
     """Return the least opening speed of all contacts in a motion, relative to the speed at the contact.
 
-    It is negative if a contact closes.
-
-    If it is positive, all contact forces have positive power along the motion: only zero forces balance each other.
-    This does not hold for laws that are not cones, so the result for these is minus infinity.
+    It is negative if a contact closes. If it is positive, all contact forces have positive power along the motion: only
+    zero forces balance each other. This does not hold for laws that are not cones, so the result for these is minus
+    infinity.
     """
     names = sorted(problem.bricks)
     cones, velocity = proof_cones(problem), _velocity(names, motion)
