@@ -1,9 +1,14 @@
 """The reference of the language names every keyword there is."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
+import pytest
+
+from stackdsl.language.claims.claim_kind import CLAIMS
+from stackdsl.language.impacts import IMPACTS
 from stackdsl.language.json_schema import json_schema
+from stackdsl.language.layouts.registry import LAYOUTS
 from tests.paths import ROOT
 
 PAGE = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
@@ -32,3 +37,9 @@ def test_every_keyword_of_a_scenario_has_a_row_of_its_own() -> None:
     assert set(SCHEMA["properties"]) <= rows
     for part in ("BuildStep", "Impact", "Expectation"):
         assert set(SCHEMA["$defs"][part]["properties"]) <= rows | {"system"}
+
+
+@pytest.mark.parametrize(("section", "kinds"), [("Layouts", LAYOUTS), ("Impacts", IMPACTS), ("Claims", CLAIMS)])
+def test_the_list_at_the_head_names_every_kind(section: str, kinds: Collection[str]) -> None:
+    (line,) = re.findall(rf"^- \[{section}\]\(#{section.lower()}\): (.*)$", PAGE, re.MULTILINE)
+    assert set(re.findall(r"`([a-z_]+)`", line)) == set(kinds)
