@@ -17,10 +17,10 @@ from pydantic import TypeAdapter, ValidationError
 from stackdsl.language.bricks import CATALOGUE, BrickKind, cut_to, known_bricks
 from stackdsl.language.claims.collapses import Collapses
 from stackdsl.language.claims.drift import Drift
-from stackdsl.language.claims.penetrates import Penetrates
+from stackdsl.language.claims.penetration import Penetrates
 from stackdsl.language.claims.rests_on import RestsOn
 from stackdsl.language.claims.stands import Stands
-from stackdsl.language.claims.sways import Sways
+from stackdsl.language.claims.sway import Sways
 from stackdsl.language.json_schema import json_schema, keys_at, schema_text
 from stackdsl.language.layouts.column import ColumnParams
 from stackdsl.language.layouts.registry import LAYOUTS
