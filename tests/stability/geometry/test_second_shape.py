@@ -187,13 +187,13 @@ def test_a_foreign_wedge_stands_on_its_side() -> None:
 
 def test_a_shape_that_is_thinner_than_numbers_can_tell_is_refused() -> None:
     sliver = polyhedron([(0.0, 0.0, 0.0), (1e-3, 0.0, 0.0), (0.0, 1e-3, 0.0), (0.0, 0.0, 5e-10)])
-    with pytest.raises(ValueError, match=r"brick 'sliver' measures .* each measure is from 1e-09"):
+    with pytest.raises(ValueError, match=r"brick 'sliver' measures .* each dimension must be from 1e-09"):
         Assembly().add(Brick("sliver", sliver, MASS), AT_HOME)
 
 
 def test_a_shape_that_is_larger_than_numbers_can_tell_is_refused() -> None:
     world = polyhedron(Box((2e9, 1e8, 1e8)).corners)
-    with pytest.raises(ValueError, match=r"brick 'world' measures .* each measure is from 1e-09 to 1e\+09 m"):
+    with pytest.raises(ValueError, match=r"brick 'world' measures .* each dimension must be from 1e-09 to 1e\+09 m"):
         Assembly().add(Brick("world", world, MASS), AT_HOME)
 
 
