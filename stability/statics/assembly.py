@@ -145,13 +145,13 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
 def admit_problem(problem: object) -> None:
     """Raise TypeError for anything but a problem of statics."""
     if not isinstance(problem, Problem):
-        raise TypeError(f"expected the problem of an assembly, assembly.problem(), not {told(problem)}")
+        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {told(problem)}")
 
 
 def admit_forces(forces: object) -> None:
     """Raise TypeError for anything but forces of a proof; None stands for unknown forces."""
     if forces is not None and not isinstance(forces, Forces):
-        raise TypeError(f"expected the forces of an assembly, assembly.forces(), not {told(forces)}")
+        raise TypeError(f"expected Forces, as returned by `assembly.forces()`, not {told(forces)}")
 
 
 def admit_overlap(overlap: float) -> None:

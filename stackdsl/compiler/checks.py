@@ -92,7 +92,10 @@ def claims_about_missiles(built: ResolvedScenario, scenario: Scenario, source: S
                 f"brick '{reference.name}' is {arrival} and not part of the structure, so claims cannot refer to it"
             )
             yield Diagnostic(
-                "SD204", source.span_of(reference.path), message, "remove this name, or write a brick of the structure"
+                "SD204",
+                source.span_of(reference.path),
+                message,
+                "remove this name, or write the name of a brick of the structure",
             )
 
 

@@ -124,7 +124,12 @@ def missing(name: BodyId, scene: ImpactScene, key: str) -> MissError:
             "refer to another brick, or begin earlier",
         )
     hint = f"begin later, such as `after: brick {name} + 1 s`"
-    return MissError(key, "SD204", f"brick '{name}' is placed at {brick.since.time:g} s, not before {time:g} s", hint)
+    return MissError(
+        key,
+        "SD204",
+        f"brick '{name}' is not placed before {brick.since.time:g} s, but this impact begins at {time:g} s",
+        hint,
+    )
 
 
 def middle_of(bricks: Sequence[StandingBrick]) -> Vec3:

@@ -333,7 +333,10 @@ def early_removals(built: ResolvedScenario, scenario: Scenario, source: Source) 
                 message = f"another impact also pulls out brick '{name}', at {there.seen_from(source.span_of(path))}"
                 yield Diagnostic("SD204", source.span_of(path), message, "remove one of them")
             elif name in placed_at and placed_at[name] > begins:
-                message = f"brick '{name}' is placed at {placed_at[name].time:g} s, not before {begins.time:g} s"
+                placed = placed_at[name].time
+                message = (
+                    f"brick '{name}' is not placed before {placed:g} s, but this impact begins at {begins.time:g} s"
+                )
                 hint = f"pull it out later, for example with `after: brick {name} + 1 s`"
                 yield Diagnostic("SD204", source.span_of(path), message, hint)
             removed_by.setdefault(name, path)

@@ -90,7 +90,9 @@ def _format_of(reading: LoadReading) -> Format:
     elif text and not text.startswith("<"):
         return "table"
     reading.undetermined(
-        reading.page.span(0, 0), "the format of the file is unclear", f"set `format`: {', '.join(LOAD_FORMATS)}"
+        reading.page.span(0, 0),
+        "the format of the file cannot be recognised",
+        f"set `format`: {', '.join(LOAD_FORMATS)}",
     )
     raise UnreadableLoadError(reading.mistakes)
 

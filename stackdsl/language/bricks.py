@@ -324,7 +324,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
     unit: Literal["mm", "cm", "m"] | None = Field(None, description="unit of length in the OBJ file")
     centre_of_mass: tuple[t.Length, t.Length, t.Length] | None = Field(
         None,
-        description="[x, y, z] from the centre of a box, or in the coordinates of the corners; default: centroid",
+        description="centre of mass [x, y, z], from the centre of a box or in the frame of corners; default: centroid",
     )
     density: t.Density | None = Field(None, description="density, as an alternative to `mass`")
     mass: t.Mass | None = Field(None, description="mass of an uncut brick, as an alternative to `density`")

@@ -29,7 +29,7 @@ def scale_of(factor: float) -> SceneScale:
 
 
 def test_settings_tell_themselves_in_words() -> None:
-    assert SETTINGS.summary() == "step 1/960 s, 20 iterations, 1 of velocities, contact offset 1 mm"
+    assert SETTINGS.summary() == "step 1/960 s, 20 iterations, 1 velocity iterations, contact offset 1 mm"
     assert SETTINGS.most_travel == MOVING.most_travel
 
 

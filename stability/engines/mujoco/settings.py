@@ -26,9 +26,9 @@ class MuJoCoSettings(EngineSettings):
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"
-        yield f"contacts of {1000.0 * self.contact_time:g} ms"
+        yield f"contact time {1000.0 * self.contact_time:g} ms"
         yield f"impedance {' '.join(f'{part:g}' for part in self.impedance_range)}"
-        yield f"friction {self.friction_impedance:g} times as stiff, tolerance {self.tolerance:g}"
+        yield f"friction impedance {self.friction_impedance:g}, tolerance {self.tolerance:g}"
 
     def refined(self) -> Self:
         return replace(super().refined(), iterations=2 * self.iterations)

@@ -193,9 +193,9 @@ def shape_description(parts: Sequence[Sequence[Any]]) -> str:
     _, _, kind, _, _, position, orientation = parts[0]
     shape = _names().get(kind, f"shape of type {kind}")
     if orientation != IDENTITY:
-        return f"a {shape} rotated in its frame (collisionFrameOrientation, or that of the inertia)"
+        return f"a {shape} rotated in its frame, by collisionFrameOrientation or the inertial frame"
     if position != ORIGIN:
-        return f"a {shape} offset from the origin of its frame (collisionFramePosition, or that of the inertia)"
+        return f"a {shape} offset from the origin of its frame, by collisionFramePosition or the inertial frame"
     return f"a {shape}"
 
 

@@ -50,8 +50,8 @@ class ImpactEnergy:
         return self.kinetic > self.potential
 
     def __str__(self) -> str:
-        """Format both energies, as in: 5.98 mJ against 0.457 mJ."""
-        return f"{self.kinetic / MILLI:.3g} mJ against {self.potential / MILLI:.3g} mJ"
+        """Format both energies, as in: kinetic energy 5.98 mJ, potential energy 0.457 mJ."""
+        return f"kinetic energy {self.kinetic / MILLI:.3g} mJ, potential energy {self.potential / MILLI:.3g} mJ"
 
 
 def energy_of_flight(mass: float, velocity_W: Vec3) -> float:

@@ -310,7 +310,7 @@ def charts(results: Iterable[VariantResult]) -> str:
         return ""
     opened = " open" if len(drawn) <= FEW else ""
     count = f"{len(drawn)} scenarios" if len(drawn) > 1 else "1 scenario"
-    summary = f"measurements over the variables of {count}"
+    summary = f"charts of measurements over the variables of {count}"
     return f'<details class="studies"{opened}><summary>{summary}</summary>{"".join(drawn)}</details>'
 
 

@@ -23,7 +23,7 @@ class ExampleSettings(EngineSettings):
     package: ClassVar[Package] = Package("example_engine", "pip install example-engine")
     world: ClassVar[str] = "example_engine:ExampleWorld"
 
-    bounce: float  # share of the speed with which a brick lands that it has afterwards, upwards
+    bounce: float  # upward speed after landing, as a share of the speed before it
 
     def numerics(self) -> Iterator[str]:
         yield f"bounces by {self.bounce:g}"

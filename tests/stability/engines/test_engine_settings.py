@@ -50,7 +50,7 @@ def test_settings_have_a_text_summary() -> None:
         "friction anchor off, damping 0.04 linear and 0.04 angular"
     )
     assert MUJOCO.summary() == (
-        "step 1/1000 s, 100 iterations, contacts of 4 ms, impedance 0.95 0.99 0.0005, friction 10 times as stiff, "
+        "step 1/1000 s, 100 iterations, contact time 4 ms, impedance 0.95 0.99 0.0005, friction impedance 10, "
         "tolerance 1e-08"
     )
 

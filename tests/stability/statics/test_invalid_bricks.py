@@ -76,7 +76,7 @@ def loose(value: object) -> Loose:
         (lambda: standing().move("a", loose((0, 0, 1))), TypeError, r"write Pose\(\(x, y, z\)\)"),
         (lambda: standing().remove(loose(3)), TypeError, r"a collection of names, such as \['a'\]"),
         (lambda: standing().problem("b"), LookupError, "there is no brick 'b'"),
-        (lambda: margins(loose(standing())), TypeError, r"assembly.problem\(\), not Assembly"),
+        (lambda: margins(loose(standing())), TypeError, r"`assembly.problem\(\)`, not Assembly"),
         (lambda: prism(loose("abc"), 0.1), TypeError, "corners of an outline, each x and z in metres"),
         (lambda: prism([(0, 0), (1, 0), (0, NAN)], 0.1), ValueError, r"point 3 is \(0, nan\); write x and z in metres"),
         (lambda: prism([(0, 0), (1, 0), (0, 1)], -0.1), ValueError, "write a number from"),

@@ -101,4 +101,4 @@ def test_import_of_an_unknown_file_asks_for_its_format(stackdsl: Stackdsl, tmp_p
     write(tmp_path, "<lorry/>", "load.xml")
     printed = stackdsl("import", "load.xml")
     assert printed.code == ExitCode.INVALID
-    assert "SD115 the format of the file is unclear" in printed.err
+    assert "SD115 the format of the file cannot be recognised" in printed.err

@@ -144,7 +144,7 @@ def test_a_slid_brick_is_free_along_the_normal_of_its_ground() -> None:
     ("impacts", "code", "words"),
     [
         ("move: {brick: L9.1, by: [9 mm, 0 mm, 0 mm]}", "SD204", "no brick 'L9.1'"),
-        ("at: 1 s, move: {brick: late, by: [9 mm, 0 mm, 0 mm]}", "SD204", "'late' is placed at 5 s, not before 1 s"),
+        ("at: 1 s, move: {brick: late, by: [9 mm, 0 mm, 0 mm]}", "SD204", "'late' is not placed before 5 s"),
         ("move: {brick: L3.1}", "SD108", "exactly one of the keys by, path"),
         ("move: {brick: L3.1, by: [0 mm, 0 mm, 0 mm]}", "SD104", "path of the hand is zero"),
         ("move: {brick: L3.1, by: [0 mm, 0 mm, 1e-300 mm]}", "SD104", "path of the hand is zero"),

@@ -108,7 +108,7 @@ def test_a_faster_one_wakes_the_hit_brick_and_all_above_it_at_once(tower: Tower)
     updates = [tower.throw_at_level(3, 2.14), *tower.watch(0.05)]
     above = {f"L{level}.{number}" for level in range(4, LEVELS + 1) for number in (1, 2)}
     assert woken(updates) == {"L3.1"} | above
-    assert reasons(updates) == ["L3.1 hit by shot: 27.4 mJ against 27.1 mJ"]
+    assert reasons(updates) == ["L3.1 hit by shot: kinetic energy 27.4 mJ, potential energy 27.1 mJ"]
     # Its momentum is not lost: the brick was woken before the hit.
     assert tower.world.states(["L3.1"])["L3.1"].pose.position_W[1] > -OUT + 0.001
 
@@ -129,7 +129,7 @@ def test_a_push_is_tested_like_a_hit_by_a_plank_of_that_momentum(tower: Tower, s
     update = tower.stability.struck("L3.1", (0.0, MASS * speed, 0.0))
     assert ("L3.1" in update.woken) is gives
     assert tower.stability.is_frozen("L3.1") is not gives
-    assert update.reason == f"L3.1 pushed: {0.5e3 * MASS * speed**2:.3g} mJ against 27.1 mJ"
+    assert update.reason == f"L3.1 pushed: kinetic energy {0.5e3 * MASS * speed**2:.3g} mJ, potential energy 27.1 mJ"
 
 
 def test_a_push_on_a_brick_that_is_awake_is_left_to_the_engine(tower: Tower) -> None:

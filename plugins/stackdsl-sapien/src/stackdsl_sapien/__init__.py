@@ -22,7 +22,7 @@ class SapienSettings(EngineSettings):
 
     def numerics(self) -> Iterator[str]:
         yield f"{self.iterations} iterations"
-        yield f"{self.velocity_iterations} of velocities"
+        yield f"{self.velocity_iterations} velocity iterations"
         yield f"contact offset {1000.0 * self.contact_offset:g} mm"
 
     def refined(self) -> Self:

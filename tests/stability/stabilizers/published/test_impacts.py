@@ -167,7 +167,7 @@ def test_equal_energies_disturb_nothing() -> None:
 
 
 def test_an_impact_names_both_energies() -> None:
-    assert str(ImpactEnergy(0.0053797, 0.0271069)) == "5.38 mJ against 27.1 mJ"
+    assert str(ImpactEnergy(0.0053797, 0.0271069)) == "kinetic energy 5.38 mJ, potential energy 27.1 mJ"
 
 
 @given(st.floats(-10.0, 10.0), st.sampled_from(["0", "3", "6"]))
