@@ -317,15 +317,17 @@ def by_bearing(
     count: int = 72,
     tolerance: float = 0.01,
     gravity: float | None = None,
-    known: Callable[[int], None] = lambda _: None,
+    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
     """Return the survived accelerations along `count` bearings, from x on, each to a relative `tolerance`.
 
     None if the problem is not proven to stand. `gravity` [m/s2] is needed if loads are more than weights; without it
-    the weight of a brick is the vertical part of its load. Without a proven motion `upper` is less tight. `known` is
-    called with the number of finished bearings.
+    the weight of a brick is the vertical part of its load. Without a proven motion `upper` is less tight. `on_progress`
+    is called with the number of finished bearings.
     """
-    return along_bearings(problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, known)
+    return along_bearings(
+        problem, [2.0 * pi * number / count for number in range(count)], tolerance, gravity, on_progress
+    )
 
 
 @one_thread()
@@ -334,7 +336,7 @@ def along_bearings(
     bearings: Sequence[float],
     tolerance: float = 0.01,
     gravity: float | None = None,
-    known: Callable[[int], None] = lambda _: None,
+    on_progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[Survived, ...] | None:
     """Return the survived accelerations along given bearings [rad], each from x towards y."""
     count, around = len(bearings), [bearing % (2.0 * pi) for bearing in bearings]
@@ -345,7 +347,7 @@ def along_bearings(
         if case is None:
             return None
         bounds = _Found(case, {bearing: one.upper for bearing, one in zip(around, weakest, strict=True)})
-        bounds.solve(around, tolerance, partial(_told, known, number * count, len(parts)))
+        bounds.solve(around, tolerance, partial(_report, on_progress, number * count, len(parts)))
         own = [bounds.survived(bearing) for bearing in bearings]
         weakest = [_weaker(one, other) for one, other in zip(weakest, own, strict=True)]
     return tuple(weakest)
@@ -365,8 +367,8 @@ def along_bearing(problem: Problem, bearing: float, gravity: float | None = None
     return weakest
 
 
-def _told(known: Callable[[int], None], before: int, parts: int, done: int) -> None:
-    known((before + done) // parts)
+def _report(on_progress: Callable[[int], None], before: int, parts: int, done: int) -> None:
+    on_progress((before + done) // parts)
 
 
 def _weaker(one: Survived, other: Survived) -> Survived:
@@ -386,7 +388,7 @@ class _Found:
     cuts: list[tuple[float, Cut]] = field(default_factory=list)  # with the proven distance of each [g]
     sliding: tuple[float, Cut] | None = None  # of bricks that slide alike in all directions
 
-    def solve(self, bearings: Sequence[float], tolerance: float, known: Callable[[int], None]) -> None:
+    def solve(self, bearings: Sequence[float], tolerance: float, on_progress: Callable[[int], None]) -> None:
         """Solve directions until every bearing is known to a relative tolerance."""
         headings = rough_headings(self.case, tolerance)
         sliding = slide(self.case, 0.0)
@@ -399,7 +401,7 @@ class _Found:
         while True:
             left = [bearing for bearing in left if not self._is_solved(bearing)]
             unknown = {bearing: share for bearing in left if (share := self._unknown(bearing)) > tolerance}
-            known(len(bearings) - len(unknown))
+            on_progress(len(bearings) - len(unknown))
             if not unknown:
                 return
             self._solve(self._next(unknown, left, tolerance, at_once), headings, images, bearings)

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from stability.analysis.subset_search import (
     Clause,
     Descent,
-    Known,
+    OnProgress,
     Part,
     SubsetAnswer,
     Subsets,
     descend,
-    ignore_verdict_count,
+    ignore_progress,
     smallest,
 )
 from stability.model import BodyId
@@ -60,21 +60,21 @@ class BuildingOrder:
         return most
 
 
-def building_order(parts: Subsets, most: int, known: Known = ignore_verdict_count) -> BuildingOrder:
+def building_order(parts: Subsets, most: int, on_progress: OnProgress = ignore_progress) -> BuildingOrder:
     """Return an order with the fewest props of those that `parts` allows; the whole design must stand."""
-    return OrderSearch(parts, most, known).run()
+    return OrderSearch(parts, most, on_progress).run()
 
 
 class OrderSearch:
     """Search for an order with the fewest props; after an interrupt `best` holds the best result so far."""
 
-    def __init__(self, parts: Subsets, most: int, known: Known = ignore_verdict_count) -> None:
+    def __init__(self, parts: Subsets, most: int, on_progress: OnProgress = ignore_progress) -> None:
         """Limit the search to `most` verdicts, besides those for a first order with props under all bricks.
 
-        `known` is called with the number of verdicts.
+        `on_progress` is called with the number of verdicts.
         """
         self.best = BuildingOrder(())
-        self._parts, self._known = parts, known
+        self._parts, self._on_progress = parts, on_progress
         self._last = parts.verdict_count + most
         self._pieces = parts.components(parts.whole)
 
@@ -103,7 +103,9 @@ class OrderSearch:
         """Search for an order with these props. Return the failed searches; without any, `best` holds the order."""
         parts = self._parts
         parts.propped = propped
-        searches = [descend(parts, piece, 0, self._last - parts.verdict_count, self._known) for piece in self._pieces]
+        searches = [
+            descend(parts, piece, 0, self._last - parts.verdict_count, self._on_progress) for piece in self._pieces
+        ]
         failed = [each for each in searches if each.order is None]
         if self.best.without is None:
             self.best = replace(self.best, without=next(iter(failed), searches[0]))
@@ -112,7 +114,7 @@ class OrderSearch:
             parts.propped = propped
         if not failed:
             order = [name for each in searches for name in reversed(each.order or ())]
-            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+            self.best = replace(self.best, steps=_with_props(parts, order, self._on_progress))
         return failed
 
     def _under_all(self) -> None:
@@ -137,7 +139,7 @@ class OrderSearch:
                 self._take(fewer)
         if self.best.steps:
             order = [step.brick for step in self.best.steps]
-            self.best = replace(self.best, steps=_with_props(parts, order, self._known))
+            self.best = replace(self.best, steps=_with_props(parts, order, self._on_progress))
 
     def _take(self, order: list[BodyId] | None) -> None:
         """Store an order with all current props, which stay to the end; the design stands without them."""
@@ -150,12 +152,12 @@ class OrderSearch:
     def _brief(self) -> list[BodyId] | None:
         """Return an order with the current props from a short search; None if it finds none."""
         most = BRIEFLY * len(self._parts.names)
-        orders = [descend(self._parts, piece, 0, most, self._known).order for piece in self._pieces]
+        orders = [descend(self._parts, piece, 0, most, self._on_progress).order for piece in self._pieces]
         return None if None in orders else [name for order in orders for name in reversed(order or ())]
 
 
 def least_props(
-    parts: Subsets, states: Sequence[Part], known: Known = ignore_verdict_count
+    parts: Subsets, states: Sequence[Part], on_progress: OnProgress = ignore_progress
 ) -> tuple[BodyId, ...] | None:
     """Return the fewest bricks whose props let all these parts stand; None if there is no such set.
 
@@ -167,20 +169,20 @@ def least_props(
         if kept.chosen is None:
             return None
         parts.propped = kept.chosen
-        ends = _falling(parts, states, known)
+        ends = _falling(parts, states, on_progress)
         if not ends:
             return tuple(parts.names_of(kept.chosen))
         clauses += [Clause(_would_help(parts, Descent(None, ends=(end,)))) for end in ends]
     return None
 
 
-def _falling(parts: Subsets, states: Sequence[Part], known: Known) -> list[tuple[Part, SubsetAnswer]]:
+def _falling(parts: Subsets, states: Sequence[Part], on_progress: OnProgress) -> list[tuple[Part, SubsetAnswer]]:
     """Return the parts that do not stand, with their verdicts."""
     ends: list[tuple[Part, SubsetAnswer]] = []
     larger = parts.whole
     for part in states:
         answer = parts.ask(part, larger if part & larger == part else None)
-        known(parts.verdict_count)
+        on_progress(parts.verdict_count)
         if answer.stability is not Stability.STABLE:
             ends.append((part, answer))
         larger = part
@@ -195,7 +197,7 @@ def _would_help(parts: Subsets, search: Descent) -> Part:
     return helpful & ~parts.propped
 
 
-def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step, ...]:
+def _with_props(parts: Subsets, order: list[BodyId], on_progress: OnProgress) -> tuple[Step, ...]:
     """Return the steps, with each prop removed as soon as all later steps stand without it."""
     present = [parts.part_of(order[: turn + 1]) for turn in range(len(order))]
     held = [parts.propped & part for part in present]
@@ -203,7 +205,9 @@ def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step
     for name in reversed(parts.names_of(parts.propped)):
         bit = parts.part_of([name])
         turn = len(order)
-        while turn > 0 and held[turn - 1] & bit and _stands(parts, present[turn - 1], held[turn - 1] & ~bit, known):
+        while (
+            turn > 0 and held[turn - 1] & bit and _stands(parts, present[turn - 1], held[turn - 1] & ~bit, on_progress)
+        ):
             turn -= 1
             held[turn] &= ~bit
         if turn < len(order) and any(part & bit for part in held):
@@ -214,7 +218,7 @@ def _with_props(parts: Subsets, order: list[BodyId], known: Known) -> tuple[Step
     )
 
 
-def _stands(parts: Subsets, part: Part, propped: Part, known: Known) -> bool:
+def _stands(parts: Subsets, part: Part, propped: Part, on_progress: OnProgress) -> bool:
     parts.propped = propped
-    known(parts.verdict_count)
+    on_progress(parts.verdict_count)
     return parts.ask(part).stability is Stability.STABLE

@@ -12,12 +12,12 @@ from itertools import combinations
 
 from stability.analysis.subset_search import (
     Clause,
-    Known,
+    OnProgress,
     Part,
     Subsets,
     descend,
     from_the_top,
-    ignore_verdict_count,
+    ignore_progress,
     smallest,
 )
 from stability.model import BodyId
@@ -80,17 +80,17 @@ def single_pulls(design: Assembly) -> Iterator[Pull]:
         yield Pull(name, name in load_bearing, design.would_without([name]))
 
 
-def longest_order(parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> LongestOrder:
+def longest_order(parts: Subsets, may_go: Part, most: int, on_progress: OnProgress = ignore_progress) -> LongestOrder:
     """Return the longest order of pulls of given bricks from a standing design, with at most `most` verdicts."""
-    return LongestSearch(parts, may_go, most, known).run()
+    return LongestSearch(parts, may_go, most, on_progress).run()
 
 
 class LongestSearch:
     """Search for the longest order from both sides; after an interrupt `best` holds the current bounds."""
 
-    def __init__(self, parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> None:
-        """Limit the pulls to `may_go` and the search to `most` verdicts; `known` is called with their number."""
-        self.parts, self.may_go, self.known = parts, may_go, known
+    def __init__(self, parts: Subsets, may_go: Part, most: int, on_progress: OnProgress = ignore_progress) -> None:
+        """Limit the pulls to `may_go` and the search to `most` verdicts; `on_progress` is called with their number."""
+        self.parts, self.may_go, self.on_progress = parts, may_go, on_progress
         self.last = parts.verdict_count + most  # limit of the number of verdicts
         self.order: tuple[BodyId, ...] = ()
         self.at_most = may_go.bit_count()
@@ -141,7 +141,7 @@ class LongestSearch:
                         part, tried = less, True
                         order.append(name)
                         self.order = max(self.order, tuple(order), key=len)
-                    self.known(parts.verdict_count)
+                    self.on_progress(parts.verdict_count)
 
     def _step(self) -> None:
         """Judge the smallest possible remainder."""
@@ -158,7 +158,7 @@ class LongestSearch:
             self.reason = "the limit of verdicts was reached"
             return
         stands = parts.ask(kept.chosen).stability is Stability.STABLE
-        self.known(parts.verdict_count)
+        self.on_progress(parts.verdict_count)
         if not stands:
             parts.learn(kept.chosen)
             if len(parts.falls) > self.used:
@@ -173,7 +173,7 @@ class LongestSearch:
         self.descents += 1
         if self.descents > MOST_DESCENTS:
             self.reason = "a smaller remaining structure was found, but no order that leads to it"
-        search = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.known)
+        search = descend(self.parts, self.parts.whole, kept, self.last - self.parts.verdict_count, self.on_progress)
         self.bounded &= search.order is not None or search.impossible
         self.order = search.order or self.order
         return search.order is not None
@@ -203,7 +203,7 @@ def _beside(parts: Subsets, name: BodyId) -> list[BodyId]:
     return [body for contact in walls for body in (contact.lower, contact.upper) if body != name]
 
 
-def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = ignore_verdict_count) -> EarliestFall:
+def soonest_fall(parts: Subsets, may_go: Part, most: int, on_progress: OnProgress = ignore_progress) -> EarliestFall:
     """Return the fewest pulls that bring a standing design down, with at most `most` verdicts."""
     last, undecided = parts.verdict_count + most, 0
     names = from_the_top(parts, may_go)[::-1]
@@ -213,7 +213,7 @@ def soonest_fall(parts: Subsets, may_go: Part, most: int, known: Known = ignore_
             if parts.verdict_count >= last:
                 return EarliestFall(1 if undecided else count, (), undecided)
             answer = parts.ask(part, part | parts.part_of(chosen[-1:]))
-            known(parts.verdict_count)
+            on_progress(parts.verdict_count)
             if answer.stability is Stability.UNSTABLE:
                 return EarliestFall(1 if undecided else count, chosen, undecided)
             undecided += answer.stability is Stability.UNDECIDED

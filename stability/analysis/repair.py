@@ -6,7 +6,7 @@ from math import atan2, ceil, cos, floor, hypot, inf, log10, pi, sin
 from typing import TypeAlias
 
 from stability.analysis.building_order import least_props
-from stability.analysis.subset_search import Known, Part, Subsets, ignore_verdict_count, props_of
+from stability.analysis.subset_search import OnProgress, Part, Subsets, ignore_progress, props_of
 from stability.contact_law import GivenFriction
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart, apart_from_plane
@@ -186,10 +186,10 @@ class Propping:
     next_to_fall: tuple[BodyId, ...] = ()  # bricks of a later fall that no props prevent; empty if everything stands
 
 
-def propping(piling: Piling, known: Known = ignore_verdict_count) -> Propping | None:
+def propping(piling: Piling, on_progress: OnProgress = ignore_progress) -> Propping | None:
     """Return the fewest props with which the whole build stands, or else its first fall; None if none are found.
 
-    `known` is called with the number of verdicts.
+    `on_progress` is called with the number of verdicts.
     """
     whole = piling.whole()
     parts = Subsets(whole, props_of(whole))
@@ -197,10 +197,10 @@ def propping(piling: Piling, known: Known = ignore_verdict_count) -> Propping | 
     first = next((turn for turn, part in enumerate(states) if not _stands(parts, part)), None)
     if first is None:
         return None
-    props = least_props(parts, states[:first:-1] + states[first : first + 1], known)
+    props = least_props(parts, states[:first:-1] + states[first : first + 1], on_progress)
     if props:
         return Propping(tuple(in_order(props)))
-    props = least_props(parts, states[first : first + 1], known)
+    props = least_props(parts, states[first : first + 1], on_progress)
     if not props:
         return None
     last = next(part for part in states[first:] if not _stands(parts, part))
@@ -258,19 +258,19 @@ class SeveralShifts:
 class Shifting:
     """Falling build and the effect of shifts on it."""
 
-    def __init__(self, piling: Piling, known: Callable[[], None] = lambda: None) -> None:
-        """Store the build; `known` is called after each verdict."""
+    def __init__(self, piling: Piling, on_verdict: Callable[[], None] = lambda: None) -> None:
+        """Store the build; `on_verdict` is called after each verdict."""
         self.piling = piling
         self.carried = piling.carried()
         self.touching = piling.touching()
-        self.asked = 0
-        self._known = known
+        self.verdict_count = 0
+        self._on_verdict = on_verdict
         self._lengths = {placed.brick.id: placed.brick.shape.length for placed in piling.bricks}
 
     def stands(self, shifts: Mapping[BodyId, Shift], upto: int | None = None) -> bool | None:
         """Return whether the build stands with these bricks and their load moved; None if undecided or impossible."""
-        self.asked += 1
-        self._known()
+        self.verdict_count += 1
+        self._on_verdict()
         sums: dict[BodyId, Shift] = {}
         for brick, (x, y) in shifts.items():
             for name in self.carried[brick]:

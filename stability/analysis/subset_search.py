@@ -26,14 +26,14 @@ SLACK = 1e-3  # of the objective, more than all tie weights together
 
 @dataclass(frozen=True, slots=True)
 class Clause:
-    """Condition on a set: it has a brick of `there` or lacks a brick of `away`."""
+    """Condition on a set: it has a brick of `present` or lacks a brick of `absent`."""
 
-    there: int  # bits
-    away: int = 0
+    present: int  # bits
+    absent: int = 0
 
     def is_satisfied_by(self, chosen: int) -> bool:
         """Return whether a set of bricks satisfies the clause."""
-        return bool(chosen & self.there or self.away & ~chosen)
+        return bool(chosen & self.present or self.absent & ~chosen)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +55,12 @@ def smallest(bits: int, clauses: Sequence[Clause], most_nodes: int = MOST_NODES)
     rows, columns, values, least = [], [], [], []
     for row, clause in enumerate(clauses):
         for bit in range(bits):
-            sign = (clause.there >> bit & 1) - (clause.away >> bit & 1)
+            sign = (clause.present >> bit & 1) - (clause.absent >> bit & 1)
             if sign:
                 rows.append(row)
                 columns.append(bit)
                 values.append(float(sign))
-        least.append(1.0 - clause.away.bit_count())
+        least.append(1.0 - clause.absent.bit_count())
     matrix = csr_matrix((values, (rows, columns)), shape=(len(clauses), bits))
     tie = min(TIE, 0.1 * SLACK / max(1, bits * bits))
     result = milp(
@@ -240,7 +240,7 @@ class Subsets:
         self.verdict_count = 0  # number of computed verdicts
         self.falls: list[SubsetFall] = []
         self._bit = {name: 1 << index for index, name in enumerate(self.names)}
-        self._known: dict[tuple[Part, Part], SubsetAnswer] = {}
+        self._answers: dict[tuple[Part, Part], SubsetAnswer] = {}
         self._assemblies: dict[Part, Assembly] = {}
         self._touching = {name: self._neighbours(name) for name in self.names}
 
@@ -284,12 +284,12 @@ class Subsets:
         `larger` is a recently judged part with a few more bricks, which makes the verdict cheaper.
         """
         propped = self.propped & part
-        known = self._known.get((part, propped))
-        if known is None:
+        answer = self._answers.get((part, propped))
+        if answer is None:
             fall = next((fall for fall in self.falls if fall.covers(part, propped)), None)
-            known = SubsetAnswer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
-            self._known[part, propped] = known
-        return known
+            answer = SubsetAnswer(Stability.UNSTABLE, fall) if fall is not None else self._judged(part, propped, larger)
+            self._answers[part, propped] = answer
+        return answer
 
     def assembly(self, part: Part, larger: Part | None = None) -> Assembly:
         """Return an assembly of the bricks of a part, without props."""
@@ -372,10 +372,10 @@ class Subsets:
 # order, so this search finds building orders as well. If every branch ends, no order exists, and each end has a proof.
 
 
-Known = Callable[[int], None]  # is called with the number of verdicts so far
+OnProgress = Callable[[int], None]  # is called with the number of verdicts so far
 
 
-def ignore_verdict_count(_: int) -> None:
+def ignore_progress(_: int) -> None:
     """Ignore the number of verdicts."""
 
 
@@ -394,7 +394,7 @@ class Descent:
         return self.order is None and self.exhausted and all(a.stability is Stability.UNSTABLE for _, a in self.ends)
 
 
-def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = ignore_verdict_count) -> Descent:
+def descend(parts: Subsets, start: Part, goal: Part, most: int, on_progress: OnProgress = ignore_progress) -> Descent:
     """Remove all bricks of the standing part `start` that are not in `goal`, with at most `most` verdicts."""
     last, ends = parts.verdict_count + most, dict[Part, SubsetAnswer]()
     path: list[BodyId] = []
@@ -411,7 +411,7 @@ def descend(parts: Subsets, start: Part, goal: Part, most: int, known: Known = i
                 return Descent(None, exhausted=False, ends=tuple(ends.items()))
             seen.add(less)
             answer = parts.ask(less, part)
-            known(parts.verdict_count)
+            on_progress(parts.verdict_count)
             if answer.stability is Stability.STABLE:
                 path.append(name)
                 waiting.append((less, _next(parts, less, goal)))

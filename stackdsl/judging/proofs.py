@@ -284,7 +284,7 @@ def survival_of(
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return None
     problem = assembly.problem()
-    bearings = by_bearing(problem, count, accuracy, assembly.gravity, known=on_progress)
+    bearings = by_bearing(problem, count, accuracy, assembly.gravity, on_progress=on_progress)
     if bearings is None:
         return None
     first = weakest(problem, assembly.gravity) if len(assembly.bricks) <= MOST_FOR_WEAKEST else None

@@ -188,7 +188,7 @@ class Recording:
 
     bricks: Sequence[Brick]  # in order of placement
     keys: Rows  # by brick, then by time
-    gone: Array  # (bricks,), time at which each was removed [s]; inf if it stayed
+    removed_at: Array  # (bricks,), time at which each was removed [s]; inf if it stayed
     _numbers: dict[BodyId, int] = field(init=False, compare=False)
     _begins: NDArray[np.intp] = field(init=False, compare=False)
 
@@ -225,7 +225,7 @@ class Recording:
             ],
             dtype=np.intp,
         )
-        present = (after > self._begins[:-1]) & (time < self.gone)
+        present = (after > self._begins[:-1]) & (time < self.removed_at)
         after = np.maximum(after, self._begins[:-1] + 1)
         last = np.minimum(after, self._begins[1:] - 1)
         positions, orientations = between(keys[after - 1], keys[last], time)
@@ -242,7 +242,7 @@ class Recording:
             masses=np.array([brick.mass for brick in self.bricks]),
             corners=np.concatenate(corners) if corners else np.empty((0, 3)),
             corner_counts=np.array([len(each) for each in corners], dtype=int),
-            gone=self.gone,
+            removed_at=self.removed_at,
             brick=rows[:, NUMBER].astype(int),
             time=rows[:, TIME],
             position=rows[:, POSITION],
@@ -271,7 +271,7 @@ class Recorder:
     _waiting: bytearray = field(default_factory=bytearray, init=False)  # packed rows
     _numbers: dict[BodyId, int] = field(default_factory=dict, init=False)  # in order of placement
     _bricks: list[Brick] = field(default_factory=list, init=False)
-    _gone: dict[BodyId, float] = field(default_factory=dict, init=False)  # time at which each was removed [s]
+    _removed_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # time at which each was removed [s]
     _thinning: Thinning = field(init=False)
 
     def __post_init__(self) -> None:
@@ -297,13 +297,13 @@ class Recorder:
 
     def remove(self, time: float, bricks: Iterable[BodyId]) -> None:
         """Record the removal of bricks at a time [s]."""
-        self._gone |= dict.fromkeys(bricks, time)
+        self._removed_at |= dict.fromkeys(bricks, time)
 
     def recording(self) -> Recording:
         """Return the recording so far; it has the first and the latest pose of each brick."""
         self._put_away()
-        gone = np.array([self._gone.get(brick.id, np.inf) for brick in self._bricks])
-        return Recording(tuple(self._bricks), self._thinning.keys(), gone)
+        removed_at = np.array([self._removed_at.get(brick.id, np.inf) for brick in self._bricks])
+        return Recording(tuple(self._bricks), self._thinning.keys(), removed_at)
 
     def _put_away(self) -> None:
         table: NDArray[np.float64] = np.frombuffer(self._waiting).reshape(-1, COLUMNS)

@@ -67,7 +67,7 @@ def glb(recording: Recording) -> bytes:
             rotation=track.orientations[0].tolist(),
         )
         gltf.nodes.append(node)
-        _animate(animation, buffer, number, track, float(recording.gone[number]))
+        _animate(animation, buffer, number, track, float(recording.removed_at[number]))
     bricks = len(gltf.nodes)
     gltf.nodes.append(pygltflib.Node(name="scene", rotation=Z_UP, children=list(range(bricks))))
     gltf.scenes.append(pygltflib.Scene(nodes=[bricks]))
@@ -93,7 +93,7 @@ def _mesh(shape: ConvexShape, buffer: _Buffer) -> pygltflib.Mesh:
     return pygltflib.Mesh(primitives=[pygltflib.Primitive(attributes=attributes, material=0)])
 
 
-def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: Track, gone: float) -> None:
+def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: Track, removed_at: float) -> None:
     """Add the motion of a brick, with size zero while it is absent."""
     if len(track.times) > 1:
         orientations = track.orientations * _signs(track.orientations)[:, None]
@@ -102,8 +102,8 @@ def _animate(animation: pygltflib.Animation, buffer: _Buffer, node: int, track: 
     times, sizes = [], []
     if track.times[0] > 0.0:
         times, sizes = [0.0, float(track.times[0])], [0.0, 1.0]
-    if np.isfinite(gone):
-        times, sizes = [*(times or [0.0]), gone], [*(sizes or [1.0]), 0.0]
+    if np.isfinite(removed_at):
+        times, sizes = [*(times or [0.0]), removed_at], [*(sizes or [1.0]), 0.0]
     if times:
         _channel(animation, buffer, node, "scale", np.array(times), np.array(sizes)[:, None] * np.ones(3), "STEP")
 

@@ -156,7 +156,7 @@ def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[Conv
         "grams": [float(f"{1000.0 * placement.brick.mass:.4g}") for placement in placements],
         "density": [float(f"{placement.brick.mass / placement.brick.shape.volume:.3g}") for placement in placements],
         "thrown": [int(placement.arrival in (Arrival.THROWN, Arrival.DROPPED)) for placement in placements],
-        "gone": [_finite(gone) for gone in run.recording.gone.tolist()],
+        "gone": [_finite(gone) for gone in run.recording.removed_at.tolist()],
         "left": [tracks[placement.brick.id].left_at for placement in placements],
         "place": [str(run.places[placement.brick.id]) for placement in placements],
     }

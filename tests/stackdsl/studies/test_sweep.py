@@ -300,8 +300,8 @@ build:
 def test_nothing_is_started_where_all_rows_are_there(tmp_path: Path) -> None:
     swept(plan(), tmp_path / "rows.jsonl")
 
-    def ignore_verdict_count() -> AbstractContextManager[Workers]:
+    def ignore_progress() -> AbstractContextManager[Workers]:
         raise AssertionError("nobody is wanted")
 
-    (counted,) = sweep(plan(), tmp_path / "rows.jsonl", ignore_verdict_count)
+    (counted,) = sweep(plan(), tmp_path / "rows.jsonl", ignore_progress)
     assert counted.rows == 300
