@@ -20,7 +20,7 @@ from stability.engines.edge_normals import wrong_normals
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.bodies import BrickBodies
 from stability.engines.pybullet.contacts import EdgeReshaper
-from stability.engines.pybullet.groups import JoinedGroups
+from stability.engines.pybullet.groups import WeldedGroups
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.geometry.box import Box
 from stability.geometry.vectors import about, multiply, rotate
@@ -41,7 +41,7 @@ CROSSINGS = (0.0, 0.3, 1.0, 3.0, 10.0, 90.0)  # angles between edges in contact 
 class KeptEdges:
     """Reshaper that keeps the edges of bricks as they were placed."""
 
-    def __init__(self, bricks: BrickBodies, groups: JoinedGroups) -> None:
+    def __init__(self, bricks: BrickBodies, groups: WeldedGroups) -> None:
         """Accept and ignore the bricks."""
 
     def reshape(self, states: Mapping[BodyId, BodyState]) -> None:

@@ -173,7 +173,7 @@ class Support:
 
 
 @dataclass(slots=True)
-class PassedDown:
+class SampledForces:
     """Forces of many samples while bricks are added, each after its supports: bricks are numbered in this order.
 
     A force is its size [N] and its moments about the origin of the plan [N m], as rows; one column per sample.

@@ -35,7 +35,7 @@ HEAVIER = 10.0  # a brick heavier than this many times the heaviest expected one
 
 
 @dataclass(frozen=True, slots=True)
-class Opening:
+class EngineFactory:
     """Settings and constructor of an engine."""
 
     scene: EngineSettings  # while nothing moves
@@ -48,7 +48,7 @@ class NearEngine:
     """Engine for the moving bricks; opens on demand, and admits bricks before they can be touched."""
 
     stored: StoredBodies
-    opening: Opening
+    opening: EngineFactory
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
     clock: float = 0.0  # [s] while no engine is open
     world: World | None = field(default=None, init=False)
@@ -296,7 +296,7 @@ class NearEngine:
 class RestingWorld(World):
     """World that opens an engine on demand, for the moving part of the scene."""
 
-    opening: Opening
+    opening: EngineFactory
     _stored: StoredBodies = field(init=False)
     engine: NearEngine = field(init=False)  # for the moving bricks; may be closed, or take over that of another world
 

@@ -12,7 +12,7 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, Quaternion, Vec3
 # An engine applies the loads at each of its steps before it solves its contacts: as forces, or as changes of velocity.
 
 
-class Moving(Protocol):
+class StateSource(Protocol):
     """Source of the states of an engine's bodies."""
 
     def states(self, names: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
@@ -29,7 +29,7 @@ class _Load:
 
 
 @dataclass
-class Presses:
+class AppliedLoads:
     """Loads on the bricks of an engine."""
 
     _loads: dict[BodyId, _Load] = field(default_factory=dict, init=False)
@@ -48,7 +48,7 @@ class Presses:
         """Remove all forces on a brick."""
         self._loads.pop(brick, None)
 
-    def acting(self, bodies: Moving, duration: float) -> Iterator["Acting"]:
+    def acting(self, bodies: StateSource, duration: float) -> Iterator["AppliedImpulses"]:
         """Yield the impulses on each loaded brick in the next engine step of a duration [s]."""
         for name, state in bodies.states(self._loads.keys()).items() if self._loads else ():
             load, pose = self._loads[name], state.pose
@@ -56,7 +56,7 @@ class Presses:
                 replace(force, at_W=add(pose.position_W, rotate(pose.orientation, at_B))) for force, at_B in load.at_B
             ]
             friction = friction_impulses(load.brick, state, forces, duration)
-            yield Acting(
+            yield AppliedImpulses(
                 load.brick,
                 state,
                 [
@@ -67,7 +67,7 @@ class Presses:
 
 
 @dataclass(frozen=True, slots=True)
-class Acting:
+class AppliedImpulses:
     """Impulses on a brick in one step."""
 
     brick: Brick

@@ -211,7 +211,7 @@ class Engine(Protocol):
         return None
 
 
-class Joining(Protocol):
+class WeldingEngine(Protocol):
     """Engine that can weld bricks into one rigid body, with their true mass, centre and inertia.
 
     Queries about a welded brick return its own pose, motion, contacts and neighbours; bricks of one group are no
@@ -235,7 +235,7 @@ class AcceptsForces(Protocol):
         """
 
 
-class World(Engine, Joining, AcceptsForces, Protocol):
+class World(Engine, WeldingEngine, AcceptsForces, Protocol):
     """World of bricks and planes that an engine steps."""
 
     @property

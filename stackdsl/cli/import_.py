@@ -20,7 +20,7 @@ from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
 from stackdsl.importers.imported_friction import missing_rule
 from stackdsl.importers.load import ImportedBox, ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
 from stackdsl.importers.overhang import overhang_warnings
-from stackdsl.importers.settling import Settled, first_unsettleable, moved_lines, settled
+from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
 from stackdsl.language.quantities import MistakeError
@@ -133,7 +133,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     write(text)
 
 
-def _warn(mistakes: Sequence[Diagnostic], found: Settled) -> None:
+def _warn(mistakes: Sequence[Diagnostic], found: SettledLoad) -> None:
     """Report what cannot be played; it is written nevertheless, to be corrected there or in the file."""
     if not mistakes:
         return
@@ -175,14 +175,14 @@ def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
     return load
 
 
-def _settled(load: ImportedLoad, asked: Import) -> Settled:
+def _settled(load: ImportedLoad, asked: Import) -> SettledLoad:
     if (odd := first_unsettleable(load, asked.settle)) is not None:
         message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
         raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle)
 
 
-def _notes(file: str, asked: Import, found: Settled) -> list[str]:
+def _notes(file: str, asked: Import, found: SettledLoad) -> list[str]:
     """Return notes on imported, moved and skipped bodies."""
     load = found.load
     which = f" of load '{asked.load}'" if asked.load else ""

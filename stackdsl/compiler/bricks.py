@@ -371,7 +371,7 @@ def later_names(written: Sequence[WrittenBrick]) -> Mapping[BodyId, WrittenBrick
 # The bricks of the structure, built or slid in.
 
 
-class InHand(NamedTuple):
+class HandTimes(NamedTuple):
     """The times at which a hand starts with a brick, places it and releases it [s]; all equal without a hand."""
 
     begins: float
@@ -379,7 +379,7 @@ class InHand(NamedTuple):
     let_go: float
 
 
-AT_ONCE = InHand(0.0, 0.0, 0.0)
+AT_ONCE = HandTimes(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -393,7 +393,7 @@ class ResolvedBrick:
     removed_in: int | None  # index of the impact that pulls it out
     placed: ActionOrder = START
     removed: ActionOrder | None = None  # its removal
-    in_hand: InHand = AT_ONCE
+    in_hand: HandTimes = AT_ONCE
 
 
 def resolved_bricks(scenario: Scenario, planes: Sequence[Plane]) -> list[ResolvedBrick]:

@@ -96,7 +96,7 @@ class Flight:
 
 
 @dataclass(frozen=True, slots=True)
-class Crossing:
+class FlightCollision:
     """A flight that starts inside an earlier one."""
 
     later: Flight
@@ -106,7 +106,7 @@ class Crossing:
 
 def crossings(
     flights: Sequence[Flight], known_until: Mapping[BodyId, ActionOrder], gravity: float
-) -> Iterator[Crossing]:
+) -> Iterator[FlightCollision]:
     """Yield the first crossing of each flight that starts inside others.
 
     `known_until` maps bricks to the moments when they are pulled out or pushed.
@@ -114,7 +114,7 @@ def crossings(
     in_time = sorted(flights, key=lambda flight: flight.moment)
     for index, later in enumerate(in_time):
         in_flight = [flight for flight in in_time[:index] if _flies_at(flight, later.moment, known_until)]
-        pairs = (Crossing(later, flight, _depth(flight, later, gravity)) for flight in in_flight)
+        pairs = (FlightCollision(later, flight, _depth(flight, later, gravity)) for flight in in_flight)
         yield from [crossing for crossing in pairs if crossing.depth > OVERLAP][:1]
 
 
@@ -296,7 +296,7 @@ def _struck(built: ResolvedScenario, scenario: Scenario) -> Mapping[BodyId, Acti
     return first
 
 
-def _blocked(crossing: Crossing, scenario: Scenario, source: Source) -> Diagnostic:
+def _blocked(crossing: FlightCollision, scenario: Scenario, source: Source) -> Diagnostic:
     later, earlier = crossing.later, crossing.earlier
     here, there = (
         source.key_span_of(("impacts", flight.number, scenario.impacts[flight.number].kind))

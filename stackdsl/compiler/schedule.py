@@ -7,7 +7,7 @@ from math import cos, sin
 
 from stability.geometry.vectors import multiply, rotate
 from stability.model import GROUND, IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
-from stackdsl.compiler.bricks import BUILD, ActionOrder, InHand, ResolvedBrick, WrittenBrick, resolved_bricks
+from stackdsl.compiler.bricks import BUILD, ActionOrder, HandTimes, ResolvedBrick, WrittenBrick, resolved_bricks
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.hands import ByHand
 from stackdsl.language.model_base import Anchor
@@ -23,13 +23,13 @@ class Schedule:
 
     bricks: list[ActionOrder] = field(default_factory=list)  # in file order
     impacts: list[ActionOrder] = field(default_factory=list)
-    in_hands: list[InHand] = field(default_factory=list)  # of each brick
+    in_hands: list[HandTimes] = field(default_factory=list)  # of each brick
     over: list[float] = field(default_factory=list)  # end of each impact [s]
     shaken: ActionOrder | None = None  # start of the ground motion
     mistakes: list[Diagnostic] = field(default_factory=list)
     latest: dict[tuple[str, str], float] = field(default_factory=dict)  # time of each event that an anchor may name [s]
 
-    def place(self, brick: ResolvedBrick, in_hand: InHand, turn: int) -> None:
+    def place(self, brick: ResolvedBrick, in_hand: HandTimes, turn: int) -> None:
         """Schedule a brick; anchors refer to the time of its release."""
         self.bricks.append(ActionOrder(in_hand.arrives, turn))
         self.in_hands.append(in_hand)
@@ -70,15 +70,15 @@ def scheduled(bricks: Sequence[ResolvedBrick], scenario: Scenario, source: Sourc
     return schedule
 
 
-def _hand_times(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[InHand]:
+def _hand_times(hand: ByHand | None, start: float, turns: Sequence[int], every: float) -> list[HandTimes]:
     """Return the times of the bricks of a step that starts at `start` [s]; `turns` are their places in sequence."""
     if hand is None:
-        return [InHand(time, time, time) for time in (start + index * every for index in turns)]
+        return [HandTimes(time, time, time) for time in (start + index * every for index in turns)]
     comes, lasts = hand.course.duration, hand.lasts
     begins = [start]
     for _ in range(max(turns, default=0)):  # summed like the releases, for bitwise equal times
         begins.append((begins[-1] + lasts) + every)
-    return [InHand(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
+    return [HandTimes(begins[index], begins[index] + comes, begins[index] + lasts) for index in turns]
 
 
 def _shaken_at(shake: Shake, schedule: Schedule, source: Source) -> float:

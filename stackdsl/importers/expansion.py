@@ -11,7 +11,7 @@ from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import friction_conflict
 from stackdsl.importers.load import UnreadableLoadError, written_box
 from stackdsl.importers.overhang import overhang_warnings
-from stackdsl.importers.settling import Settled, first_unsettleable, settled
+from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
 from stackdsl.language.validation import mistakes_at, report_missing_dependency
@@ -35,7 +35,7 @@ class ImportedStep:
     """A build step with an `import`, and the settled load that it imports."""
 
     path: KeyPath  # to the step
-    settled: Settled
+    settled: SettledLoad
 
 
 def expand_file(loaded: Loaded, library: Library) -> Loaded:
@@ -109,7 +109,9 @@ def _expanded(source: Source, library: Library) -> Source:
     )
 
 
-def _imported(source: Source, path: KeyPath, step: dict[str, Plain], library: Library) -> tuple[Settled, str, Import]:
+def _imported(
+    source: Source, path: KeyPath, step: dict[str, Plain], library: Library
+) -> tuple[SettledLoad, str, Import]:
     """Read the import of a step: the settled load, the path of its file, and the import options."""
     here = (*path, IMPORT)
     for other in ("bricks",):

@@ -122,7 +122,7 @@ ROUNDED: Final = 1e-9  # [m] rounding error of doubles up to 10 km
 
 
 @dataclass(frozen=True, slots=True)
-class Settled:
+class SettledLoad:
     """A settled load, and the changes of each box."""
 
     load: ImportedLoad
@@ -140,16 +140,16 @@ class _Gap:
     size: Fraction  # [m]; negative for an overlap of at most the precision
 
 
-def settled(load: ImportedLoad, settle: Settle) -> Settled:
+def settled(load: ImportedLoad, settle: Settle) -> SettledLoad:
     """Settle a load; all boxes must be upright (see `first_unsettleable`)."""
     if not settle.lowered and settle.within is None:
         still = tuple(Fraction(0) for _ in load.boxes)
-        return Settled(load, still, still, still)
+        return SettledLoad(load, still, still, still)
     trimmed = trim(load.boxes, load.precision)
     gaps = _gaps(trimmed, load.precision, inf if settle.within is None else settle.within)
     bottoms, tops = _lowered(trimmed, gaps) if settle.within is None else _levelled(trimmed, gaps)
     boxes = tuple(_between(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
-    return Settled(
+    return SettledLoad(
         replace(load, boxes=boxes),
         tuple(new.bottom - old.bottom for new, old in zip(boxes, load.boxes, strict=True)),
         tuple(new.size[2] - old.size[2] for new, old in zip(boxes, load.boxes, strict=True)),
@@ -301,7 +301,7 @@ def _heights(
 # Text about the changes made by settling.
 
 
-def moved_lines(settled: Settled) -> Iterator[str]:
+def moved_lines(settled: SettledLoad) -> Iterator[str]:
     """Yield one line per kind of change, with the box that changed most."""
     boxes = settled.load.boxes
     names = [box.name or f"the box in line {box.span.line}" for box in boxes]

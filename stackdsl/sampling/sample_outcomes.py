@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stability.analysis.sampled_columns import GROUND as ON_GROUND
-from stability.analysis.sampled_columns import PassedDown, SampleSite, Support, falls_as_one
+from stability.analysis.sampled_columns import SampledForces, SampleSite, Support, falls_as_one
 from stability.problem import Placed, Stability
 from stackdsl.sampling.placement_errors import PlacementSampler
 from stackdsl.sampling.samples import BuildPlan, DesignedBrick, Draws
@@ -83,7 +83,7 @@ def _held(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return, by sample, brick and moment at which force propagation first fails; -1 and -1 if it never does."""
     weights = [part.placed.brick.mass * design.gravity for part in design.parts]
-    passed = PassedDown(hands.flat(), weights, supports)
+    passed = SampledForces(hands.flat(), weights, supports)
     brick, moment = np.full(hands.count, ON_GROUND), np.full(hands.count, -1)
     for number, each in enumerate(design.moments):
         for unit in each.units:

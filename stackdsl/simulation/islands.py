@@ -129,7 +129,7 @@ AHEAD = 3.0 * SAMPLING
 
 
 @dataclass
-class Space:
+class GrowingBox:
     """A box that never shrinks, as a brick may lie wherever one has been."""
 
     low_W: Vec3 = (inf, inf, inf)
@@ -149,13 +149,13 @@ class Space:
         for name, state in states.items():
             self.takes(bricks[name], state, gravity)
 
-    def joins(self, other: "Space") -> None:
+    def joins(self, other: "GrowingBox") -> None:
         """Extend the box by another one."""
         (ax, ay, az), (bx, by, bz) = self.low_W, self.high_W
         (cx, cy, cz), (dx, dy, dz) = other.low_W, other.high_W
         self.low_W, self.high_W = (min(ax, cx), min(ay, cy), min(az, cz)), (max(bx, dx), max(by, dy), max(bz, dz))
 
-    def meets(self, other: "Space") -> bool:
+    def meets(self, other: "GrowingBox") -> bool:
         """Return whether another box overlaps this one."""
         pairs = zip(self.low_W, other.high_W, strict=True), zip(other.low_W, self.high_W, strict=True)
         return all(low <= high for pair in pairs for low, high in pair)
@@ -213,7 +213,7 @@ class Island:
     seen: Mapping[BodyId, BodyState] = field(default_factory=dict)  # states of moving bricks at the last look
     resting: bool = True  # whether it was idle at the last call of `lags`
     one_by_one: int = 0  # number of bricks that the engine moved one by one at the last look
-    space: Space = field(default_factory=Space)
+    space: GrowingBox = field(default_factory=GrowingBox)
 
     def __post_init__(self) -> None:
         scene = self.scene
@@ -369,7 +369,7 @@ class StepCounts:
 
 
 @dataclass
-class Effort:
+class RunWork:
     """The work of a run, in units of one moving brick in one step."""
 
     system: System
@@ -453,7 +453,7 @@ class Islands:
         except BaseException:
             self.close()
             raise
-        self.effort = Effort(self.system)
+        self.effort = RunWork(self.system)
         self.split = self.several
         if self.split:
             self._tell_when()

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stability.geometry.rows import Array
 from stability.model import BodyId, BodyState, Brick
 
-# Thinning: keeps the poses from which all others can be interpolated. A brick at rest needs only the first of them.
+# Keyframe reduction: keeps the poses from which all others can be interpolated. A brick at rest needs only the first of
+# them.
 #
 # A pose is kept when the farthest corner of a brick has moved by a hundredth of a millimetre along its path since the
 # last kept pose, so creep is recorded too. The pose just before is kept as well, as the brick was there until then.
@@ -32,7 +33,7 @@ Marks = NDArray[np.bool_]
 
 
 @dataclass
-class Thinning:
+class KeyframeReduction:
     """The keyframes of one run. Poses come in order of time, any number of them at once."""
 
     most: int  # number of rows to keep
@@ -272,10 +273,10 @@ class Recorder:
     _numbers: dict[BodyId, int] = field(default_factory=dict, init=False)  # in order of placement
     _bricks: list[Brick] = field(default_factory=list, init=False)
     _removed_at: dict[BodyId, float] = field(default_factory=dict, init=False)  # time at which each was removed [s]
-    _thinning: Thinning = field(init=False)
+    _thinning: KeyframeReduction = field(init=False)
 
     def __post_init__(self) -> None:
-        self._thinning = Thinning(self.most_keys)
+        self._thinning = KeyframeReduction(self.most_keys)
 
     def add(self, time: float, brick: Brick, state: BodyState) -> None:
         """Add a brick that is placed at a time [s]."""

@@ -52,7 +52,7 @@ def never_stop_early(_trace: Trace) -> bool:
 
 
 @dataclass
-class Ending:
+class StopRule:
     """Determines when a run ends."""
 
     timeline: Timeline
@@ -137,7 +137,7 @@ def play(
     measures = RunMeasurements(timeline, recorder=recorder)
     islands = Islands(timeline, system, measures, log)
     try:
-        run = _Run(timeline, islands, measures, log, Ending(timeline, may_stop))
+        run = _Run(timeline, islands, measures, log, StopRule(timeline, may_stop))
         run.play()
         return run.trace(perf_counter() - started)
     finally:
@@ -150,7 +150,7 @@ class _Run:
     islands: Islands
     measures: RunMeasurements
     log: EventLog
-    ending: Ending
+    ending: StopRule
     collapse: Collapse | None = None
     forces: ForceMeter = field(default_factory=ForceMeter)
     one_by_one: int = 0

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from stability.engines.lazy_world import Opening, RestingWorld, load_engine, stepped_world
+from stability.engines.lazy_world import EngineFactory, RestingWorld, load_engine, stepped_world
 from stability.engines.protocol import EngineSettings, World
 from stability.engines.resized_world import ResizedWorld
 from stability.engines.scene_scale import SceneScale
@@ -48,7 +48,7 @@ def opened_world(timeline: Timeline, system: System) -> World:
         return system.engine.scaled(SceneScale.of(bricks, size * scene.gravity))
 
     world = (
-        RestingWorld(Opening(settings, settings_of, engine))
+        RestingWorld(EngineFactory(settings, settings_of, engine))
         if system.method is Method.PROVEN
         else engine(settings, size**3 * max(placement.brick.mass for placement in timeline.placements))
     )

@@ -206,7 +206,7 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Paper:
+class DrawingArea:
     """The part of the plane of projection that is drawn, and its scale."""
 
     low: Array  # (2,) corner at the bottom left [m]
@@ -231,7 +231,7 @@ def solids_at(run: RunView, time: float) -> dict[BodyId, Solid]:
     return solids
 
 
-def drawn(run: RunView, frame: Frame, paper: Paper) -> Iterator[str]:
+def drawn(run: RunView, frame: Frame, paper: DrawingArea) -> Iterator[str]:
     """Yield SVG elements, from the back to the front."""
     solids = solids_at(run, frame.time)
     yield from _ground(run, frame.view, paper)
@@ -268,7 +268,7 @@ class Colours:
         return THROWN if brick in self._hitting else self._states.get(brick, AWAKE)
 
 
-def _brick(solid: Solid, colour: str, view: View, paper: Paper, name: BodyId) -> Iterator[str]:
+def _brick(solid: Solid, colour: str, view: View, paper: DrawingArea, name: BodyId) -> Iterator[str]:
     on_paper = paper.place(view.on_paper(solid.corners))
     paths = []
     for normal, face in zip(solid.normals, solid.faces, strict=True):
@@ -284,7 +284,7 @@ def _lit(colour: str, normal: Array) -> str:
     return "#" + "".join(f"{part:02x}" for part in parts)
 
 
-def _ground(run: RunView, view: View, paper: Paper) -> Iterator[str]:
+def _ground(run: RunView, view: View, paper: DrawingArea) -> Iterator[str]:
     """Yield planes seen edge-on, as lines across the paper."""
     for plane in run.timeline.world.planes:
         normal = np.array(plane.normal_W)
@@ -296,7 +296,7 @@ def _ground(run: RunView, view: View, paper: Paper) -> Iterator[str]:
         yield f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{GROUND}"/>'
 
 
-def _forces(run: RunView, proof: ShownProof, view: View, paper: Paper) -> Iterator[str]:
+def _forces(run: RunView, proof: ShownProof, view: View, paper: DrawingArea) -> Iterator[str]:
     """Yield arrows at contact points, with lengths in proportion to the forces."""
     pairs = [
         (point, force)

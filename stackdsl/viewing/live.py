@@ -37,7 +37,7 @@ from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
 from stackdsl.viewing.replay.page import run_json
 from stackdsl.viewing.run_view import RunView, ShownProofs, shown_proofs, view_of
-from stackdsl.viewing.server import HOST, Board, PageServer, WebSite, listening
+from stackdsl.viewing.server import HOST, PageServer, PublishedTexts, WebSite, listening
 
 # Preview of a case before it is played: the build and its proofs, without an engine.
 #
@@ -225,7 +225,7 @@ TOKEN_BYTES = 24  # 192 bits
 
 
 @dataclass(frozen=True)
-class Showing:
+class ServedSite:
     """A served web site."""
 
     url: str
@@ -245,7 +245,7 @@ class Showing:
 
 
 @contextmanager
-def showing(site: WebSite) -> Iterator[Showing]:
+def showing(site: WebSite) -> Iterator[ServedSite]:
     """Serve a site until the end of the block. Raises OSError if no port is free."""
     token = token_urlsafe(TOKEN_BYTES)
     with listening() as listener:
@@ -256,7 +256,7 @@ def showing(site: WebSite) -> Iterator[Showing]:
         process.start()
         theirs.close()
     try:
-        yield Showing(url, ours)
+        yield ServedSite(url, ours)
     finally:
         process.kill()
         process.join()
@@ -268,7 +268,7 @@ def _serve(listener: socket.socket, token: str, site: WebSite, inbox: Connection
     for number in INTERRUPTS:  # the parent process handles interrupts
         signal.signal(number, signal.SIG_IGN)
     others.close()
-    board = Board()
+    board = PublishedTexts()
     server = PageServer(listener, token, site, board)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
@@ -289,7 +289,7 @@ def _serve(listener: socket.socket, token: str, site: WebSite, inbox: Connection
 class RunPage:
     """The content of a page with several runs, by their numbers."""
 
-    showing: Showing
+    showing: ServedSite
     runs: int = 0
     mistakes: tuple[str, ...] = ()  # errors in the file
     doing: str = ""  # current activity; empty if none

@@ -16,7 +16,7 @@ import numpy as np
 from stability.geometry.rows import Array
 from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
 from stackdsl.trace import EventKind
-from stackdsl.viewing.drawing import EDGE, FORCE, Frame, Paper, View, drawn, solids_at
+from stackdsl.viewing.drawing import EDGE, FORCE, DrawingArea, Frame, View, drawn, solids_at
 from stackdsl.viewing.run_view import RunView
 
 # Pictures of a run: one panel per view and time, in rows, at one scale.
@@ -63,7 +63,7 @@ def picture(
     return "\n".join([head, TIP, paper_, *(line for row in rows for line in row), "</svg>"]) + "\n"
 
 
-def _panel(run: RunView, panel: Panel, paper: Paper, width: float, corner: tuple[float, float]) -> Iterator[str]:
+def _panel(run: RunView, panel: Panel, paper: DrawingArea, width: float, corner: tuple[float, float]) -> Iterator[str]:
     wide, high = ceil(width), ceil(paper.height + CAPTION)
     yield f'<svg x="{corner[0]:.1f}" y="{corner[1]:.1f}" width="{wide}" height="{high}">'
     yield f'<g stroke="{EDGE}" stroke-width="0.5" stroke-linejoin="round">'
@@ -72,7 +72,7 @@ def _panel(run: RunView, panel: Panel, paper: Paper, width: float, corner: tuple
     yield f'<text x="{MARGIN}" y="{paper.height + 12:.1f}" fill="#333">{escape(panel.caption)}</text></svg>'
 
 
-def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[Paper, float]:
+def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[DrawingArea, float]:
     """Return the paper that fits all panels of a view, and the width of its panel [px]."""
     hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
     seen: list[Array] = [np.zeros((0, 2))]
@@ -95,7 +95,7 @@ def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> t
     size = np.maximum(high - low, 1e-9)
     scale = min(width / size[0], MOST_HIGH / size[1])
     low = low - MARGIN / scale
-    return Paper(low, scale, size[1] * scale + 2 * MARGIN), max(size[0] * scale + 2 * MARGIN, 120.0)
+    return DrawingArea(low, scale, size[1] * scale + 2 * MARGIN), max(size[0] * scale + 2 * MARGIN, 120.0)
 
 
 def panels_at(run: RunView, views: Sequence[View], time: float | None, forces: bool) -> list[Panel]:

@@ -106,7 +106,7 @@ def _frame() -> str:
 
 
 @dataclass
-class Board:
+class PublishedTexts:
     """The latest text of each name; written by one thread, read by any number."""
 
     _texts: dict[str, tuple[int, str]] = field(default_factory=dict)  # with the number of the change
@@ -175,7 +175,7 @@ class PageServer(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, listener: socket.socket, token: str, site: WebSite, board: Board) -> None:
+    def __init__(self, listener: socket.socket, token: str, site: WebSite, board: PublishedTexts) -> None:
         super().__init__((HOST, 0), Handler, bind_and_activate=False)
         self.socket.close()
         self.socket = listener
@@ -233,7 +233,7 @@ class Handler(BaseHTTPRequestHandler):
         """Log nothing."""
 
 
-def events(board: Board) -> Iterator[bytes]:
+def events(board: PublishedTexts) -> Iterator[bytes]:
     """Yield the changes of a board as events of a stream; the kind of an event is the first word of its name."""
     for name, text in board.follow(ALIVE):
         # Texts are JSON in one line, so they cannot contain a line of the protocol.

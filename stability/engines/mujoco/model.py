@@ -11,7 +11,7 @@ from stability.dynamics.rigid_group import grouped
 from stability.engines.mujoco.binding import mujoco
 from stability.engines.mujoco.pair_frictions import GeomFriction, pair_frictions
 from stability.engines.mujoco.settings import MuJoCoSettings
-from stability.engines.pressing import Presses, shortest_turn
+from stability.engines.pressing import AppliedLoads, shortest_turn
 from stability.engines.protocol import FIRM, Guided
 from stability.geometry.bounding_boxes import BoundingBoxes
 from stability.geometry.box import Box, box_of
@@ -115,7 +115,7 @@ class Model:
         """Set gravity along -z and the inertial acceleration from the motion of the fixed bodies [m/s2]."""
         self.model.opt.gravity[:] = subtract((0.0, 0.0, -gravity), acceleration_W)
 
-    def step(self, duration: float, parts: int, presses: Presses, guided: Mapping[BodyId, Guided]) -> None:
+    def step(self, duration: float, parts: int, presses: AppliedLoads, guided: Mapping[BodyId, Guided]) -> None:
         """Advance by a duration [s] in a number of sub-steps, with prescribed motions by body."""
         self.model.opt.timestep = duration / parts
         for _ in range(parts):

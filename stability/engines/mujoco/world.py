@@ -10,7 +10,7 @@ from stability.dynamics.rigid_group import RigidGroup, grouped, member_state
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.mujoco.model import MjBody, MjScene, Model, build_model
 from stability.engines.mujoco.settings import MuJoCoSettings
-from stability.engines.pressing import Presses
+from stability.engines.pressing import AppliedLoads
 from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 
@@ -127,7 +127,7 @@ class MuJoCoWorld(EngineWorld):
     own: OwnBodies
     bodies: RemadeBodies
     clock: StepClock
-    presses: Presses = field(default_factory=Presses, init=False)
+    presses: AppliedLoads = field(default_factory=AppliedLoads, init=False)
     _stepped: Model | None = field(default=None, init=False)  # model of the last step
 
     @classmethod

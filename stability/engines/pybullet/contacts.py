@@ -8,7 +8,7 @@ from typing import Protocol
 from stability.engines.edge_normals import FACE_ON, BoxPair, agreement, leans, nearest_of, velocity_at
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import ALL, ROUNDED, SHARP, BrickBodies
-from stability.engines.pybullet.groups import JoinedGroups
+from stability.engines.pybullet.groups import WeldedGroups
 from stability.geometry.box import Box, as_box
 from stability.geometry.box_distance import Block, block
 from stability.geometry.vectors import dot, multiply, norm, scale, subtract, turn_between
@@ -64,7 +64,7 @@ class ContactRefresher:
     """Poses of the bricks at their contact detection, and the times of their next checks."""
 
     bricks: BrickBodies
-    groups: JoinedGroups
+    groups: WeldedGroups
     _detected_at: dict[BodyId, Pose] = field(default_factory=dict, init=False)
     _due: dict[BodyId, float] = field(default_factory=dict, init=False)  # [s] of checks of single bricks
 
@@ -284,7 +284,7 @@ class EdgeReshaper:
     """Rounds the edges of bricks that lean on each other edge on edge; bricks that lie square get sharp ones again."""
 
     bricks: BrickBodies
-    groups: JoinedGroups
+    groups: WeldedGroups
 
     def reshape(self, states: Mapping[BodyId, BodyState]) -> None:
         """Set sharp or rounded edges of every awake brick."""

@@ -13,7 +13,7 @@ from stability.engines.protocol import FrictionRecord, WrongFriction
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.bodies import BrickBodies
 from stability.engines.pybullet.contacts import refresh_contacts
-from stability.engines.pybullet.groups import JoinedGroups
+from stability.engines.pybullet.groups import WeldedGroups
 from stability.geometry.vectors import add_scaled, norm, scale, subtract
 from stability.model import BodyId, Vec3
 
@@ -43,7 +43,7 @@ class PairFriction:
     """Sets the friction factors of a world's bodies before each step, if the law has several coefficients."""
 
     bricks: BrickBodies
-    groups: JoinedGroups
+    groups: WeldedGroups
     _factors: dict[int, float] = field(default_factory=dict, init=False)  # by body of the client
     _touching: frozenset[Pair] = field(default=frozenset(), init=False)  # pairs in contact at the last solution
     _solved: frozenset[Pair] = field(default=frozenset(), init=False)  # pairs with the requested coefficient

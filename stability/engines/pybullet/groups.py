@@ -29,7 +29,7 @@ NEVER = -1.0  # [s] before any time on the clock
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Joined:
+class WeldedGroup:
     """Welded group in the engine."""
 
     group: RigidGroup
@@ -39,12 +39,12 @@ class Joined:
 
 
 @dataclass
-class JoinedGroups:
+class WeldedGroups:
     """All welded groups, and the queries of bricks, which return values of single bricks inside groups too."""
 
     single: BrickBodies
-    by_brick: dict[BodyId, Joined] = field(default_factory=dict, init=False)
-    _by_name: dict[BodyId, Joined] = field(default_factory=dict, init=False)
+    by_brick: dict[BodyId, WeldedGroup] = field(default_factory=dict, init=False)
+    _by_name: dict[BodyId, WeldedGroup] = field(default_factory=dict, init=False)
     _cache_time: float = field(default=NEVER, init=False)  # time of the cached points [s]
     _cached_points: dict[BodyId, list[ContactPoint]] = field(default_factory=dict, init=False)  # by body
 
@@ -61,12 +61,12 @@ class JoinedGroups:
             single.on_woken(joined.name)
         single.bodies.set_motion(joined.name, *common_motion(group, states))
 
-    def _added(self, group: RigidGroup) -> Joined:
+    def _added(self, group: RigidGroup) -> WeldedGroup:
         """Replace the bodies of frozen bricks by the body of a group."""
         bodies, maker = self.single.bodies, self.single.maker
         own = {brick: bodies.numbers.pop(brick) for brick in group.bricks}
         maker.set_collision_group(own.values(), 0, 0)
-        joined = Joined(group, surfaces(group), f"group of {next(iter(own))}", own)
+        joined = WeldedGroup(group, surfaces(group), f"group of {next(iter(own))}", own)
         maker.group(joined.name, group)
         self._by_name[joined.name] = joined
         self.by_brick |= dict.fromkeys(own, joined)
@@ -92,7 +92,7 @@ class JoinedGroups:
         if brick in self.by_brick:
             self.unweld(brick)
 
-    def _remove(self, joined: Joined) -> None:
+    def _remove(self, joined: WeldedGroup) -> None:
         self._cache_time = NEVER
         self.single.bodies.remove(joined.name)
         self.single.on_stopped(joined.name)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stability.engines.pressing import Presses
+from stability.engines.pressing import AppliedLoads
 from stability.engines.pybullet.binding import pybullet
 from stability.engines.pybullet.client import ClientBodies
 from stability.engines.pybullet.settings import PyBulletSettings
@@ -28,7 +28,7 @@ MOST_PARTS_OF_HITS = 32  # 8 m/s at steps of 1/960 s
 
 
 @dataclass(frozen=True, slots=True)
-class Awake:
+class AwakeBodies:
     """Properties of the awake bodies."""
 
     fastest: float = 0.0  # [m/s] maximum speed of the bodies before the next check
@@ -46,7 +46,7 @@ class Stepping:
     may_hit: bool = False  # whether they may make new contacts
 
 
-def stepping(settings: PyBulletSettings, awake: Awake) -> Stepping:
+def stepping(settings: PyBulletSettings, awake: AwakeBodies) -> Stepping:
     """Choose sub-steps and iterations for the awake bodies."""
     lively = settings.lively_speed is not None and awake.fastest > settings.lively_speed
     may_hit = lively and awake.begins
@@ -487,7 +487,7 @@ class Stepper:
     client: int
     settings: PyBulletSettings
     fall: FreeFall
-    presses: Presses = field(default_factory=Presses, init=False)
+    presses: AppliedLoads = field(default_factory=AppliedLoads, init=False)
     sliding: SlidingFriction = field(init=False)
     time: float = field(default=0.0, init=False)  # [s]
     _fastest: float = field(default=0.0, init=False)  # [m/s]
@@ -496,7 +496,7 @@ class Stepper:
     _stepping: Stepping = field(init=False)  # as set in the engine
 
     def __post_init__(self) -> None:
-        self._stepping = stepping(self.settings, Awake())
+        self._stepping = stepping(self.settings, AwakeBodies())
         self.sliding = SlidingFriction(self.client)
 
     @property
@@ -533,7 +533,7 @@ class Stepper:
             return False
         before = self._stepping
         ratio = 1.0 if self.settings.most_mass_ratio is None else mass_ratio()
-        self._stepping = stepping(self.settings, Awake(self._fastest, ratio, self._new_contact_steps > 0))
+        self._stepping = stepping(self.settings, AwakeBodies(self._fastest, ratio, self._new_contact_steps > 0))
         self._up_to_date = True
         if self._stepping != before:
             parameters = step_parameters(self.settings, self._stepping)

@@ -17,7 +17,7 @@ from stability.engines.pybullet.bodies import BodyMaker, BrickBodies, Planes
 from stability.engines.pybullet.client import ClientBodies
 from stability.engines.pybullet.contacts import ContactRefresher, EdgeMonitor, EdgeReshaper, Reshaper
 from stability.engines.pybullet.friction import FrictionCones, PairFriction
-from stability.engines.pybullet.groups import GuidedBricks, JoinedGroups
+from stability.engines.pybullet.groups import GuidedBricks, WeldedGroups
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.engines.pybullet.stepping import FreeFall, Stepper, engine_parameters
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Shape, Vec3
@@ -26,7 +26,7 @@ from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Pla
 # far below its cap on impulses of 1e10.
 HEAVIEST = 1e4
 
-MakesReshaper: TypeAlias = Callable[[BrickBodies, JoinedGroups], Reshaper]
+MakesReshaper: TypeAlias = Callable[[BrickBodies, WeldedGroups], Reshaper]
 
 
 @dataclass
@@ -35,7 +35,7 @@ class PyBulletWorld(EngineWorld):
 
     settings: PyBulletSettings
     bricks: BrickBodies
-    groups: JoinedGroups
+    groups: WeldedGroups
     edges: EdgeMonitor
     cones: FrictionCones
     frictions: FrictionRecord = field(default_factory=FrictionRecord, init=False)
@@ -70,7 +70,7 @@ class PyBulletWorld(EngineWorld):
         own, maker = OwnBodies(), BodyMaker(bodies, settings, gravity, friction)
         stepper = Stepper(bodies.client, settings, FreeFall(bodies, gravity, settings.exact_fall))
         bricks = BrickBodies(own, bodies, maker, Planes(maker, own.planes), stepper)
-        groups = JoinedGroups(bricks)
+        groups = WeldedGroups(bricks)
         edges = EdgeMonitor(bricks, reshaper(bricks, groups), ContactRefresher(bricks, groups))
         return cls(settings, bricks, groups, edges, FrictionCones(bricks, PairFriction(bricks, groups)))
 

@@ -236,7 +236,7 @@ PUSHES = 1.0  # the same for pushes: a plank pushed to 5 mm/s slides by less tha
 
 
 @dataclass(frozen=True, slots=True)
-class Disturbed:
+class Disturbance:
     """Frozen bricks to wake, each with the direction of its hit [unit, W]."""
 
     struck: Mapping[BodyId, Vec3]
@@ -303,7 +303,7 @@ class Disturbances(BrickObserver):
         beside = [placed for _, placed in solids(self.engine, self.engine.states([n for n in near if n in masses]))]
         return friction_stops(assembly, hit, flying, beside, self._holding)
 
-    def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbed | None:
+    def overloaded(self, assembly: Assembly, moving: Collection[BodyId]) -> Disturbance | None:
         """Return the frozen bricks that yield to the loads of moving ones; None if there are none."""
         if not moving:
             return None
@@ -317,7 +317,7 @@ class Disturbances(BrickObserver):
             return None
         touched = {body for brick in overloaded for point in self.engine.contacts(brick) for body in (point.a, point.b)}
         by = tuple(sorted(touched.intersection(moving)))
-        return Disturbed(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} moved by overload", by)
+        return Disturbance(dict.fromkeys(overloaded, NO_LINE), f"{', '.join(overloaded)} moved by overload", by)
 
     def frozen(self, bricks: Collection[BodyId]) -> None:
         """Pass frozen bricks on to the observers."""
@@ -341,10 +341,10 @@ def is_level(along_W: Vec3) -> bool:
     return hypot(along_W[0], along_W[1]) > abs(along_W[2])
 
 
-def hit_by_bricks(hits: Collection[Hit]) -> Disturbed:
+def hit_by_bricks(hits: Collection[Hit]) -> Disturbance:
     """Return the disturbance of all bricks that are hit."""
     by = tuple(sorted({hit.by for hit in hits}))
-    return Disturbed({hit.brick: hit.normal_W for hit in hits}, hit_description(hits), by)
+    return Disturbance({hit.brick: hit.normal_W for hit in hits}, hit_description(hits), by)
 
 
 def hit_description(hits: Iterable[Hit]) -> str:

@@ -7,7 +7,7 @@ from typing import ClassVar, Self
 
 from stability.contact_law import GivenFriction
 from stability.dynamics.ground_motion import GroundMotion
-from stability.engines.protocol import AcceptsForces, Engine, Joining
+from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
 from stability.geometry.vectors import norm, scale
 from stability.model import AT_REST, BodyId, BodyState, Plane, Pose, Vec3
 from stability.problem import Placed, Stability, Stage, Tolerances, Verdict
@@ -19,7 +19,7 @@ from stability.stabilizers.exact.candidates import (
     release_until_stable,
     solids,
 )
-from stability.stabilizers.exact.hits import Disturbances, Disturbed, UnionContainer, hit_by_bricks, is_level
+from stability.stabilizers.exact.hits import Disturbance, Disturbances, UnionContainer, hit_by_bricks, is_level
 from stability.stabilizers.exact.shaking import ROUNDING, Shaking
 from stability.stabilizers.exact.woken_region import DeadLoads, RigidGroups, region, wake
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
@@ -39,7 +39,7 @@ class FixedBodies:
 
 
 @dataclass(frozen=True, slots=True)
-class Changed:
+class ChangedAssembly:
     """Assembly after external changes."""
 
     assembly: Assembly  # a new one if the fixed bodies have changed
@@ -49,7 +49,7 @@ class Changed:
 
 def changed(
     assembly: Assembly, lost: Collection[BodyId], disturbed: Mapping[BodyId, BodyState], fixed: FixedBodies
-) -> Changed:
+) -> ChangedAssembly:
     """Remove lost and pushed bricks from an assembly, move displaced ones, and update its fixed bodies."""
     pushed = {brick: state.pose for brick, state in disturbed.items() if _moves(state)}
     verdict = assembly.remove([*lost, *pushed]) if lost or pushed else None
@@ -62,7 +62,7 @@ def changed(
             fixed.planes, assembly.friction, assembly.gravity, assembly.tolerances, fixed.tables, overlap=inf
         )
         verdict = assembly.add_all(standing)
-    return Changed(assembly, verdict, pushed)
+    return ChangedAssembly(assembly, verdict, pushed)
 
 
 def _moves(state: BodyState) -> bool:
@@ -92,7 +92,7 @@ class ProvenStability(Stabilizer):
     # Whether every update also detects frozen bricks that the caller has moved, and judges them again. It is slow.
     guard: bool = True
     # Welds riding bricks into one rigid body; None: all bricks move one by one.
-    joiner: Joining | None = None
+    joiner: WeldingEngine | None = None
     # Applies the loads of frozen bricks to woken ones; None: bricks carried by woken ones wake too.
     presser: AcceptsForces | None = None
     tolerances: Tolerances = Tolerances()  # noqa: RUF009 -- frozen
@@ -203,7 +203,7 @@ class ProvenStability(Stabilizer):
         if speed < self._disturbances.least_push(brick) or not self.is_frozen(brick):
             return Update()
         along_W = scale(1.0 / norm(impulse_W), impulse_W)
-        return self._wake_struck(Disturbed({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
+        return self._wake_struck(Disturbance({brick: along_W}, f"{brick} pushed to {speed:.3g} m/s"))
 
     def wake(self, bricks: Iterable[BodyId]) -> tuple[BodyId, ...]:
         """Wake these bricks and all that cannot stand without them; return the woken bricks."""
@@ -410,7 +410,7 @@ class ProvenStability(Stabilizer):
             update = update.then(self._wake_struck(pressed))
         return update
 
-    def _wake_struck(self, disturbed: Disturbed) -> Update:
+    def _wake_struck(self, disturbed: Disturbance) -> Update:
         """Wake the region of a disturbance; some of its bricks may move as rigid groups."""
         for brick in disturbed.struck:
             if brick in self._rigid_groups:

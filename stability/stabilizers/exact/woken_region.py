@@ -9,7 +9,7 @@ from typing import Self
 from stability.contacts.bodies import solid
 from stability.contacts.detection import contact_between
 from stability.dynamics.rigid_body import AppliedForce
-from stability.engines.protocol import AcceptsForces, Engine, Joining
+from stability.engines.protocol import AcceptsForces, Engine, WeldingEngine
 from stability.geometry.placed_shape import apart
 from stability.geometry.vectors import add, dot, norm, scale, turn_between
 from stability.graph import components, reached
@@ -46,7 +46,7 @@ class RidingGroup:
 class RigidGroups(BrickObserver):
     """The welded groups of one engine, each represented by its first brick."""
 
-    joiner: Joining | None  # None if the engine cannot weld
+    joiner: WeldingEngine | None  # None if the engine cannot weld
     _groups: dict[BodyId, RidingGroup] = field(default_factory=dict, init=False)  # by first brick
     _first: dict[BodyId, BodyId] = field(default_factory=dict, init=False)  # first brick of the group, by brick
 
@@ -221,7 +221,7 @@ MOSTLY = 0.5  # largest released share of a large region; beyond it the whole re
 
 
 @dataclass(frozen=True, slots=True)
-class Woken:
+class ReleasedBricks:
     """Bricks that an assembly has released."""
 
     placed: Mapping[BodyId, Placed]  # at their rest poses
@@ -230,7 +230,7 @@ class Woken:
     forces: Tally | None = None  # of the proof, on frozen bricks that they carried; None if they carried none
 
 
-def wake(assembly: Assembly, reached: Region, presses: bool) -> Woken:
+def wake(assembly: Assembly, reached: Region, presses: bool) -> ReleasedBricks:
     """Release a region from an assembly; `presses` if frozen bricks can press on woken ones."""
     before = dict(assembly.bricks)
     released: set[BodyId] = set()
@@ -239,10 +239,10 @@ def wake(assembly: Assembly, reached: Region, presses: bool) -> Woken:
         few = len(reached.one_by_one) <= FEW
         released = _released(assembly, reached.lined, names_smallest=few)
         if len(released) <= (len(reached.lined) if few else MOSTLY * len(reached.one_by_one)):
-            return Woken(_in_order(before, released), forces=forces)
+            return ReleasedBricks(_in_order(before, released), forces=forces)
     touched = {brick: sorted(touching(assembly, brick)) for group in reached.riding for brick in group}
     released |= _released(assembly, {*reached.one_by_one, *touched} - released, names_smallest=True)
-    return Woken(_in_order(before, released), reached.riding, touched)
+    return ReleasedBricks(_in_order(before, released), reached.riding, touched)
 
 
 def _released(assembly: Assembly, bricks: Collection[BodyId], names_smallest: bool) -> set[BodyId]:

@@ -34,7 +34,7 @@ TICKS = 10_000.0  # units of time per second
 
 
 @dataclass(frozen=True, slots=True)
-class Packed:
+class PackedPoses:
     """The packed poses of a recording."""
 
     counts: tuple[int, ...]  # number of poses, by brick
@@ -43,7 +43,7 @@ class Packed:
     data: str  # base64 of deflated bytes
 
 
-def packed(recording: Recording) -> Packed:
+def packed(recording: Recording) -> PackedPoses:
     """Pack all poses of a recording."""
     rows = recording.keys
     numbers = rows[:, NUMBER].astype(int)
@@ -61,7 +61,7 @@ def packed(recording: Recording) -> Packed:
     first = np.concatenate(([True], numbers[1:] != numbers[:-1])) if len(rows) else np.empty(0, bool)
     changes = _changes(_changes(whole, first), first).astype(np.int32)
     counts = np.bincount(numbers, minlength=len(recording.bricks)) if len(rows) else np.empty(0, int)
-    return Packed(tuple(counts.tolist()), tuple(origin.tolist()), unit, deflated(_planes(changes.T)))
+    return PackedPoses(tuple(counts.tolist()), tuple(origin.tolist()), unit, deflated(_planes(changes.T)))
 
 
 def packed_floats(values: NDArray[np.float64]) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from stability.engines.lazy_world import Opening, RestingWorld
+from stability.engines.lazy_world import EngineFactory, RestingWorld
 from stability.engines.protocol import EngineSettings, World
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.settings import PyBulletSettings
@@ -25,7 +25,7 @@ class Opened:
     engines: list[World] = field(default_factory=list)
 
     def world(self) -> RestingWorld:
-        world = RestingWorld(Opening(SETTINGS, lambda _: SETTINGS, self._open))
+        world = RestingWorld(EngineFactory(SETTINGS, lambda _: SETTINGS, self._open))
         world.add_plane(Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
         return world
 

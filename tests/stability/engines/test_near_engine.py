@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import pytest
 
-from stability.engines.lazy_world import Opening, RestingWorld
+from stability.engines.lazy_world import EngineFactory, RestingWorld
 from stability.engines.protocol import EngineSettings, World
 from stability.engines.pybullet import PyBulletWorld
 from stability.engines.pybullet.settings import PyBulletSettings
@@ -29,7 +29,7 @@ class Opened:
     engines: list[World] = field(default_factory=list)
 
     def world(self) -> RestingWorld:
-        return RestingWorld(Opening(SETTINGS, self._settings_for, self._open))
+        return RestingWorld(EngineFactory(SETTINGS, self._settings_for, self._open))
 
     def _settings_for(self, bricks: Collection[Brick]) -> EngineSettings:
         return replace(SETTINGS, most_travel=0.02 * min(brick.shape.least_thickness for brick in bricks))

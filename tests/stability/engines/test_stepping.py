@@ -6,10 +6,10 @@ from math import ceil, inf
 import pytest
 
 from stability.engines.pybullet.settings import PyBulletSettings
-from stability.engines.pybullet.stepping import Awake, Stepping, stepping
+from stability.engines.pybullet.stepping import AwakeBodies, Stepping, stepping
 from stackdsl.simulation.systems import HELD, MOVING, STOCK, TUNED
 
-QUIET = Awake(fastest=0.1, mass_ratio=1.0)
+QUIET = AwakeBodies(fastest=0.1, mass_ratio=1.0)
 
 
 @pytest.mark.parametrize("settings", [STOCK, HELD, TUNED, MOVING])
@@ -55,4 +55,4 @@ def test_a_hit_that_is_about_to_come_is_stepped_finely_and_solved_well() -> None
 
 
 def test_settings_that_ask_for_nothing_heed_nothing() -> None:
-    assert stepping(STOCK, Awake(fastest=inf, mass_ratio=inf)) == Stepping(1, STOCK.iterations, lively=False)
+    assert stepping(STOCK, AwakeBodies(fastest=inf, mass_ratio=inf)) == Stepping(1, STOCK.iterations, lively=False)

@@ -11,7 +11,7 @@ from stability.dynamics.coulomb import accelerations, inverse_mass, kinetic
 from stability.dynamics.rigid_body import pushed
 from stability.dynamics.rigid_group import common_motion, grouped, surfaces
 from stability.dynamics.toppling import FallingPart, falling_part, holds_together, reach
-from stability.engines.lazy_world import Opening, RestingWorld
+from stability.engines.lazy_world import EngineFactory, RestingWorld
 from stability.engines.pybullet.settings import PyBulletSettings
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import corners_W, inertia_times
@@ -174,7 +174,7 @@ def test_a_box_given_by_corners_in_any_axes_falls_like_a_box() -> None:
 
 
 def test_a_world_that_needs_no_engine_keeps_any_shape() -> None:
-    world = RestingWorld(Opening(SETTINGS, lambda _: SETTINGS, lambda *_: pytest.fail("nothing moves")))
+    world = RestingWorld(EngineFactory(SETTINGS, lambda _: SETTINGS, lambda *_: pytest.fail("nothing moves")))
     world.add_plane(FLOOR)
     world.add_brick(Brick("wedge", LOWER_HALF, MASS), Pose((0.0, 0.0, THICKNESS / 3.0)))
     assert world.shape("wedge") is LOWER_HALF

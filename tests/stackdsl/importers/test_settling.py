@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from stackdsl.diagnostics import Span
 from stackdsl.importers.load import Exact3, ImportedBox, ImportedLoad
-from stackdsl.importers.settling import Settled, first_unsettleable, moved_lines, settled
+from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.language.imports import Settle, parse_settle
 
 MM = Fraction(1, 1000)
@@ -20,11 +20,11 @@ def box(  # noqa: PLR0913, PLR0917 -- in the order of their importance
     return ImportedBox(name, size, centre, Fraction(1), Span("a", 1, 1, 1), turn)
 
 
-def settle(how: str, *boxes: ImportedBox) -> Settled:
+def settle(how: str, *boxes: ImportedBox) -> SettledLoad:
     return settled(ImportedLoad(boxes, MM), parse_settle(how))
 
 
-def heights(found: Settled) -> list[float]:
+def heights(found: SettledLoad) -> list[float]:
     """Of the lower faces [mm]."""
     return [float(each.bottom / MM) for each in found.load.boxes]
 

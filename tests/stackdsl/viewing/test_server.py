@@ -11,7 +11,7 @@ import pytest
 
 from stackdsl.viewing.check_report.page import script_and_style
 from stackdsl.viewing.replay.page import LOADER, hash_of, program_and_style
-from stackdsl.viewing.server import Board, Folder, OnePage, PageServer, WebSite, events, listening
+from stackdsl.viewing.server import Folder, OnePage, PageServer, PublishedTexts, WebSite, events, listening
 from tests.command_line import AMPLE
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -21,7 +21,7 @@ class Served:
     """A site that is served from here, and what comes of requests to it."""
 
     def __init__(self, site: WebSite) -> None:
-        self.board = Board()
+        self.board = PublishedTexts()
         self.server = PageServer(listening(), TOKEN, site, self.board)
         self.host = "{}:{}".format(*self.server.socket.getsockname())
         threading.Thread(target=self.server.serve_forever, args=(0.01,), daemon=True).start()
@@ -127,7 +127,7 @@ def test_a_reader_gets_all_there_is_and_then_every_change(page: Served) -> None:
 
 
 def test_a_reader_of_what_does_not_change_gets_signs_of_life() -> None:
-    board = Board()
+    board = PublishedTexts()
     news = board.follow(0.001)
     assert next(news) == ("", "")
     board.put("status", "1")

@@ -3,7 +3,7 @@
 import pytest
 
 from stability.model import BodyId, Pose
-from stability.stabilizers.exact.woken_region import FEW, Woken, region, wake
+from stability.stabilizers.exact.woken_region import FEW, ReleasedBricks, region, wake
 from stability.statics.assembly import Assembly
 from tests.planks import GRAVITY, LENGTH, MASS, column, four_stack, lying, standing
 
@@ -19,7 +19,7 @@ def pyramid(base: int, levels: int) -> dict[BodyId, Pose]:
     }
 
 
-def woken(assembly: Assembly, brick: BodyId, presses: bool = True) -> Woken:
+def woken(assembly: Assembly, brick: BodyId, presses: bool = True) -> ReleasedBricks:
     return wake(assembly, region(assembly, {brick: (0.0, -1.0, 0.0)}, ride=True), presses)
 
 
