@@ -12,7 +12,7 @@ from enum import StrEnum
 from math import inf, sqrt
 from typing import Any, ClassVar, Final, Self, TypeAlias
 
-from stability.geometry.vectors import admit_in_range, admit_number, told
+from stability.geometry.vectors import admit_in_range, admit_number, short_repr
 from stability.model import BodyId, Plane
 
 # The forces that a contact can bear at one of its points: a convex set with rotational symmetry about the normal.
@@ -212,7 +212,9 @@ class Friction:
         admit_number("`usual` of the Friction is", self.usual, "write a coefficient of at least 0")
         for what, entries in (("own", self.own), ("between", self.between), ("kinds", self.kinds)):
             if not isinstance(entries, Mapping):
-                raise TypeError(f"`{what}` of a Friction is {told(entries)}; write a mapping, such as {_SUCH_AS[what]}")
+                raise TypeError(
+                    f"`{what}` of a Friction is {short_repr(entries)}; write a mapping, such as {_SUCH_AS[what]}"
+                )
 
     @property
     def differs(self) -> bool:
@@ -234,7 +236,7 @@ class Friction:
     def on(self, brick: BodyId, plane: Plane) -> float:
         """Return the coefficient of a brick on a plane; a brick without its own takes that of the plane."""
         if not isinstance(plane, Plane):
-            raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
+            raise TypeError(f"expected Plane(name, point, normal, friction), not {short_repr(plane)}")
         if not self.differs:
             return plane.friction
         pair = self._between(brick, plane.id)
@@ -299,9 +301,11 @@ def admit_friction(friction: GivenFriction) -> None:
         _admit(what, coefficient)
     for name, kind in friction.kinds.items():
         if not isinstance(name, str) or not isinstance(kind, str):
-            raise TypeError(f"the kind of {told(name)} is {told(kind)}; write both names as strings")
+            raise TypeError(f"the kind of {short_repr(name)} is {short_repr(kind)}; write both names as strings")
     if not isinstance(friction.rule, Rule):
-        raise TypeError(f"the rule of friction is {told(friction.rule)}; write one of {', '.join(map(str, Rule))}")
+        raise TypeError(
+            f"the rule of friction is {short_repr(friction.rule)}; write one of {', '.join(map(str, Rule))}"
+        )
     for one, other in friction.between:
         if friction.between[one, other] != friction.between.get((other, one), friction.between[one, other]):
             raise ValueError(f"there are two friction coefficients between '{one}' and '{other}'; keep one of them")
@@ -312,11 +316,11 @@ def _coefficients(friction: Friction) -> Iterator[tuple[str, float]]:
     yield from ((f"the friction of '{name}' is", own) for name, own in friction.own.items())
     for pair, between in friction.between.items():
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(name, str) for name in pair)):  # noqa: PLR2004
-            raise TypeError(f"expected a pair of names, such as ('sheet', 'carton'), not {told(pair)}")
+            raise TypeError(f"expected a pair of names, such as ('sheet', 'carton'), not {short_repr(pair)}")
         yield f"the friction between '{pair[0]}' and '{pair[1]}' is", between
 
 
 def _admit(what: str, coefficient: float) -> None:
     admit_number(what, coefficient, "write a coefficient of at least 0")
     if not 0.0 <= coefficient < float("inf"):
-        raise ValueError(f"{what} {told(coefficient)}; it must be finite and at least 0")
+        raise ValueError(f"{what} {short_repr(coefficient)}; it must be finite and at least 0")

@@ -25,8 +25,8 @@ from stability.geometry.vectors import (
     norm,
     principal_axes,
     scale,
+    short_repr,
     subtract,
-    told,
     unit,
 )
 from stability.model import IDENTITY, ConvexShape, Face, Quaternion, Vec3
@@ -283,7 +283,7 @@ def _admitted(points: Sequence[tuple[float, ...]], count: int, noun: str, coordi
 def _admit_place(subject: str, point: Sequence[float], count: int, remedy: str) -> None:
     admit_numbers(subject, point, count, remedy)
     if not all(-LONGEST <= part <= LONGEST for part in point):
-        raise ValueError(f"{subject} {told(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
+        raise ValueError(f"{subject} {short_repr(tuple(point))}; {remedy}, within {LONGEST:g} m of the origin")
 
 
 def _admit_centre(centre_of_mass: Vec3 | None) -> None:
@@ -297,10 +297,10 @@ def _admitted_loops(faces: Sequence[Sequence[int]], count: int) -> list[list[int
     for number, loop in enumerate(loops, start=1):
         sequence = isinstance(loop, Sequence) or (isinstance(loop, np.ndarray) and loop.ndim == 1)
         if not sequence or not all(isinstance(corner, Integral) and not isinstance(corner, bool) for corner in loop):
-            raise TypeError(f"face {number} is {told(loop)}; list the numbers of its corners, from 0")
+            raise TypeError(f"face {number} is {short_repr(loop)}; list the numbers of its corners, from 0")
         if len(loop) < 3 or not all(0 <= corner < count for corner in loop):  # noqa: PLR2004 -- as a triangle has
             corners = f"corner numbers run from 0 to {count - 1}"
-            raise ValueError(f"face {number} is {told(tuple(loop))}; list at least three corners; {corners}")
+            raise ValueError(f"face {number} is {short_repr(tuple(loop))}; list at least three corners; {corners}")
     return [[int(corner) for corner in loop] for loop in loops]
 
 

@@ -159,7 +159,7 @@ def _eliminate(tensor: list[list[float]], first: int, second: int) -> tuple[floa
 Given = TypeVar("Given")
 
 SHORTEST, LONGEST = 1e-9, 1e9  # [m] range of lengths: beyond it, squares and products lose digits
-TOLD: Final = 80  # [characters] of a value in a message
+LONGEST_REPR: Final = 80  # [characters] of a value in a message
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -177,7 +177,7 @@ def is_finite(value: float) -> bool:
         return False
 
 
-def told(value: object) -> str:
+def short_repr(value: object) -> str:
     """Format a value as in source code, shortened."""
     try:
         text = repr(value)
@@ -185,13 +185,13 @@ def told(value: object) -> str:
         text = f"a number of {value.bit_length()} bits" if isinstance(value, int) else f"a {type(value).__name__}"
     if text.startswith("<"):  # a default repr, which only contains the memory address
         text = type(value).__name__
-    return text if len(text) <= TOLD else f"{text[: TOLD - 1]}…"
+    return text if len(text) <= LONGEST_REPR else f"{text[: LONGEST_REPR - 1]}…"
 
 
 def admit_number(subject: str, value: object, remedy: str) -> None:
     """Raise TypeError for a value that is no number; `subject` begins the message, as in `brick 'a' has the mass`."""
     if not is_number(value):
-        raise TypeError(f"{subject} {told(value)}; {remedy}")
+        raise TypeError(f"{subject} {short_repr(value)}; {remedy}")
 
 
 def admit_in_range(subject: str, value: object, least: float, most: float, remedy: str) -> None:
@@ -199,16 +199,16 @@ def admit_in_range(subject: str, value: object, least: float, most: float, remed
     admit_number(subject, value, remedy)
     assert is_number(value)
     if not least <= value <= most:  # also for NaN
-        raise ValueError(f"{subject} {told(value)}; {remedy}")
+        raise ValueError(f"{subject} {short_repr(value)}; {remedy}")
 
 
 def admit_numbers(subject: str, value: object, count: int, remedy: str) -> None:
     """Raise TypeError for a value that is no sequence of numbers, ValueError unless it has `count` finite ones."""
     parts = _parts(value)
     if parts is None or not all(map(is_number, parts)):
-        raise TypeError(f"{subject} {told(value)}; {remedy}, as {count} numbers")
+        raise TypeError(f"{subject} {short_repr(value)}; {remedy}, as {count} numbers")
     if len(parts) != count or not all(map(is_finite, parts)):
-        raise ValueError(f"{subject} {told(tuple(parts))}; {remedy}")
+        raise ValueError(f"{subject} {short_repr(tuple(parts))}; {remedy}")
 
 
 def _parts(value: object) -> Sequence[float] | None:
@@ -224,8 +224,8 @@ def _parts(value: object) -> Sequence[float] | None:
 def listed(values: Iterable[Given], items: str) -> tuple[Given, ...]:
     """Return all items of an iterable. Raises TypeError with the expected `items` for other values."""
     if isinstance(values, str) or not isinstance(values, Iterable):
-        raise TypeError(f"expected a collection of {items}, not {told(values)}")
+        raise TypeError(f"expected a collection of {items}, not {short_repr(values)}")
     try:
         return tuple(values)
     except TypeError as error:  # a numpy array without dimensions
-        raise TypeError(f"expected a collection of {items}, not {told(values)}") from error
+        raise TypeError(f"expected a collection of {items}, not {short_repr(values)}") from error

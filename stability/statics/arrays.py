@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from stability.geometry.box import Box
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.rows import Array
-from stability.geometry.vectors import admit_numbers, listed, told
+from stability.geometry.vectors import admit_numbers, listed, short_repr
 from stability.model import IDENTITY, BodyId, Brick, ConvexShape, Pose, Quaternion, Vec3
 from stability.problem import Placed
 from stability.statics.assembly import AssemblyAnswers
@@ -55,7 +55,7 @@ def bricks_in_poses(
     values.
     """
     if isinstance(names, str):
-        raise TypeError(f"expected a sequence of names, such as ['{told(names)[1:-1]}'], not a string")
+        raise TypeError(f"expected a sequence of names, such as ['{short_repr(names)[1:-1]}'], not a string")
     names = listed(names, "names, such as ['a']")
     count = len(names)
     made = _shapes(shapes, count)
@@ -113,7 +113,7 @@ def forces_of(assembly: AssemblyAnswers) -> ForceArrays | None:
 
 def _admit_assembly(assembly: object) -> None:
     if not isinstance(assembly, AssemblyAnswers):
-        raise TypeError(f"expected an Assembly, not {told(assembly)}")
+        raise TypeError(f"expected an Assembly, not {short_repr(assembly)}")
 
 
 def _shapes(shapes: Sequence[ConvexShape] | ArrayLike, count: int) -> Iterable[ConvexShape]:

@@ -22,8 +22,8 @@ from stability.geometry.vectors import (
     admit_number,
     admit_numbers,
     listed,
+    short_repr,
     subtract,
-    told,
 )
 from stability.graph import reached
 from stability.model import EARTH, GROUND, BodyId, Brick, ConvexShape, Plane, Pose, Vec3
@@ -98,20 +98,20 @@ def _is_usual(placed: Placed) -> bool:
 def _admit_kinds(placed: object) -> None:
     """Raise TypeError for anything but a brick in a pose."""
     if not isinstance(placed, Placed):
-        raise TypeError(f"expected Placed(brick, pose), not {told(placed)}")
+        raise TypeError(f"expected Placed(brick, pose), not {short_repr(placed)}")
     if not isinstance(placed.brick, Brick):
-        raise TypeError(f"expected Brick(name, shape, mass), not {told(placed.brick)}")
+        raise TypeError(f"expected Brick(name, shape, mass), not {short_repr(placed.brick)}")
     admit_name("a brick", placed.brick.id)
     if not isinstance(placed.pose, Pose):
         raise TypeError(
-            f"the pose of brick '{placed.brick.id}' is {told(placed.pose)}; write Pose((x, y, z)), in metres"
+            f"the pose of brick '{placed.brick.id}' is {short_repr(placed.pose)}; write Pose((x, y, z)), in metres"
         )
 
 
 def admit_name(what: str, name: object) -> None:
     """Raise TypeError for anything but a name."""
     if not isinstance(name, str):
-        raise TypeError(f"the name of {what} is {told(name)}; write a string")
+        raise TypeError(f"the name of {what} is {short_repr(name)}; write a string")
 
 
 def admit_place(placed: Placed) -> None:
@@ -120,11 +120,13 @@ def admit_place(placed: Placed) -> None:
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
         raise ValueError(
-            f"the position of brick '{name}' is {told(pose.position_W)}; it must be within {LONGEST:g} m of the origin"
+            f"the position of brick '{name}' is {short_repr(pose.position_W)}; it must be within {LONGEST:g} m of the origin"
         )
     _admit(name, "orientation", pose.orientation, 4, "write a quaternion x, y, z, w")
     if abs(sum(part * part for part in pose.orientation) - 1.0) > UNIT:
-        raise ValueError(f"the orientation of brick '{name}' is {told(pose.orientation)}; write a unit quaternion")
+        raise ValueError(
+            f"the orientation of brick '{name}' is {short_repr(pose.orientation)}; write a unit quaternion"
+        )
 
 
 def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: GivenFriction, gravity: float) -> None:
@@ -145,13 +147,13 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
 def admit_problem(problem: object) -> None:
     """Raise TypeError for anything but a problem of statics."""
     if not isinstance(problem, Problem):
-        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {told(problem)}")
+        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {short_repr(problem)}")
 
 
 def admit_forces(forces: object) -> None:
     """Raise TypeError for anything but forces of a proof; None stands for unknown forces."""
     if forces is not None and not isinstance(forces, Forces):
-        raise TypeError(f"expected Forces, as returned by `assembly.forces()`, not {told(forces)}")
+        raise TypeError(f"expected Forces, as returned by `assembly.forces()`, not {short_repr(forces)}")
 
 
 def admit_overlap(overlap: float) -> None:
@@ -167,7 +169,7 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
         case Box(size):
             _admit_size(what, name, size)
         case tuple():
-            raise ValueError(f"the shape of {what} '{name}' is {told(shape)}; write Box({told(shape)})")
+            raise ValueError(f"the shape of {what} '{name}' is {short_repr(shape)}; write Box({short_repr(shape)})")
         case OffCentreBox(size, centre):
             _admit_size(what, name, size)
             _admit(name, "centre of mass", centre, 3, "write x, y and z from the centre of the box, in metres")
@@ -175,7 +177,7 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
                 raise ValueError(f"the centre of mass of {what} '{name}' is {centre}, outside the box of size {size}")
         case _ if not (hasattr(shape, "faces") and hasattr(shape, "least_thickness")):
             raise TypeError(
-                f"the shape of {what} '{name}' is {told(shape)}; write Box((length, width, thickness)), in metres"
+                f"the shape of {what} '{name}' is {short_repr(shape)}; write Box((length, width, thickness)), in metres"
             )
         case _ if not SHORTEST <= shape.least_thickness <= shape.length <= LONGEST:
             across = f"{shape.least_thickness} to {shape.length} m"
@@ -185,21 +187,21 @@ def _admit_shape(what: str, name: BodyId, shape: ConvexShape) -> None:
 def _admit_size(what: str, name: BodyId, size: Sequence[float]) -> None:
     _admit(name, "size", size, 3, "write length, width and thickness, in metres")
     if not isinstance(size, tuple):
-        raise TypeError(f"the size of {what} '{name}' is {told(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
+        raise TypeError(f"the size of {what} '{name}' is {short_repr(size)}; write a tuple, as in Box((0.4, 0.3, 0.2))")
     if not all(SHORTEST <= side <= LONGEST for side in size):
         limits = f"from {SHORTEST:g} to {LONGEST:g} m"
-        raise ValueError(f"the size of {what} '{name}' is {told(size)}; each side must be {limits}")
+        raise ValueError(f"the size of {what} '{name}' is {short_repr(size)}; each side must be {limits}")
 
 
 def _admit_plane(plane: Plane) -> None:
     if not isinstance(plane, Plane):
-        raise TypeError(f"expected Plane(name, point, normal, friction), not {told(plane)}")
+        raise TypeError(f"expected Plane(name, point, normal, friction), not {short_repr(plane)}")
     admit_name("a plane", plane.id)
     admit_number(f"the friction of plane '{plane.id}' is", plane.friction, "write a coefficient of at least 0")
     _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in plane.point_W):
         raise ValueError(
-            f"the point of plane '{plane.id}' is {told(plane.point_W)}; it must be within {LONGEST:g} m of the origin"
+            f"the point of plane '{plane.id}' is {short_repr(plane.point_W)}; it must be within {LONGEST:g} m of the origin"
         )
     _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the outward normal")
     if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
@@ -517,7 +519,7 @@ class Assembly(AssemblyAnswers):
         admit_site(planes, tables, friction, gravity)
         admit_overlap(overlap)
         if not isinstance(tolerances, Tolerances):
-            raise TypeError(f"expected Tolerances(...), not {told(tolerances)}")
+            raise TypeError(f"expected Tolerances(...), not {short_repr(tolerances)}")
         self._overlap = overlap
         self._fixed = {plane.id for plane in planes} | {table.brick.id for table in tables}
         self._working = Prover(Structure(planes, tables, friction, gravity, tolerances))
@@ -591,7 +593,7 @@ class Assembly(AssemblyAnswers):
     def restore(self, state: AssemblyState) -> None:
         """Restore a state, with its proofs, bit for bit. Raises ValueError for the state of another assembly."""
         if not isinstance(state, AssemblyState):
-            raise TypeError(f"expected an AssemblyState, as returned by `state()`, not {told(state)}")
+            raise TypeError(f"expected an AssemblyState, as returned by `state()`, not {short_repr(state)}")
         if state.of is not self:
             raise ValueError("this is the state of another assembly; restore it in that assembly")
         with self._changing() as prover:

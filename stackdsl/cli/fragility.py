@@ -26,7 +26,7 @@ from stackdsl.cli.options import (
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.report.plots import drawn_fragility as drawn_plot
 from stackdsl.report.studies import fragility_lines, fragility_table
 from stackdsl.simulation.known_systems import system_named
@@ -192,7 +192,7 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
         return None
     try:
         amount = constant(text)
-    except MistakeError as mistake:
+    except InputError as mistake:
         raise click.UsageError(f"{key}: {mistake.message}; {mistake.hint}") from mistake
     value = float(amount.magnitude)
     if unit_text(amount) != intensity.unit and value != 0.0:

@@ -23,7 +23,7 @@ from stackdsl.importers.overhang import overhang_warnings
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import KeyPath, Source, parse
 from stackdsl.report.diagnostics import diagnostic_text
@@ -155,7 +155,7 @@ def _asked(**written: object) -> Import:
     except ValidationError as error:
         first = error.errors()[0]
         cause = first.get("ctx", {}).get("error")
-        said = f"{cause.message}; {cause.hint}" if isinstance(cause, MistakeError) else first["msg"]
+        said = f"{cause.message}; {cause.hint}" if isinstance(cause, InputError) else first["msg"]
         raise click.UsageError(said) from error
 
 

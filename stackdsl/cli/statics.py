@@ -20,7 +20,7 @@ from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
 from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of, survival_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
-from stackdsl.language.quantities import ANGLE, MistakeError, parse_quantity
+from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
 from stackdsl.report.plots import drawn_survival
 from stackdsl.report.studies import (
     limit_lines,
@@ -102,7 +102,7 @@ LIMITS = Writing[FoundLimit](limit_lines, limit_table)
 def _bearing(context: click.Context, parameter: click.Parameter, value: str | None) -> float | None:
     try:
         return None if value is None else parse_quantity(value, ANGLE)
-    except MistakeError as mistake:
+    except InputError as mistake:
         raise click.BadParameter(f"{mistake.message}; {mistake.hint}", context, parameter) from mistake
 
 

@@ -10,7 +10,7 @@ from stackdsl.compiler.bricks import START, ActionOrder
 from stackdsl.compiler.fit import OVERLAP
 from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.language.impacts import Aim
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.wording import mm
 
 
@@ -68,7 +68,7 @@ def on_the_way(moving: InPlace, direction: Vec3, scene: ImpactScene) -> Iterator
             yield brick
 
 
-class MissError(MistakeError):
+class MissError(InputError):
     """An impact cannot happen as written; carries the key at fault."""
 
     def __init__(self, key: str, code: str, message: str, hint: str) -> None:

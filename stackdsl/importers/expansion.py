@@ -22,7 +22,7 @@ from stackdsl.language.yaml.source import KeyPath, Loaded, PlaceBuilder, Plain, 
 IMPORT: Final = "import"
 
 
-class _MistakeError(Exception):
+class _InvalidImportError(Exception):
     """An import is invalid; carries the diagnostics."""
 
     def __init__(self, *diagnostics: Diagnostic) -> None:
@@ -50,7 +50,7 @@ def expand_file(loaded: Loaded, library: Library) -> Loaded:
         source = report_missing_dependency(written) or written
         try:
             sources.append(_expanded(source, library) if any(_import_steps(source)) else source)
-        except _MistakeError as mistake:
+        except _InvalidImportError as mistake:
             mistakes += mistake.diagnostics
     return replace(
         made,
@@ -60,7 +60,7 @@ def expand_file(loaded: Loaded, library: Library) -> Loaded:
 
 
 def imported_steps(source: Source, library: Library) -> list[ImportedStep]:
-    """Read the imports of a scenario, one per step. Raises _MistakeError."""
+    """Read the imports of a scenario, one per step. Raises _InvalidImportError."""
     return [ImportedStep(path, _imported(source, path, step, library)[0]) for path, step in _import_steps(source)]
 
 
@@ -117,7 +117,7 @@ def _imported(
     for other in ("bricks",):
         if other in step:
             message = f"`{IMPORT}` and `{other}` exclude each other in one step"
-            raise _MistakeError(
+            raise _InvalidImportError(
                 Diagnostic("SD108", source.key_span_of((*path, other)), message, "split the step into two")
             )
     options = _options(source, here, step[IMPORT])
@@ -133,26 +133,26 @@ def _imported(
     except UnreadableLoadError as error:
         where = f"imported from {source.key_span_of(here)}"
         diagnostics = [replace(each, span=replace(each.span, where=where)) for each in error.diagnostics]
-        raise _MistakeError(*diagnostics) from error
+        raise _InvalidImportError(*diagnostics) from error
     except OSError as error:
         message = f"cannot read the file: {error.strerror}"
-        raise _MistakeError(
+        raise _InvalidImportError(
             Diagnostic("SD113", span, message, "check the path and the permissions of the file")
         ) from error
     if len(load.boxes) > MAX_BRICKS:
         message = f"the load has {len(load.boxes)} boxes; the maximum is {MAX_BRICKS}"
-        raise _MistakeError(
+        raise _InvalidImportError(
             Diagnostic("SD206", span, message, "split the file, and import its parts in separate steps")
         )
     if (unfit := first_unsettleable(load, options.settle)) is not None:
         hint = "write `settle: as written`, or import an upright box"
-        raise _MistakeError(
+        raise _InvalidImportError(
             Diagnostic(
                 "SD115", unfit.span, "`settle` can move upright boxes only, but this body is inclined or a solid", hint
             )
         )
     if (mistake := friction_conflict(load, source, span)) is not None:
-        raise _MistakeError(mistake)
+        raise _InvalidImportError(mistake)
     return settled(load, options.settle), file, options
 
 
@@ -168,13 +168,15 @@ def _options(source: Source, here: KeyPath, written: Plain) -> Import:
     try:
         return Import.model_validate(written)
     except ValidationError as error:
-        raise _MistakeError(*mistakes_at(error, source, here)) from error
+        raise _InvalidImportError(*mistakes_at(error, source, here)) from error
 
 
 def _file(written: str, span: Span) -> str:
     if not written.strip() or "\0" in written:
-        raise _MistakeError(Diagnostic("SD103", span, "expected the path of a file", "write, for example, load.csv"))
+        raise _InvalidImportError(
+            Diagnostic("SD103", span, "expected the path of a file", "write, for example, load.csv")
+        )
     try:
         return file_in_project(written.strip(), span.file, root_of(span.file))
     except OutsideError as error:
-        raise _MistakeError(Diagnostic("SD113", span, error.message, error.hint)) from error
+        raise _InvalidImportError(Diagnostic("SD113", span, error.message, error.hint)) from error

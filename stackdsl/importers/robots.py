@@ -40,7 +40,7 @@ from stackdsl.importers.text_positions import (
 )
 from stackdsl.language.bricks import obj_mesh
 from stackdsl.language.imports import Import
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 
 if TYPE_CHECKING:
     from urdf_parser_py.urdf import Link, Robot
@@ -541,7 +541,7 @@ class _Links:
             return (), ()
         try:
             mesh = obj_mesh(data.decode("utf-8-sig", "replace"), file)
-        except MistakeError as error:
+        except InputError as error:
             self._wrong(element, error.message, error.hint)
             return (), ()
         scale = _three(geometry.scale) if geometry.scale is not None else (1.0, 1.0, 1.0)

@@ -28,7 +28,7 @@ from stackdsl.diagnostics import did_you_mean
 from stackdsl.language import value_types as t
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Shorthand, default
-from stackdsl.language.quantities import SIDE, ConsequentialError, MistakeError, shown
+from stackdsl.language.quantities import SIDE, ConsequentialError, InputError, shown
 from stackdsl.language.value_types import Levels
 from stackdsl.supervising.executors import supervised
 from stackdsl.supervising.worker import Task, TaskStatus, memory_limited
@@ -75,11 +75,11 @@ class ObjMesh:
 
 
 def obj_mesh(text: str, file: str) -> ObjMesh:
-    """Read the mesh of a file. Raises MistakeError, with the line, for malformed corners and faces."""
+    """Read the mesh of a file. Raises InputError, with the line, for malformed corners and faces."""
     mesh = ObjMesh()
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
-        raise MistakeError("SD104", f"{file} has {len(lines)} lines; the maximum is {MOST_LINES}", "simplify the mesh")
+        raise InputError("SD104", f"{file} has {len(lines)} lines; the maximum is {MOST_LINES}", "simplify the mesh")
     for number, line in enumerate(lines, start=1):
         kind, *parts = line.partition("#")[0].split() or [""]
         try:
@@ -89,9 +89,9 @@ def obj_mesh(text: str, file: str) -> ObjMesh:
                 mesh.loops.append(_loop(parts, len(mesh.points)))
         except ValueError as error:
             hint = "write a corner as `v 0.1 0 0.05`, and a face as `f 1 2 3` with the numbers of preceding corners"
-            raise MistakeError("SD104", f"{file}:{number}: {error}", hint) from None
+            raise InputError("SD104", f"{file}:{number}: {error}", hint) from None
     if not mesh.loops:
-        raise MistakeError("SD104", f"{file} has no faces", "export the solid as a mesh with `v` and `f` lines")
+        raise InputError("SD104", f"{file} has no faces", "export the solid as a mesh with `v` and `f` lines")
     return mesh
 
 
@@ -163,43 +163,43 @@ class Form:
 
 
 def box_form(size: Vec3, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of a box. The centre of mass is relative to its middle [m]. Raises MistakeError."""
+    """Return the form of a box. The centre of mass is relative to its middle [m]. Raises InputError."""
     if centre_of_mass is None or centre_of_mass == MIDDLE:
         return Form(Box(size), size)
     if any(abs(part) >= 0.5 * side for part, side in zip(centre_of_mass, size, strict=True)):
         message = "the centre of mass lies outside the box"
-        raise MistakeError("SD104", message, "write a point inside the box, relative to its centre")
+        raise InputError("SD104", message, "write a point inside the box, relative to its centre")
     back = subtract(MIDDLE, centre_of_mass)
     return Form(OffCentreBox(size, centre_of_mass), size, back, back)
 
 
 @lru_cache(maxsize=KEPT)
 def prism_form(outline: Outline, depth: float, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of a prism. Raises MistakeError."""
+    """Return the form of a prism. Raises InputError."""
     from stability.geometry.solid_making import prism  # noqa: PLC0415 -- boxes do not need scipy
 
     try:
         made = prism(outline, depth, centre_of_mass)
     except NotASolidError as error:
-        raise MistakeError("SD104", error.message, error.hint) from error
+        raise InputError("SD104", error.message, error.hint) from error
     return _form(made.shape, made.centre_of_mass)
 
 
 @lru_cache(maxsize=KEPT)
 def hull_form(points: tuple[Vec3, ...], centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of the convex hull of points. Raises MistakeError."""
+    """Return the form of the convex hull of points. Raises InputError."""
     from stability.geometry.solid_making import solid_of_corners  # noqa: PLC0415 -- boxes do not need scipy
 
     try:
         made = _solid(solid_of_corners, points, centre_of_mass)
     except NotASolidError as error:
-        raise MistakeError("SD104", error.message, error.hint) from error
+        raise InputError("SD104", error.message, error.hint) from error
     return _form(made.shape, made.centre_of_mass)
 
 
 @lru_cache(maxsize=KEPT)
 def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = None) -> Form:
-    """Return the form of the solid in the text of an OBJ file. Raises MistakeError."""
+    """Return the form of the solid in the text of an OBJ file. Raises InputError."""
     from stability.geometry.solid_making import solid_of_mesh  # noqa: PLC0415 -- boxes do not need scipy
 
     mesh = obj_mesh(text, file)
@@ -207,7 +207,7 @@ def mesh_form(text: str, file: str, unit: str, centre_of_mass: Vec3 | None = Non
         points = tuple(scale(METRES[unit], point) for point in mesh.points)
         made = _solid(solid_of_mesh, points, tuple(mesh.loops), centre_of_mass)
     except NotASolidError as error:
-        raise MistakeError("SD104", f"{file}: {error.message}", error.hint) from error
+        raise InputError("SD104", f"{file}: {error.message}", error.hint) from error
     return _form(made.shape, made.centre_of_mass)
 
 
@@ -253,14 +253,14 @@ def _form(shape: ConvexShape, centre_of_mass: Vec3) -> Form:
 
 
 def laid(form: Form, spec: BrickSpec) -> Form:
-    """Return the form of one brick of a layout: a whole brick, a piece, or a special stone. Raises MistakeError."""
+    """Return the form of one brick of a layout: a whole brick, a piece, or a special stone. Raises InputError."""
     if spec.outline is None:
         return cut_to(form, spec.size or form.size)
     return prism_form(spec.outline, spec.depth)
 
 
 def cut_to(form: Form, size: Vec3) -> Form:
-    """Return a box cut to another size, such as at the ends of a wall. Raises MistakeError for other solids."""
+    """Return a box cut to another size, such as at the ends of a wall. Raises InputError for other solids."""
     if size == form.size:
         return form
     match form.shape:
@@ -269,7 +269,7 @@ def cut_to(form: Form, size: Vec3) -> Form:
         case OffCentreBox(whole, centre):
             x, y, z = (part * side / full for part, side, full in zip(centre, size, whole, strict=True))
             return box_form(size, (x, y, z))
-    raise MistakeError(
+    raise InputError(
         "SD104", "this layout cuts bricks, and only boxes can be cut", "use a brick that is defined by `size`"
     )
 
@@ -357,7 +357,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
             made._form, made._kind_name = box_form(CATALOGUE[name].size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
-        raise MistakeError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
+        raise InputError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:
@@ -379,7 +379,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
         """Read the file with its unit. Pydantic validates `unit` after `file`."""
         file = info.data.get("file")
         if unit is not None and "file" in info.data and file is None:
-            raise MistakeError(
+            raise InputError(
                 "SD108",
                 "`unit` applies only to bricks with a `file`",
                 "remove `unit`, and write a unit after each length",
@@ -406,13 +406,13 @@ class BrickKind(Shorthand, ExactlyOneKey):
         if mass < LIGHTEST:
             message = f"a brick of {mass:.3g} kg is too light"
             hint = f"increase the {info.field_name}; the minimum mass is {LIGHTEST:g} kg"
-            raise MistakeError("SD104", message, hint)
+            raise InputError("SD104", message, hint)
         return written
 
     @model_validator(mode="after")
     def _take_form(self, info: ValidationInfo) -> Self:
         if self.file is not None and self.unit is None:
-            raise MistakeError(
+            raise InputError(
                 "SD102", "`unit`, the unit of length in the OBJ file, is missing", "add it, for example `unit: mm`"
             )
         form = _form_of(dict(self), self.centre_of_mass, info)
@@ -420,7 +420,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
         if not SHORTEST <= form.shape.least_thickness <= form.shape.length <= SIDE.most:
             across = f"{form.shape.least_thickness:.3g} to {form.shape.length:.3g} m"
             message = f"the solid measures {across}; a brick must measure {SHORTEST:g} to {float(SIDE.most):g} m"
-            raise MistakeError("SD104", message, "check the units of its lengths")
+            raise InputError("SD104", message, "check the units of its lengths")
         self._form = form
         return self
 
@@ -435,7 +435,7 @@ def _text_of(file: str, info: ValidationInfo) -> str:
     """Return the content that a file had when the scenario was read."""
     files = info.context.files if isinstance(info.context, KnownBricks) else {}
     if file not in files:
-        raise MistakeError(
+        raise InputError(
             "SD113", f"the path {shown(file)} of the mesh contains an expression", "write a fixed path, without ${...}"
         )
     return str(files[file])
@@ -456,7 +456,7 @@ def _form_of(written: Mapping[str, Any], centre: Vec3 | None, info: ValidationIn
 
 def _not_in_catalogue(name: str) -> str:
     if name in CATALOGUE:
-        raise MistakeError("SD104", f"'{name}' is already the name of a brick in the catalogue", "use another name")
+        raise InputError("SD104", f"'{name}' is already the name of a brick in the catalogue", "use another name")
     return name
 
 
@@ -516,19 +516,19 @@ class SetBrick(ExactlyOneKey):
     def _shift_from_something(self) -> Self:
         written = self.model_fields_set
         if self.at is not None and "offset" in written:
-            raise MistakeError(
+            raise InputError(
                 "SD108",
                 "`offset` applies only with `on` or `beside`, but this brick has `at`",
                 "add the offset to `at`",
             )
         if self.beside is None and "towards" in written:
-            raise MistakeError(
+            raise InputError(
                 "SD108",
                 "`towards` applies only with `beside`, which is missing",
                 "add `beside` with the name of a brick",
             )
         if GROUND in (self.on or ()) and len(self.on or ()) > 1:
-            raise MistakeError("SD104", "`on` lists both bricks and the ground", "remove `ground` from the list")
+            raise InputError("SD104", "`on` lists both bricks and the ground", "remove `ground` from the list")
         return self
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.language.claims.claim import Claim
 from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import QUANTITY, MistakeError, quantity_text, shown
+from stackdsl.language.quantities import QUANTITY, InputError, quantity_text, shown
 from stackdsl.language.repeats import Mistakes, add, check_name
 from stackdsl.language.schema import Scenario
 from stackdsl.language.yaml.source import KeyPath, Plain, Source
@@ -119,7 +119,9 @@ def distributions(
     """Read the variables of `uncertain`, as None where one has a mistake. used_names are names already in use."""
     if not isinstance(written, dict) or not written:
         add(
-            mistakes, ("uncertain",), MistakeError("SD103", "expected a mapping of variables to distributions", EXAMPLE)
+            mistakes,
+            ("uncertain",),
+            InputError("SD103", "expected a mapping of variables to distributions", EXAMPLE),
         )
         return {}
     by_name: dict[str, Distribution | None] = {}
@@ -127,14 +129,14 @@ def distributions(
         try:
             check_name(name, used_names, "the matrix")
             by_name[name] = distribution(spread)
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(mistakes, ("uncertain", name), mistake)
             by_name[name] = None
     return by_name
 
 
 def distribution(written: Plain) -> Distribution:
-    """Read the distribution of one variable. Raises MistakeError."""
+    """Read the distribution of one variable. Raises InputError."""
     if isinstance(written, str) and (mapping := _in_one_line(written)) is not None:
         written = mapping
     if not isinstance(written, dict):
@@ -155,14 +157,14 @@ def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
         median, dispersion = _amount(written["lognormal"]), _amount(written["dispersion"])
         if unit_text(dispersion):
             hint = "write the standard deviation of the logarithm, for example 0.2"
-            raise MistakeError("SD104", "a dispersion has no unit", hint)
+            raise InputError("SD104", "a dispersion has no unit", hint)
         if median.magnitude <= 0 or dispersion.magnitude <= 0:
-            raise MistakeError("SD104", "median and dispersion must be greater than zero", EXAMPLE)
+            raise InputError("SD104", "median and dispersion must be greater than zero", EXAMPLE)
         numbers = (float(median.magnitude), float(dispersion.magnitude))
         return Distribution("lognormal", unit_text(median), numbers)
     if keys == {"table"}:
         return _table(written["table"])
-    raise MistakeError("SD103", f"{shown(whole)} is not a distribution", EXAMPLE)
+    raise InputError("SD103", f"{shown(whole)} is not a distribution", EXAMPLE)
 
 
 def _in_one_line(text: str) -> Plain:
@@ -176,28 +178,28 @@ def _in_one_line(text: str) -> Plain:
     mapping: dict[str, Plain] = {word: first.strip()}
     for key, value in zip(others[::2], others[1::2], strict=True):
         if not value.strip() or key in mapping:
-            raise MistakeError("SD103", f"{shown(text)} cannot be read at '{key}'", ONE_LINE_EXAMPLE)
+            raise InputError("SD103", f"{shown(text)} cannot be read at '{key}'", ONE_LINE_EXAMPLE)
         mapping[key] = value.strip()
     return mapping
 
 
 def _limited(unlimited: Distribution, written: Mapping[str, Plain]) -> Distribution:
-    """Return the distribution truncated to limits. Raises MistakeError."""
+    """Return the distribution truncated to limits. Raises InputError."""
     if unlimited.kind not in ("normal", "lognormal"):
         message = f"`least` and `most` do not apply to a {unlimited.kind} distribution"
-        raise MistakeError("SD104", message, "remove them, or use a normal or lognormal distribution")
+        raise InputError("SD104", message, "remove them, or use a normal or lognormal distribution")
     limits = {}
     for key, value in written.items():
         amount = _amount(value)
         if unit_text(amount) != unlimited.unit and amount.magnitude != 0:
-            raise MistakeError(
+            raise InputError(
                 "SD104", f"the unit of `{key}` differs from the unit of its distribution", "use the same unit for both"
             )
         limits[key] = float(amount.magnitude)
     low, high = limits.get("least", -inf), limits.get("most", inf)
     limited = replace(unlimited, limits=(low, high))
     if low >= high or limited.share_within < RAREST:
-        raise MistakeError(
+        raise InputError(
             "SD104", "the probability of values between `least` and `most` is almost zero", "widen the limits"
         )
     return limited
@@ -208,21 +210,21 @@ def _uniform(written: Plain) -> Distribution:
     if _BETWEEN.fullmatch(text.strip()):
         low, high = _pair(written, _BETWEEN)
         if low.magnitude >= high.magnitude:
-            raise MistakeError("SD104", f"the range {shown(written)} is empty", "write the smaller limit first")
+            raise InputError("SD104", f"the range {shown(written)} is empty", "write the smaller limit first")
         return _made("uniform", low, high)
     middle, width = _pair(written, _AROUND)
     if width.magnitude <= 0:
-        raise MistakeError("SD104", f"the range {shown(written)} is empty", "write a width greater than zero")
+        raise InputError("SD104", f"the range {shown(written)} is empty", "write a width greater than zero")
     return _made("uniform", middle - width, middle + width)
 
 
 def _table(written: Plain) -> Distribution:
     if not isinstance(written, list) or not written:
-        raise MistakeError("SD103", f"expected a list of values, not {shown(written)}", EXAMPLE)
+        raise InputError("SD103", f"expected a list of values, not {shown(written)}", EXAMPLE)
     amounts = [_amount(value) for value in written]
     units = {unit_text(amount) for amount in amounts}
     if len(units) > 1:
-        raise MistakeError(
+        raise InputError(
             "SD104", "the values of the table have different units", "use the same kind of unit for all values"
         )
     return Distribution("table", units.pop(), tuple(sorted(float(amount.magnitude) for amount in amounts)))
@@ -230,7 +232,7 @@ def _table(written: Plain) -> Distribution:
 
 def _made(kind: str, first: "Amount", second: "Amount", *, positive: bool = False) -> Distribution:
     if positive and second.magnitude <= 0:
-        raise MistakeError("SD104", "a standard deviation must be greater than zero", EXAMPLE)
+        raise InputError("SD104", "a standard deviation must be greater than zero", EXAMPLE)
     return Distribution(kind, unit_text(first), (float(first.magnitude), float(second.magnitude)))
 
 
@@ -238,12 +240,12 @@ def _pair(written: Plain, form: "re.Pattern[str]") -> tuple["Amount", "Amount"]:
     """Return both parts of a text. A unit that is only at the end applies to both."""
     match = form.fullmatch(written.strip()) if isinstance(written, str) else None
     if match is None:
-        raise MistakeError("SD103", f"{shown(written)} is not a distribution", EXAMPLE)
+        raise InputError("SD103", f"{shown(written)} is not a distribution", EXAMPLE)
     first, second = _amount(match[1]), _amount(match[2])
     if unit_text(second) and not unit_text(first):
         first = _amount(f"{match[1]} {match[2].lstrip('+-.0123456789eE')}")
     if unit_text(first) != unit_text(second):
-        raise MistakeError("SD104", f"the parts of {shown(written)} have different units", "use the same unit for both")
+        raise InputError("SD104", f"the parts of {shown(written)} have different units", "use the same unit for both")
     return first, second
 
 
@@ -311,7 +313,7 @@ class Inline:
             add(
                 self._mistakes,
                 path,
-                MistakeError("SD103", "a distribution that replaces a value must be written on one line", _line(value)),
+                InputError("SD103", "a distribution that replaces a value must be written on one line", _line(value)),
             )
             return SILENT
         if isinstance(value, dict):
@@ -323,17 +325,20 @@ class Inline:
     def _picked(self, written: Plain, path: KeyPath) -> Plain:
         try:
             value = self._pick(subject(path), distribution(written))
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(self._mistakes, path, mistake)
             return SILENT
         self.found[path] = written
         return value
 
-    def without_samples(self) -> Iterator[tuple[KeyPath, MistakeError]]:
+    def without_samples(self) -> Iterator[tuple[KeyPath, InputError]]:
         """Yield a mistake for each distribution, for scenarios without samples."""
         for path, written in self.found.items():
             message = f"'{written}' is a distribution, but the scenario has no samples"
-            yield path, MistakeError("SD102", message, "add `samples: 1000` to the scenario, or write a single value")
+            yield (
+                path,
+                InputError("SD102", message, "add `samples: 1000` to the scenario, or write a single value"),
+            )
 
 
 def _is_spelt_out(value: Mapping[str, Plain], path: KeyPath) -> bool:

@@ -17,7 +17,7 @@ from stackdsl.language.quantities import (
     REMEMBERED,
     UNIT,
     UNITS,
-    MistakeError,
+    InputError,
     in_si,
     quantity_text,
     registry,
@@ -99,12 +99,12 @@ _TOKEN = re.compile(
 )
 
 
-class EarlierMistakeError(Exception):
+class EarlierInputError(Exception):
     """The value is unknown because of a mistake that is reported already."""
 
 
-def _mistake(message: str, hint: str | Callable[[], str] = "") -> MistakeError:
-    return MistakeError("SD109", message, hint)
+def _mistake(message: str, hint: str | Callable[[], str] = "") -> InputError:
+    return InputError("SD109", message, hint)
 
 
 def interpolate(text: str, names: "Names") -> int | float | str:
@@ -201,7 +201,7 @@ def _variable(name: str, names: "Names") -> "Amount":
         raise _mistake(message, lambda: did_you_mean(name, [known for known in names if known[0] != "_"]) or define)
     value = names[name]
     if value is None:
-        raise EarlierMistakeError
+        raise EarlierInputError
     if isinstance(value, str):
         raise _mistake(
             f"the value of '{name}' is the word '{value}', not a number",
@@ -357,12 +357,12 @@ _ADVICE: Final = "write, for example, [10 mm, 12 mm], 1 .. 18, or 5 mm .. 15 mm 
 def values_of(written: Plain, most: int) -> list[Plain]:
     """Return the values of a range or a list, each as written in YAML.
 
-    Raises MistakeError, SD206 for more than `most` values, before the values of a range are made.
+    Raises InputError, SD206 for more than `most` values, before the values of a range are made.
     """
     if isinstance(written, str) and (match := _RANGE.fullmatch(written.strip())):
         return list(_between(match, written, most))
     if not isinstance(written, list) or not written:
-        raise MistakeError("SD103", f"expected a list of values or a range, not {shown(written)}", _ADVICE)
+        raise InputError("SD103", f"expected a list of values or a range, not {shown(written)}", _ADVICE)
     _check_count(most, len(written), "the list")
     return written
 
@@ -371,20 +371,20 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
     parts = {key: _part(part, written) for key, part in match.groupdict().items() if part is not None}
     first, last = parts["first"], parts["last"]
     if first.units != last.units or parts.get("step", first).units != first.units:
-        raise MistakeError(
+        raise InputError(
             "SD106",
             f"the parts of the range {shown(written)} have different units",
             "use the same kind of unit for all parts",
         )
     if "step" not in parts and not first.dimensionless:
-        raise MistakeError(
+        raise InputError(
             "SD102",
             f"the range {shown(written)} has a unit but no step",
             f"write, for example, {written} by 1 {_unit(match)}",
         )
     step: Fraction = parts["step"].magnitude if "step" in parts else Fraction(1)
     if step == 0 or (last.magnitude - first.magnitude) / step < 0:
-        raise MistakeError(
+        raise InputError(
             "SD104",
             f"the step of the range {shown(written)} does not lead to its last value",
             "write a negative step for a descending range, for example 18 .. 1 by -1",
@@ -394,9 +394,7 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
     if abs(steps - count) > ROUNDING:
         ends = _text(first.magnitude + int(steps) * step, _unit(match))
         message = f"the steps of the range {shown(written)} end at {ends}, not at its last value"
-        raise MistakeError(
-            "SD104", message, "change the last value or the step so that the range ends at its last value"
-        )
+        raise InputError("SD104", message, "change the last value or the step so that the range ends at its last value")
     _check_count(most, count + 1, f"the range {shown(written)}")
     yield from (_text(first.magnitude + index * step, _unit(match)) for index in range(count + 1))
 
@@ -404,14 +402,14 @@ def _between(match: re.Match[str], written: str, most: int) -> Iterator[Plain]:
 def _part(part: str, written: str) -> "Amount":
     try:
         return constant(part)
-    except MistakeError as mistake:
-        raise MistakeError("SD103", f"the range {shown(written)} cannot be read at '{part}'", _ADVICE) from mistake
+    except InputError as mistake:
+        raise InputError("SD103", f"the range {shown(written)} cannot be read at '{part}'", _ADVICE) from mistake
 
 
 def _check_count(most: int, count: int, noun: str) -> None:
     if count > most:
         message = f"{noun} has {count} values; the maximum is {most}"
-        raise MistakeError("SD206", message, "write fewer values, or a larger step")
+        raise InputError("SD206", message, "write fewer values, or a larger step")
 
 
 def _unit(match: re.Match[str]) -> str:
@@ -429,15 +427,18 @@ def _text(magnitude: Fraction, unit: str) -> Plain:
     return f"{decimal} {unit}" if Fraction(decimal) == number else quantity_text(magnitude, unit)
 
 
-def value_mistakes(values: list[Plain]) -> Iterator[tuple[int, MistakeError]]:
+def value_mistakes(values: list[Plain]) -> Iterator[tuple[int, InputError]]:
     """Yield index and mistake of each invalid or repeated value of a list; `10 mm` and `1 cm` are the same value."""
     seen: set[object] = set()
     for index, written in enumerate(values):
         try:
             value = value_of(written)
-        except MistakeError as mistake:
+        except InputError as mistake:
             yield index, mistake
             continue
         if value in seen:
-            yield index, MistakeError("SD104", f"the list contains {shown(written)} twice", "write each value once")
+            yield (
+                index,
+                InputError("SD104", f"the list contains {shown(written)} twice", "write each value once"),
+            )
         seen.add(value)

@@ -11,7 +11,7 @@ from stability.dynamics.ground_motion import HandCourse
 from stability.model import Vec3
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AtLeastOneKey, ExactlyOneKey, Shorthand, default
-from stackdsl.language.quantities import SLOPE, MistakeError
+from stackdsl.language.quantities import SLOPE, InputError
 from stackdsl.timeline import ErrorSpread, Jitter
 
 # Placement errors: how far off hands set bricks down.
@@ -73,9 +73,7 @@ Way: TypeAlias = tuple[t.Length, t.Length, t.Length]
 
 def _somewhere(way: Vec3) -> Vec3:
     if hypot(*way) < LEAST_WAY:
-        raise MistakeError(
-            "SD104", "the length of the path of the hand is zero", "write a displacement other than zero"
-        )
+        raise InputError("SD104", "the length of the path of the hand is zero", "write a displacement other than zero")
     return way
 
 
@@ -83,7 +81,7 @@ def _onwards(places: Sequence[Vec3]) -> Sequence[Vec3]:
     for number, (before, after) in enumerate(zip(((0.0, 0.0, 0.0), *places), places, strict=False), start=1):
         if dist(before, after) < LEAST_WAY:
             message = f"position {number} of the path is the same as the position before it"
-            raise MistakeError(
+            raise InputError(
                 "SD104", message, "remove it; all positions are relative to the initial position of the brick"
             )
     return places

@@ -13,7 +13,7 @@ from stackdsl.language import value_types as t
 from stackdsl.language.bricks import BrickKind, SetBrick
 from stackdsl.language.hands import Places, SomeWay
 from stackdsl.language.model_base import AuthorModel, ExactlyOneKey, Kinds, Timed, default
-from stackdsl.language.quantities import MistakeError, shown
+from stackdsl.language.quantities import InputError, shown
 from stackdsl.language.value_types import NameReference, NamesBody, PositiveDuration, named_in
 
 # Base class and registry of impacts.
@@ -103,7 +103,7 @@ def _read_aim(written: object) -> Aim:
         return Aim(level=int(level[1]))
     if re.fullmatch(t.NAME, text):
         return Aim(brick=text)
-    raise MistakeError(
+    raise InputError(
         "SD104", f"{shown(written)} is not a target", "write a level, such as level 3, or the name of a brick"
     )
 
@@ -233,7 +233,7 @@ class Move(ExactlyOneKey, ImpactKind):
     @model_validator(mode="after")
     def _slide_level(self) -> Self:
         if self.slid and any(z for _, _, z in self.course.places_W):
-            raise MistakeError(
+            raise InputError(
                 "SD104",
                 "`slid` needs a horizontal path",
                 "remove `slid`, or write 0 mm for z",

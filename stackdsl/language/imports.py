@@ -10,7 +10,7 @@ from pydantic import Field, WithJsonSchema, model_validator
 
 from stackdsl.language import value_types as t
 from stackdsl.language.model_base import AtLeastOneKey, AuthorModel, Shorthand, default
-from stackdsl.language.quantities import EXTENT, MistakeError, exact_quantity, quantity_pattern, shown
+from stackdsl.language.quantities import EXTENT, InputError, exact_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import Reads, text_schema
 
 Format: TypeAlias = Literal["table", "pallet-sim", "bed-bpp", "compas", "obj", "mjcf", "urdf"]
@@ -42,12 +42,10 @@ def parse_settle(written: object) -> Settle:
     if words in {"as written", "down"}:
         return Settle(lowered=words == "down")
     if (match := re.fullmatch(r"within (.+)", words)) is None:
-        raise MistakeError("SD104", f"{shown(written)} is not a value of `settle`", _ADVICE)
+        raise InputError("SD104", f"{shown(written)} is not a value of `settle`", _ADVICE)
     gap = exact_quantity(match[1], EXTENT)
     if not 0 < gap <= 1:
-        raise MistakeError(
-            "SD104", f"a gap of {match[1]} is out of range", "write a gap greater than zero, at most 1 m"
-        )
+        raise InputError("SD104", f"a gap of {match[1]} is out of range", "write a gap greater than zero, at most 1 m")
     return Settle(within=gap)
 
 
@@ -78,10 +76,10 @@ def parse_deck_size(written: object) -> tuple[Fraction, Fraction]:
         length, width = DECKS[written]
         return Fraction(length, 1000), Fraction(width, 1000)
     if not (isinstance(written, list | tuple) and len(written) == 2 and all(isinstance(side, str) for side in written)):  # noqa: PLR2004
-        raise MistakeError("SD104", f"{shown(written)} is not the size of a deck", advice)
+        raise InputError("SD104", f"{shown(written)} is not the size of a deck", advice)
     length_, width_ = (exact_quantity(side, EXTENT) for side in written)
     if not (0 < length_ <= 100 and 0 < width_ <= 100):  # noqa: PLR2004 -- [m]
-        raise MistakeError(
+        raise InputError(
             "SD104", "a side of the deck is out of range: it must be greater than zero, at most 100 m", advice
         )
     return length_, width_
@@ -144,9 +142,9 @@ class Import(AuthorModel):
     @model_validator(mode="after")
     def _check_format(self) -> Self:
         if self.format is not None and (wrong := self.beside(self.format)) is not None:
-            raise MistakeError("SD108", *wrong)
+            raise InputError("SD108", *wrong)
         if self.format not in {None, "table"} and self.units is not None and self.units.mass is not None:
-            raise MistakeError("SD108", "`units: mass` applies to tables only", "remove it")
+            raise InputError("SD108", "`units: mass` applies to tables only", "remove it")
         return self
 
     def beside(self, format_: Format) -> tuple[str, str] | None:

@@ -19,7 +19,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from stackdsl.language.quantities import DURATION, MistakeError, parse_quantity, quantity_pattern, shown
+from stackdsl.language.quantities import DURATION, InputError, parse_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import NAME, REPEAT, Duration, JsonSchema, Reads, text_schema
 
 # Kinds of mappings in YAML, the base classes of the models of the language.
@@ -34,7 +34,7 @@ class AuthorModel(BaseModel):
     @classmethod
     def _reject_nothing(cls, written: object) -> object:
         if written is None:
-            raise MistakeError("SD103", "the value is missing", "write a value, or remove the key")
+            raise InputError("SD103", "the value is missing", "write a value, or remove the key")
         return written
 
 
@@ -58,7 +58,7 @@ class ExactlyOneKey(AuthorModel):
                 message = (
                     f"exactly one of the keys {', '.join(needed)} is required, not {' and '.join(present) or 'none'}"
                 )
-                raise MistakeError("SD108", message, "keep one of them" if written else "add one of them")
+                raise InputError("SD108", message, "keep one of them" if written else "add one of them")
         return self
 
     @classmethod
@@ -92,7 +92,7 @@ class AtLeastOneKey(AuthorModel):
     def _need_a_key(self) -> Self:
         if not self.written_keys:
             cause = "the mapping contains no condition" if self.model_fields_set else "the mapping is empty"
-            raise MistakeError("SD102", cause, f"add one of the keys {', '.join(self._counted_keys())}")
+            raise InputError("SD102", cause, f"add one of the keys {', '.join(self._counted_keys())}")
         return self
 
 
@@ -113,7 +113,7 @@ class Shorthand(AuthorModel):
         if scalar == cls.scalar_word:
             return cls.model_construct()
         message = f"expected '{cls.scalar_word}' or a mapping, not {shown(scalar)}"
-        raise MistakeError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
+        raise InputError("SD104", message, f"write {cls.scalar_word}, or a mapping with the keys {cls._keys()}")
 
     @classmethod
     def _remedy(cls) -> str:
@@ -132,7 +132,7 @@ class Shorthand(AuthorModel):
     @classmethod
     def _spell_out(cls, written: object, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         if written == {}:
-            raise MistakeError("SD102", "the mapping is empty", cls._remedy())
+            raise InputError("SD102", "the mapping is empty", cls._remedy())
         spelt = written if isinstance(written, dict | list | cls) else cls.spelt_out(written, info.context or {})
         return spelt if isinstance(spelt, cls) else handler(spelt)
 
@@ -219,7 +219,7 @@ def parse_anchor(written: object) -> Anchor:
     """Read an anchor such as `built`, `level 9 + 1 s`, or `brick L3.2`."""
     match = re.fullmatch(rf"({_EVENT})(?:\s*\+\s*(.+))?", written.strip()) if isinstance(written, str) else None
     if match is None:
-        raise MistakeError("SD110", f"{shown(written)} is not an event", _remedy(written))
+        raise InputError("SD110", f"{shown(written)} is not an event", _remedy(written))
     offset = parse_quantity(match[2], DURATION) if match[2] else 0.0
     event, *name = match[1].split()
     return Anchor(event, "".join(name), offset)
@@ -249,5 +249,5 @@ class Timed(ExactlyOneKey):
     @model_validator(mode="after")
     def _begin_once(self) -> Self:
         if self.at is not None and self.after is not None:
-            raise MistakeError("SD108", "`at` and `after` exclude each other", "remove one of them")
+            raise InputError("SD108", "`at` and `after` exclude each other", "remove one of them")
         return self

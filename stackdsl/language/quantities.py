@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DECIMAL_COMMA: Final = re.compile(r"((?:[<>]=?\s*)?[-+]?\d{1,9}),(\d{1,9})(\s*[a-zA-Z%][^,]*)?")
 
 
-class MistakeError(ValueError):
+class InputError(ValueError):
     """A mistake in one value. A `ValueError`, so that pydantic collects it.
 
     A hint that is slow to compute, such as a search for similar names, is computed only when the mistake is reported.
@@ -205,7 +205,7 @@ def as_text(written: object, dimension: Dimension) -> str:
         return repr(written)
     if isinstance(written, str):
         return written.strip()
-    raise MistakeError("SD103", f"expected {dimension.noun}, not {shown(written)}", advice(dimension))
+    raise InputError("SD103", f"expected {dimension.noun}, not {shown(written)}", advice(dimension))
 
 
 def advice(dimension: Dimension) -> str:
@@ -255,13 +255,13 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     """Read a quantity into SI, as an exact fraction."""
     match = QUANTITY.fullmatch(text)
     if match is None:
-        raise MistakeError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
+        raise InputError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
     unit = match["unit"] or ""
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
-        raise MistakeError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
+        raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
         hint = did_you_mean(unit, dimension.units) or advice(dimension)
-        raise MistakeError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
+        raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)
 
 
@@ -275,12 +275,12 @@ def parse_quantity(written: object, dimension: Dimension) -> float:
     """Read a quantity into SI (angles in rad) and check the range of its dimension."""
     value = nearest_double(exact_quantity(as_text(written, dimension), dimension))
     if dimension.positive and value <= 0.0:
-        raise MistakeError(
+        raise InputError(
             "SD104", f"{dimension.noun} of {written} is not greater than zero", "write a value greater than zero"
         )
     # Compare doubles, since the limits are doubles: the exact 1e-9 is less than the double 1e-9.
     if not dimension.least <= value <= dimension.most:
-        raise MistakeError("SD104", f"{dimension.noun} of {written} is out of range", range_advice(dimension))
+        raise InputError("SD104", f"{dimension.noun} of {written} is out of range", range_advice(dimension))
     return value
 
 

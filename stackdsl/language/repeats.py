@@ -10,14 +10,14 @@ from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.expressions import (
     FUNCTIONS,
     VARIABLE,
-    EarlierMistakeError,
+    EarlierInputError,
     inner_names,
     interpolate,
     value_mistakes,
     value_of,
     values_of,
 )
-from stackdsl.language.quantities import UNITS, MistakeError, shown
+from stackdsl.language.quantities import UNITS, InputError, shown
 from stackdsl.language.yaml.source import KeyPath, PlaceBuilder, Plain, Source
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ MAX_VARIANTS: Final = 256
 _FEWER: Final = f"write at most {MAX_VARIANTS}, or split it into several scenarios"
 
 # By path and message, so that a mistake that occurs in every variant is reported once.
-Mistakes: TypeAlias = dict[tuple[KeyPath, str], MistakeError]
+Mistakes: TypeAlias = dict[tuple[KeyPath, str], InputError]
 
 
-class NameMistakeError(MistakeError):
+class InvalidNameError(InputError):
     """A mistake in the name of a variable, not in its value."""
 
 
@@ -65,7 +65,7 @@ def combinations_of(values: Mapping[str, Plain]) -> Combinations:
     names = frozenset((*rows, *cases[0]))
     if prod(map(len, rows.values()), start=len(cases)) > MAX_VARIANTS:  # the number may be too long for the message
         message = f"the matrix has more than the maximum of {MAX_VARIANTS} combinations"
-        add(mistakes, ("matrix",), MistakeError("SD206", message, "split it into several scenarios"))
+        add(mistakes, ("matrix",), InputError("SD206", message, "split it into several scenarios"))
         return Combinations((Combination(dict.fromkeys(names), ()),), names, mistakes)
     combinations = [
         _combination(case, dict(zip(rows, row, strict=True))) for case in cases for row in product(*rows.values())
@@ -95,13 +95,13 @@ def _rows(matrix: Plain, mistakes: Mistakes) -> dict[str, list[Plain]]:
         add(
             mistakes,
             ("matrix",),
-            MistakeError(
+            InputError(
                 "SD103", "expected a mapping of variables to values", "write, for example, {step: [10 mm, 12 mm]}"
             ),
         )
         return {}
     if len(matrix) > MAX_VARIANTS:
-        add(mistakes, ("matrix",), MistakeError("SD206", f"the matrix has more than {MAX_VARIANTS} rows", _FEWER))
+        add(mistakes, ("matrix",), InputError("SD206", f"the matrix has more than {MAX_VARIANTS} rows", _FEWER))
         return {}
     return {name: _row(name, row, mistakes) for name, row in matrix.items()}
 
@@ -112,7 +112,7 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
     try:
         check_name(name)
         values = values_of(row, MAX_VARIANTS)
-    except MistakeError as mistake:
+    except InputError as mistake:
         add(mistakes, path, mistake)
         return [None]
     seen: set[str] = set()
@@ -123,7 +123,7 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
             add(
                 mistakes,
                 (*path, index),
-                MistakeError("SD104", f"the list contains {shown(written)} twice", "write each value once"),
+                InputError("SD104", f"the list contains {shown(written)} twice", "write each value once"),
             )
         seen.add(compact(str(written)))
     return [None] if len(mistakes) > before else values
@@ -132,7 +132,7 @@ def _row(name: str, row: Plain, mistakes: Mistakes) -> list[Plain]:
 def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
     """Return the cases, each a mapping of the same variables; a single empty one if `cases` is malformed."""
     if not isinstance(cases, list) or not cases or not all(isinstance(case, dict) and case for case in cases):
-        mistake = MistakeError(
+        mistake = InputError(
             "SD103",
             "expected a list of mappings",
             "write one line for each case, such as - {speed: 1 m/s, shift: 34 mm}",
@@ -140,7 +140,7 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
         add(mistakes, ("cases",), mistake)
         return [{}]
     if len(cases) > MAX_VARIANTS:
-        add(mistakes, ("cases",), MistakeError("SD206", f"`cases` has {len(cases)} items", _FEWER))
+        add(mistakes, ("cases",), InputError("SD206", f"`cases` has {len(cases)} items", _FEWER))
         return [{}]
     listed = [case for case in cases if isinstance(case, dict)]
     first = next(iter(listed[0]))
@@ -151,7 +151,7 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
         for number, mistake in value_mistakes([case[first] for case in listed]):
             message = f"two cases have the same first value, and so the same name: {shown(listed[number][first])}"
             hint = "begin each case with a variable that has a different value in each, such as name: slow"
-            add(mistakes, ("cases", number, first), MistakeError(mistake.code, message, hint))
+            add(mistakes, ("cases", number, first), InputError(mistake.code, message, hint))
     return listed if len(mistakes) == before else [dict.fromkeys(listed[0])]
 
 
@@ -161,7 +161,7 @@ def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plai
             add(
                 mistakes,
                 ("cases", number),
-                MistakeError("SD102", f"this case has no value for '{name}'", f"add `{name}`, as in the first case"),
+                InputError("SD102", f"this case has no value for '{name}'", f"add `{name}`, as in the first case"),
             )
     for name, written in case.items():
         path: KeyPath = ("cases", number, name)
@@ -170,12 +170,12 @@ def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plai
                 raise _unknown("SD101", name, tuple(first), "add this variable to all cases")
             check_name(name)
             value_of(written)
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(mistakes, path, mistake)
 
 
-def _unknown(code: str, name: str, known: Sequence[str], otherwise: str = "") -> MistakeError:
-    return NameMistakeError(code, f"unknown variable '{name}'", lambda: did_you_mean(name, known) or otherwise)
+def _unknown(code: str, name: str, known: Sequence[str], otherwise: str = "") -> InputError:
+    return InvalidNameError(code, f"unknown variable '{name}'", lambda: did_you_mean(name, known) or otherwise)
 
 
 def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mistakes: Mistakes) -> list[Combination]:
@@ -183,7 +183,7 @@ def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mi
     if exclude is None:
         return made
     if not isinstance(exclude, list) or not exclude or not all(isinstance(item, dict) and item for item in exclude):
-        mistake = MistakeError(
+        mistake = InputError(
             "SD103",
             "expected a list of mappings",
             "write one line for each combination, such as - {step: 12 mm, levels: 3}",
@@ -191,7 +191,7 @@ def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mi
         add(mistakes, ("exclude",), mistake)
         return made
     if len(exclude) > MAX_VARIANTS:
-        add(mistakes, ("exclude",), MistakeError("SD206", f"`exclude` has {len(exclude)} items", _FEWER))
+        add(mistakes, ("exclude",), InputError("SD206", f"`exclude` has {len(exclude)} items", _FEWER))
         return made
     parsed = [({name: _value(written) for name, written in each.values.items()}, each) for each in made]
     left = parsed
@@ -199,13 +199,13 @@ def _included(made: list[Combination], exclude: Plain, names: frozenset[str], mi
         values = dict(_excluded(number, item, names, mistakes)) if isinstance(item, dict) else {}
         if not any(_has(own, values) for own, _ in parsed) and not mistakes:
             hint = "write values that occur together in `matrix` or `cases`"
-            add(mistakes, ("exclude", number), MistakeError("SD104", "no combination has these values", hint))
+            add(mistakes, ("exclude", number), InputError("SD104", "no combination has these values", hint))
         left = [pair for pair in left if not _has(pair[0], values)] if values else left
     if not left:
         add(
             mistakes,
             ("exclude",),
-            MistakeError("SD104", "`exclude` removes all combinations", "exclude fewer combinations"),
+            InputError("SD104", "`exclude` removes all combinations", "exclude fewer combinations"),
         )
     return [each for _, each in left] or made[:1]
 
@@ -227,7 +227,7 @@ def _excluded(
             if name not in names:
                 raise _unknown("SD109", name, sorted(names))
             yield name, value_of(written)
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(mistakes, ("exclude", number, name), mistake)
 
 
@@ -235,15 +235,15 @@ def _excluded(
 
 
 def check_name(name: str, used_names: Iterable[str] = (), where: str = "") -> None:
-    """Raise MistakeError if a name is invalid, or used already `where` the names in used_names are defined."""
+    """Raise InputError if a name is invalid, or used already `where` the names in used_names are defined."""
     if not VARIABLE.fullmatch(name):
-        raise NameMistakeError(
+        raise InvalidNameError(
             "SD109",
             f"'{name}' is not a valid name of a variable",
             "begin with a letter, then use letters, digits and _",
         )
     if name in UNITS or name in FUNCTIONS or name == "pi":
-        raise NameMistakeError(
+        raise InvalidNameError(
             "SD109",
             f"'{name}' {_meaning(name)} in expressions, and cannot be the name of a variable",
             "use another name",
@@ -252,8 +252,8 @@ def check_name(name: str, used_names: Iterable[str] = (), where: str = "") -> No
         raise _taken(name, where)
 
 
-def _taken(name: str, where: str) -> MistakeError:
-    return NameMistakeError("SD109", f"'{name}' is already a variable of {where}", "use another name")
+def _taken(name: str, where: str) -> InputError:
+    return InvalidNameError("SD109", f"'{name}' is already a variable of {where}", "use another name")
 
 
 def _meaning(name: str) -> str:
@@ -263,7 +263,7 @@ def _meaning(name: str) -> str:
     return "is a unit" if name in UNITS else "is a function"
 
 
-def add(mistakes: Mistakes, path: KeyPath, mistake: MistakeError) -> None:
+def add(mistakes: Mistakes, path: KeyPath, mistake: InputError) -> None:
     """Record a mistake in the value, or the key, at a path."""
     mistakes[path, mistake.message] = mistake.with_traceback(None)  # frees the frames and their objects
 
@@ -406,7 +406,7 @@ class _Expansion:
             self._wrong(
                 old,
                 new,
-                MistakeError(
+                InputError(
                     "SD103",
                     f"expected variables and their values, not {shown(loops)}",
                     "write, for example, {i: 1 .. 18}",
@@ -421,7 +421,7 @@ class _Expansion:
             self._wrong(
                 old,
                 new,
-                MistakeError(
+                InputError(
                     "SD206",
                     f"`repeat` yields more than the maximum of {MAX_REPEATS} repetitions",
                     "write fewer values",
@@ -446,20 +446,20 @@ class _Expansion:
             ]
             values = values_of(written if isinstance(row, list) else written[0], MAX_REPEATS)
             return [(str(value), value_of(value, names)) for value in values]
-        except MistakeError as mistake:
+        except InputError as mistake:
             self.places.note(self.source, old, new)
             add(self.mistakes, new, mistake)
-        except EarlierMistakeError:
+        except EarlierInputError:
             self.places.note(self.source, old, new)
             add(self.mistakes, new, _SILENT)
         return [("", None)]
 
-    def _wrong(self, old: KeyPath, new: KeyPath, mistake: MistakeError) -> None:
+    def _wrong(self, old: KeyPath, new: KeyPath, mistake: InputError) -> None:
         self.places.note(self.source, (*old, REPEAT), (*new, REPEAT))
         add(self.mistakes, (*new, REPEAT), mistake)
 
 
-_SILENT: Final = MistakeError("", "")  # follows from a mistake that is reported elsewhere
+_SILENT: Final = InputError("", "")  # follows from a mistake that is reported elsewhere
 
 
 def _following(item: dict[str, Plain], number: int) -> tuple[dict[str, Plain], dict[str, str]]:

@@ -29,7 +29,7 @@ from stackdsl.language.impacts import IMPACTS, Impact, KindOfImpact
 from stackdsl.language.imports import Import
 from stackdsl.language.layouts.registry import LAYOUTS, Layout, LayoutParams
 from stackdsl.language.model_base import AnchorText, AuthorModel, Shorthand, Timed, default, with_kinds
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS
 
 # Friction of particular pairs, besides the one coefficient that most scenarios have.
@@ -118,11 +118,11 @@ def _in_order(rows: Sequence[Row]) -> Sequence[Row]:
     for number, (before, after) in enumerate(pairwise(rows), start=2):
         if after[0] < before[0]:
             message = f"row {number} of the table is at {after[0]:g} s, but the row above is at {before[0]:g} s"
-            raise MistakeError(
+            raise InputError(
                 "SD104", message, "sort the rows by time; two rows with the same time define a step change"
             )
     if rows[-1][0] == rows[0][0]:
-        raise MistakeError("SD104", "all rows of the table have the same time", "add a row with a later time")
+        raise InputError("SD104", "all rows of the table have the same time", "add a row with a later time")
     return rows
 
 
@@ -157,16 +157,16 @@ class Shake(Timed):
         if self.table is not None:
             if written:
                 message = f"`{self._spelling(written[0])}` applies to a sine, but this shake has a table"
-                raise MistakeError("SD108", message, "remove one of them")
+                raise InputError("SD108", message, "remove one of them")
         elif len(written) < len(self.of_a_sine):
             missing = next(key for key in self.of_a_sine if key not in written)
             example = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}[missing]
-            raise MistakeError("SD102", f"`{self._spelling(missing)}` is missing", f"add, for example, `{example}`")
+            raise InputError("SD102", f"`{self._spelling(missing)}` is missing", f"add, for example, `{example}`")
         elif self._most > t.MOST_SHAKEN:
             message = (
                 f"the peak acceleration of the ground is {self._most:.4g} m/s2; the maximum is {t.MOST_SHAKEN:g} m/s2"
             )
-            raise MistakeError("SD104", message, "reduce the acceleration, the amplitude or the frequency")
+            raise InputError("SD104", message, "reduce the acceleration, the amplitude or the frequency")
         return self
 
     @property
@@ -285,10 +285,10 @@ class BuildStep(Timed):
             return self
         if self.layout is None:
             message = "`until: collapse` needs a layout, but this step has none"
-            raise MistakeError("SD108", message, "replace the bricks by a layout")
+            raise InputError("SD108", message, "replace the bricks by a layout")
         if self.every is None and self.place is None:
             message = "`until: collapse` needs `every`, to add one brick after another"
-            raise MistakeError("SD102", message, "add, for example, `every: 1 s`")
+            raise InputError("SD102", message, "add, for example, `every: 1 s`")
         return self
 
     @model_validator(mode="after")
@@ -297,7 +297,7 @@ class BuildStep(Timed):
             message = (
                 "`place` and `drop` exclude each other: `place` releases a brick on its support, `drop` in the air"
             )
-            raise MistakeError("SD108", message, "remove one of them, or split the step")
+            raise InputError("SD108", message, "remove one of them, or split the step")
         return self
 
     @classmethod

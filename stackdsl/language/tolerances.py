@@ -12,7 +12,7 @@ from stackdsl.language.quantities import (
     QUANTITY,
     SIGNED,
     Dimension,
-    MistakeError,
+    InputError,
     advice,
     as_text,
     exact_quantity,
@@ -66,7 +66,7 @@ _BETWEEN = re.compile(r"(.+?)\s*\.\.\s*(.+)")
 
 
 def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
-    """Read a tolerance into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`, or an exact whole number. Raises MistakeError."""
+    """Read a tolerance into SI: `9 ± 1`, `>= 20`, `5 s .. 7 s`, or an exact whole number. Raises InputError."""
     text = as_text(written, dimension)
     body = _after_prefix(text, dimension)
     low, high, is_open = _bounds(body, text, dimension)
@@ -82,7 +82,7 @@ def parse_tolerance(written: object, dimension: Dimension) -> Tolerance:
 
 
 def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
-    """Read a tolerance that must not have an upper bound. Raises MistakeError."""
+    """Read a tolerance that must not have an upper bound. Raises InputError."""
     text = as_text(written, dimension)
     low, high, _ = _bounds(_after_prefix(text, dimension), text, dimension)
     if isinstance(high, Fraction):
@@ -93,14 +93,14 @@ def parse_lower_bound(written: object, dimension: Dimension) -> Tolerance:
 
 
 def parse_share(written: object, dimension: Dimension) -> Tolerance:
-    """Read a tolerance of a share; a single number is the least accepted share. Raises MistakeError."""
+    """Read a tolerance of a share; a single number is the least accepted share. Raises InputError."""
     text = as_text(written, dimension)
     alone = QUANTITY.fullmatch(text) is not None
     return parse_tolerance(f">= {text}" if alone else text, dimension)
 
 
-def _malformed(text: str, fault: str, hint: str) -> MistakeError:
-    return MistakeError("SD107", f"the tolerance '{text}' {fault}", hint)
+def _malformed(text: str, fault: str, hint: str) -> InputError:
+    return InputError("SD107", f"the tolerance '{text}' {fault}", hint)
 
 
 def _with_room(body: str) -> str:
@@ -114,15 +114,15 @@ def _after_prefix(text: str, dimension: Dimension) -> str:
     if not dimension.prefix:
         return text
     if head != dimension.prefix:
-        raise MistakeError("SD105", f"'{text}' does not begin with '{dimension.prefix}'", advice(dimension))
+        raise InputError("SD105", f"'{text}' does not begin with '{dimension.prefix}'", advice(dimension))
     return rest.strip()
 
 
 def _bounds(body: str, text: str, dimension: Dimension) -> tuple[Fraction | float, Fraction | float, bool]:
-    """Return lower and upper bound, and whether they are open. Raises MistakeError if a bound overflows a double."""
+    """Return lower and upper bound, and whether they are open. Raises InputError if a bound overflows a double."""
     low, high, is_open = _exact_bounds(body, text, dimension)
     if any(isinstance(bound, Fraction) and not isfinite(nearest_double(bound)) for bound in (low, high)):
-        raise MistakeError("SD104", f"the tolerance '{text}' is out of range", range_advice(dimension))
+        raise InputError("SD104", f"the tolerance '{text}' is out of range", range_advice(dimension))
     return low, high, is_open
 
 
@@ -154,7 +154,7 @@ def _pair(match: re.Match[str], text: str, dimension: Dimension) -> tuple[Fracti
 def _part(part: str, text: str, dimension: Dimension) -> Fraction:
     try:
         return exact_quantity(part, dimension)
-    except MistakeError as mistake:
+    except InputError as mistake:
         if mistake.code != "SD103":
             raise
         raise _malformed(

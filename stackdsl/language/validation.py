@@ -15,7 +15,7 @@ from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.layouts.registry import place
-from stackdsl.language.quantities import ConsequentialError, MistakeError, shown, without_comma
+from stackdsl.language.quantities import ConsequentialError, InputError, shown, without_comma
 from stackdsl.language.schema import Package, Scenario, is_installed, models
 from stackdsl.language.value_types import PROVING
 from stackdsl.language.variants import Variant
@@ -109,7 +109,7 @@ def _impossible_layouts(scenario: Scenario, source: Source) -> Iterator[Diagnost
             form = (step.brick or scenario.brick).form
             for spec in place(name, params, form.size):
                 laid(form, spec)
-        except MistakeError as mistake:
+        except InputError as mistake:
             yield Diagnostic(mistake.code, source.span_of(("build", index, name)), mistake.message, mistake.hint)
 
 
@@ -237,7 +237,7 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     kind, path, written, terms = detail["type"], detail["loc"], detail["input"], detail.get("ctx", {})
     last = path[-1] if path else ""
     mistake = terms.get("error")
-    if isinstance(mistake, MistakeError):
+    if isinstance(mistake, InputError):
         return _Explanation(mistake.code, mistake.message, without_comma(written) or mistake.hint)
     if (remedy := without_comma(written)) and kind in ("int_type", "float_type"):
         return _Explanation("SD103", f"expected {WANTED[kind]}, not {shown(written)}", remedy)

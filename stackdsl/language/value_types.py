@@ -30,7 +30,7 @@ from stackdsl.language.quantities import (
     SLOPE,
     SPEED,
     Dimension,
-    MistakeError,
+    InputError,
     parse_quantity,
     quantity_pattern,
     shown,
@@ -204,12 +204,12 @@ _TOUCHING_ADVICE = "write `exactly`, or the largest gap that counts as contact, 
 def read_touching(written: object) -> float:
     """Read the widest gap that counts as contact in statics [m]: 0 for `exactly`, or `within 0.1 mm`."""
     if not isinstance(written, str):
-        raise MistakeError("SD103", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
+        raise InputError("SD103", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
     if written.strip() == "exactly":
         return 0.0
     match = re.fullmatch(r"\s*within\s+(\S.*?)\s*", written)
     if match is None:
-        raise MistakeError("SD104", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
+        raise InputError("SD104", f"{shown(written)} is not a limit for contact gaps", _TOUCHING_ADVICE)
     return parse_quantity(match[1], replace(EXTENT, positive=True))
 
 
@@ -239,9 +239,9 @@ NAME: Final = r"[A-Za-z][A-Za-z0-9_.-]{0,63}"
 
 def _read_text(written: object, pattern: str, noun: str, advice: str) -> str:
     if not isinstance(written, str):
-        raise MistakeError("SD103", f"expected {noun}, not {shown(written)}", advice)
+        raise InputError("SD103", f"expected {noun}, not {shown(written)}", advice)
     if not re.fullmatch(pattern, written):
-        raise MistakeError("SD104", f"{shown(written)} is not {noun}", advice)
+        raise InputError("SD104", f"{shown(written)} is not {noun}", advice)
     return written
 
 
@@ -274,7 +274,7 @@ def _not_fixed(name: str) -> str:
     if re.fullmatch(_FIXED, name):
         owner = "the ground" if name == GROUND else "a wall"
         message = f"'{name}' cannot be the name of a brick, since it is the name of {owner}"
-        raise MistakeError("SD104", message, "use another name")
+        raise InputError("SD104", message, "use another name")
     return name
 
 
@@ -349,7 +349,7 @@ PROVING: Final[tuple[System, ...]] = ("exact",)  # systems with proofs of static
 
 def _once(systems: tuple[System, ...]) -> tuple[System, ...]:
     if len(set(systems)) < len(systems):
-        raise MistakeError("SD104", "the list contains a system twice", "write each system once")
+        raise InputError("SD104", "the list contains a system twice", "write each system once")
     return systems
 
 

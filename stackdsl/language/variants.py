@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 from stackdsl.diagnostics import Diagnostic, capped, reading_order
 from stackdsl.language.distributions import Distribution, Inline, Pick, distributions, is_inline, middle, named, subject
-from stackdsl.language.expressions import EarlierMistakeError, inner_names, interpolate, value_of, variables_in
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.expressions import EarlierInputError, inner_names, interpolate, value_of, variables_in
+from stackdsl.language.quantities import InputError
 from stackdsl.language.repeats import (
     REPEAT,
     Budget,
     Combination,
+    InvalidNameError,
     Mistakes,
-    NameMistakeError,
     TooMuchError,
     add,
     check_name,
@@ -104,7 +104,7 @@ def diagnostics_of(mistakes_by_source: Iterable[tuple[Source, Mistakes]]) -> Ite
         for (path, message), mistake in mistakes.items():
             if mistake.code and (path, message) not in reported:  # without a code it follows from another mistake
                 reported.add((path, message))
-                span = source.key_span_of(path) if isinstance(mistake, NameMistakeError) else source.span_of(path)
+                span = source.key_span_of(path) if isinstance(mistake, InvalidNameError) else source.span_of(path)
                 yield Diagnostic(mistake.code, span, message, mistake.hint)
 
 
@@ -180,7 +180,11 @@ def _check_fixed(source: Source, mistakes: Mistakes) -> None:
     name = source.values.get("scenario")
     if isinstance(name, str) and "${" in name:
         hint = "write a fixed name; the values of `matrix` and `cases` distinguish the variants"
-        add(mistakes, ("scenario",), MistakeError("SD109", "the name of a scenario cannot contain expressions", hint))
+        add(
+            mistakes,
+            ("scenario",),
+            InputError("SD109", "the name of a scenario cannot contain expressions", hint),
+        )
     impacts = source.values.get("impacts")
     for number, impact in enumerate(impacts if isinstance(impacts, list) else ()):
         if isinstance(impact, dict) and "every" in impact and REPEAT not in impact:
@@ -188,7 +192,7 @@ def _check_fixed(source: Source, mistakes: Mistakes) -> None:
             add(
                 mistakes,
                 ("impacts", number, "every"),
-                NameMistakeError(
+                InvalidNameError(
                     "SD102", message, "add, for example, `repeat: {i: 1 .. 3}`, or use `at` in place of `every`"
                 ),
             )
@@ -200,7 +204,7 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
         add(
             filling.mistakes,
             ("let",),
-            MistakeError("SD103", "expected a mapping of variables to values", "write, for example, {length: 120 mm}"),
+            InputError("SD103", "expected a mapping of variables to values", "write, for example, {length: 120 mm}"),
         )
         return rows, let
     names, lets = dict(rows), dict(let)
@@ -210,10 +214,10 @@ def _let(let: Plain, rows: "Names", filling: "_Filling") -> tuple["Names", Plain
         try:
             check_name(name, rows, "the matrix")
             if is_inline(filled):
-                raise MistakeError("SD109", f"'{filled}' is a distribution, which `let` cannot define", UNDER)
+                raise InputError("SD109", f"'{filled}' is a distribution, which `let` cannot define", UNDER)
             if not (isinstance(filled, str) and "${" in filled):
                 names[name] = value_of(filled, names)
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(filling.mistakes, ("let", name), mistake)
     return names, lets
 
@@ -243,9 +247,9 @@ class _Filling:
             raise TooMuchError(path[:1], message)
         try:
             return interpolate(value, names)
-        except MistakeError as mistake:
+        except InputError as mistake:
             add(self.mistakes, path, mistake)
-        except EarlierMistakeError:
+        except EarlierInputError:
             pass
         return value
 

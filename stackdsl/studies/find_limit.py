@@ -20,7 +20,7 @@ from stackdsl.judging.numbers import ScenarioNumber, ScenarioNumbers
 from stackdsl.judging.proofs import proofs_of
 from stackdsl.judging.remedies import with_friction, with_mass
 from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import COEFFICIENT, MASS, MistakeError, in_si
+from stackdsl.language.quantities import COEFFICIENT, MASS, InputError, in_si
 from stackdsl.studies.limit_search import (
     EVERYWHERE,
     LARGE,
@@ -92,7 +92,7 @@ class SearchVariable:
         """Return a written value in the unit of this number. Raises SearchError."""
         try:
             amount = constant(written)
-        except MistakeError as mistake:
+        except InputError as mistake:
             raise SearchError(f"{mistake.message}; write, for example, {self.text(self.number, 4)}") from mistake
         if unit_text(amount) != _si_unit(self.unit) and amount.magnitude != 0:
             example = self.text(self.number, 4)
@@ -161,7 +161,7 @@ def _variable(scenario_numbers: ScenarioNumbers, name: str) -> SearchVariable:
 def _is_of_time(value: object) -> bool:
     try:
         return "s" in re.findall("[A-Za-z]+", unit_text(constant(str(value))))
-    except MistakeError:
+    except InputError:
         return False
 
 

@@ -15,7 +15,7 @@ from stability.problem import Placed, Stability
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.distributions import distribution
 from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import MistakeError, in_si, quantity_text
+from stackdsl.language.quantities import InputError, in_si, quantity_text
 from stackdsl.language.variants import Variant, variables_of
 from stackdsl.language.yaml.source import Plain
 from stackdsl.sampling.placement_errors import PlacementSampler
@@ -111,10 +111,10 @@ def _of_variable(name: str, variant: Variant) -> Intensity:
     written = next(row[name] for row in rows if isinstance(row, Mapping) and name in row)
     try:
         amount = constant(written)
-    except MistakeError:
+    except InputError:
         try:
             amount = constant(distribution(written).middle)
-        except MistakeError:
+        except InputError:
             raise NoIntensityError(f"the variable '{name}' is {written!r}, which is no quantity") from None
     return Intensity(IntensityKind.VARIABLE, name, unit_text(amount), float(amount.magnitude))
 

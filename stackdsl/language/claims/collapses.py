@@ -11,7 +11,7 @@ from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
 from stackdsl.language.claims.claim_result import ClaimResult, margin_to_collapse, placed, within
 from stackdsl.language.model_base import Shorthand
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import Trace
 from stackdsl.wording import broke_text, level_text
@@ -43,7 +43,7 @@ class Collapses(Shorthand, ClaimKind):
         parts = [key for key in ("brick", "time") if getattr(self, key) is not None]
         if self.share is not None and parts:
             message = f"`{parts[0]}` is unavailable with `share`, since samples record only the level of a collapse"
-            raise MistakeError("SD108", message, f"use `at` instead of `{parts[0]}`, or remove `share`")
+            raise InputError("SD108", message, f"use `at` instead of `{parts[0]}`, or remove `share`")
         return self
 
     @property

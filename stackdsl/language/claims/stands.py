@@ -12,7 +12,7 @@ from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
 from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, margin_to_collapse, remaining
 from stackdsl.language.model_base import Shorthand
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace
 from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
@@ -53,7 +53,7 @@ class Stands(Shorthand, ClaimKind):
         parts = [key for key, value in partial.items() if value is not None]
         if self.share is not None and parts:
             message = f"`share` counts samples in which all bricks stand, and cannot be combined with `{parts[0]}`"
-            raise MistakeError("SD108", message, "remove one of them")
+            raise InputError("SD108", message, "remove one of them")
         return self
 
     @property

@@ -17,7 +17,7 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_STONES, PositiveLength
 from stackdsl.wording import mm
 
@@ -84,11 +84,11 @@ def _admit(params: ArchParams, rise: float, semicircle: bool) -> None:
     half = 0.5 * params.span
     if rise > half and not semicircle:
         message = f"the rise of the arch, {mm(rise)}, exceeds half its span, {mm(half)}"
-        raise MistakeError("SD104", message, "reduce `rise`, or increase `span`")
+        raise InputError("SD104", message, "reduce `rise`, or increase `span`")
     if params.abutment is None and not semicircle:
-        raise MistakeError("SD102", "an arch flatter than a semicircle needs abutments", "add `abutment`")
+        raise InputError("SD102", "an arch flatter than a semicircle needs abutments", "add `abutment`")
     if params.abutment is None and params.height is not None:
-        raise MistakeError("SD102", "`height` applies only to arches with abutments", "add `abutment`")
+        raise InputError("SD102", "`height` applies only to arches with abutments", "add `abutment`")
 
 
 def _abutment(joint: tuple[tuple[float, float], ...], wide: float) -> Outline:

@@ -17,7 +17,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import Levels, PositiveLength, Slope
 from stackdsl.wording import mm
 
@@ -74,15 +74,15 @@ def _row(count: int, pitch: float) -> list[float]:
 
 
 def _reject_fallen(angle: float, size: Vec3) -> None:
-    """Raise MistakeError if the centre of a plank is beyond its foot, so that it falls outwards."""
+    """Raise InputError if the centre of a plank is beyond its foot, so that it falls outwards."""
     length, _, thickness = size
     if angle <= 0.0 or tan(angle) >= length / thickness:
         message = f"at {_deg(angle)} the planks do not lean on each other"
-        raise MistakeError("SD104", message, "write, for example, 70 deg")
+        raise InputError("SD104", message, "write, for example, 70 deg")
 
 
 def _pitch(params: CardHouseParams, size: Vec3) -> float:
-    """Return the distance from V to V [m]. Raises MistakeError.
+    """Return the distance from V to V [m]. Raises InputError.
 
     Feet and flat planks must not touch each other, and every flat plank must lie on two peaks. A V reaches
     L cos a + t sin a to either side, so Vs are apart at a pitch of twice that, and flat planks at L. A flat plank
@@ -93,13 +93,13 @@ def _pitch(params: CardHouseParams, size: Vec3) -> float:
     least, most = max(length, 2 * (length * c + thickness * s)), length + 2 * thickness * s
     if params.levels > 1 and least >= most * (1.0 - ROUNDING):
         message = f"at {_deg(params.angle)} the Vs are too wide for flat planks on their peaks"
-        raise MistakeError("SD104", message, "write an angle greater than 60 deg")
+        raise InputError("SD104", message, "write an angle greater than 60 deg")
     if params.spacing is None:
         return least + SHARE_OF_ROOM * (most - least)
     if params.levels > 1 and not least <= params.spacing < most:
         hint = f"write at least {mm(least)}, and less than {mm(most)}"
         problem = "overlap each other" if params.spacing < least else "are too far apart for flat planks on the peaks"
-        raise MistakeError("SD104", f"at a spacing of {mm(params.spacing)}, the Vs {problem}", hint)
+        raise InputError("SD104", f"at a spacing of {mm(params.spacing)}, the Vs {problem}", hint)
     return params.spacing
 
 

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import Levels, PositiveLength
 from stackdsl.wording import mm
 
@@ -36,7 +36,7 @@ def dominoes(params: DominoesParams, size: Vec3) -> Specs:
     length, _, thickness = size
     if params.bricks > 1 and params.spacing <= thickness:
         message = f"at a spacing of {mm(params.spacing)}, planks with a thickness of {mm(thickness)} overlap"
-        raise MistakeError("SD104", message, "write a spacing greater than the thickness, the third value of `size`")
+        raise InputError("SD104", message, "write a spacing greater than the thickness, the third value of `size`")
     return tuple(
         BrickSpec(1, (number * params.spacing, 0.0, 0.5 * length), lean=0.5 * pi) for number in range(params.bricks)
     )

@@ -16,7 +16,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Outline, Specs, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_STONES, PositiveLength, Slope
 
 
@@ -42,7 +42,7 @@ class FlatArchParams(LayoutParams):
 def flat_arch(params: FlatArchParams, size: Vec3) -> Specs:
     """Two abutments, and wedges between them, level below and above, all set down at the same time."""
     if not 0.0 < tan(params.lean) < params.span / params.thickness:
-        raise MistakeError(
+        raise InputError(
             "SD104", "with this `lean` the joints cannot support the stones", "write, for example, `lean: 20 deg`"
         )
     half, low, high = 0.5 * params.span, params.height, params.height + params.thickness

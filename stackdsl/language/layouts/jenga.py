@@ -8,7 +8,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Levels, PositiveLength
 from stackdsl.wording import mm
 
@@ -41,7 +41,7 @@ def jenga(params: JengaParams, size: Vec3) -> Specs:
     spacing = length / params.bricks if params.spacing is None else params.spacing
     if spacing < width * (1.0 - ROUNDING):
         message = f"{params.bricks} planks with a width of {mm(width)} overlap at a spacing of {mm(spacing)}"
-        raise MistakeError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
+        raise InputError("SD104", message, f"write a spacing of at least {mm(width)}, or fewer bricks")
     specs = []
     for level in range(1, params.levels + 1):
         for number in range(params.bricks):

@@ -16,7 +16,7 @@ from pydantic_core import CoreSchema
 
 from stability.model import Vec3
 from stackdsl.language.model_base import AuthorModel, Kinds, default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Angle, JsonSchema, Length, PlaceName
 
 
@@ -74,7 +74,7 @@ class LayoutParams(AuthorModel):
     def _reject_too_many(self) -> "LayoutParams":
         if self.bricks_at_most > MAX_BRICKS:
             message = f"the layout has {self.bricks_at_most} bricks; the maximum is {MAX_BRICKS}"
-            raise MistakeError("SD206", message, "split the layout into several steps, or reduce its size")
+            raise InputError("SD206", message, "split the layout into several steps, or reduce its size")
         return self
 
 
@@ -123,7 +123,7 @@ def layout(name: str, params: type[Params]) -> Callable[[LayoutFunction[Params]]
 
 
 def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
-    """Return the bricks of a layout in the frame of the scenario. Raises MistakeError."""
+    """Return the bricks of a layout in the frame of the scenario. Raises InputError."""
     all_specs = LAYOUTS[name].function(params, size)
     specs = without(all_specs, params.omit) if params.omit else all_specs
     stays = params.heading == 0.0 and params.origin == (0.0, 0.0, 0.0)  # as in most scenarios
@@ -131,7 +131,7 @@ def place(name: str, params: LayoutParams, size: Vec3) -> Specs:
 
 
 def without(specs: Specs, omitted: Collection[str]) -> Specs:
-    """Return a layout without some bricks, given by their places in it. Raises MistakeError."""
+    """Return a layout without some bricks, given by their places in it. Raises InputError."""
     left, places = list[BrickSpec](), dict.fromkeys(omitted)
     counts, passed = Counter[int](), Counter[int]()
     alone = False  # whether the first brick of a group that is set down together is omitted
@@ -147,9 +147,9 @@ def without(specs: Specs, omitted: Collection[str]) -> Specs:
     if places:
         first = next(iter(places))
         message = f"the layout has no {first} to omit"
-        raise MistakeError("SD104", message, "write the level of the brick and its number in the level, such as L2.3")
+        raise InputError("SD104", message, "write the level of the brick and its number in the level, such as L2.3")
     if not left:
-        raise MistakeError("SD104", "`omit` lists all bricks of the layout", "omit fewer")
+        raise InputError("SD104", "`omit` lists all bricks of the layout", "omit fewer")
     return tuple(left)
 
 

@@ -19,7 +19,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, ShareOfLimit
 
 
@@ -52,12 +52,12 @@ def ring(params: RingParams, size: Vec3) -> Specs:
     if not 0.0 < params.overlap < 1.0:
         problem = "misses the posts" if params.overlap <= 0.0 else "overlaps its neighbours"
         hint = "write an overlap greater than 0 % and less than 100 %"
-        raise MistakeError("SD104", f"with this overlap every lintel {problem}", hint)
+        raise InputError("SD104", f"with this overlap every lintel {problem}", hint)
     on = min(0.5 * width / cos(a), 0.5 * thickness / sin(a))
     most = on - 0.5 * width * tan(a)
     if most <= 0.0:
         message = f"with {params.posts} posts, lintels that are long enough to reach the posts overlap each other"
-        raise MistakeError("SD104", message, "use more posts, or thicker or narrower bricks")
+        raise InputError("SD104", message, "use more posts, or thicker or narrower bricks")
     radius = (0.5 * length - params.overlap * most + on) / sin(a)
     across = radius * cos(a)  # from the axis to the middle of a lintel
     bearings = [2.0 * number * a for number in range(params.posts)]

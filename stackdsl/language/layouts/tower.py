@@ -8,7 +8,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Levels, ShareOfLimit
 
 
@@ -45,7 +45,7 @@ def tower(params: TowerParams, size: Vec3) -> Specs:
 
 
 def _ring_radius(params: TowerParams, size: Vec3) -> float:
-    """Return the radius of the circle of the middles of the planks [m]. Raises MistakeError.
+    """Return the radius of the circle of the middles of the planks [m]. Raises InputError.
 
     The end face of a plank below cuts the centre line of a plank at (R sin a - L / 2) / cos a from its middle, and
     `overlap` of its length L is beyond. Neighbours of one ring, 2 a apart, do not touch as long as their inner corners
@@ -58,5 +58,5 @@ def _ring_radius(params: TowerParams, size: Vec3) -> float:
         message = (
             f"with {params.bricks} planks per ring and an overlap of {100 * params.overlap:.4g} %, each plank {problem}"
         )
-        raise MistakeError("SD104", message, f"write an overlap greater than 0 % and less than {100 * most:.3g} %")
+        raise InputError("SD104", message, f"write an overlap greater than 0 % and less than {100 * most:.3g} %")
     return (length / 2 + (0.5 - params.overlap) * length * cos(half_pitch)) / sin(half_pitch)

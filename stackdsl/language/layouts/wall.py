@@ -7,7 +7,7 @@ from pydantic import Field
 from stability.model import Vec3
 from stackdsl.language.layouts.registry import BrickSpec, LayoutParams, Specs, height, layout
 from stackdsl.language.model_base import default
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import MAX_BRICKS, Levels, NonNegativeLength
 from stackdsl.wording import mm
 
@@ -37,7 +37,7 @@ def wall(params: WallParams, size: Vec3) -> Specs:
     length, width, thickness = size
     if params.gap >= length:
         hint = "write a shorter gap, such as 0.2 mm"
-        raise MistakeError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
+        raise InputError("SD104", f"the gap must be shorter than a plank of {mm(length, 6)}", hint)
     pitch, half_plank = length + params.gap, ((length - params.gap) / 2, width, thickness)
     end = (
         params.bricks * pitch - params.gap - half_plank[0]

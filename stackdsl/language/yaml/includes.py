@@ -187,7 +187,7 @@ class Library:
         return read_file(FilePath(path), most + 1, root)
 
 
-class _MistakeError(Exception):
+class _InvalidImportError(Exception):
     """Carries the diagnostics of a part."""
 
     def __init__(self, *diagnostics: Diagnostic) -> None:
@@ -203,7 +203,7 @@ def composed(loaded: Loaded, library: Library) -> Loaded:
     for source in loaded.sources:
         try:
             resolved = composer.resolve(source, ()) if _is_composed(source) else source
-        except _MistakeError as mistake:
+        except _InvalidImportError as mistake:
             mistakes += mistake.diagnostics
             continue
         resolved, unread = with_solid_files(resolved, library.bytes_of)
@@ -236,7 +236,7 @@ class _Composer:
     def resolve(self, source: Source, trail: tuple[Source, ...]) -> Source:
         """Resolve all references of a scenario, or of a part. `trail` is the chain of references to it.
 
-        Raises _MistakeError.
+        Raises _InvalidImportError.
         """
         self._check_trail(source, trail)
         trail = (*trail, source)
@@ -246,7 +246,7 @@ class _Composer:
         return self._extended(source, trail) if EXTENDS in source.values else source
 
     def _check_trail(self, source: Source, trail: Sequence[Source]) -> None:
-        """Raise _MistakeError for a circular reference, or for too deep nesting."""
+        """Raise _InvalidImportError for a circular reference, or for too deep nesting."""
         circle = any(part.file == source.file and part.value_spans[()] == source.value_spans[()] for part in trail)
         if not circle and len(trail) < MAX_TRAIL:
             return
@@ -254,7 +254,7 @@ class _Composer:
         message = f"circular reference between files: {files}"
         if not circle:
             message = f"the references are nested more than {MAX_TRAIL} deep: {files}"
-        raise _MistakeError(Diagnostic("SD113", _named_at(trail[-1]), message, "shorten the chain of references"))
+        raise _InvalidImportError(Diagnostic("SD113", _named_at(trail[-1]), message, "shorten the chain of references"))
 
     # --- include ------------------------------------------------------------------------------------------------------
 
@@ -297,12 +297,12 @@ class _Composer:
             other = next(key for key in item if key != INCLUDE)
             message = f"an item with `{INCLUDE}` cannot have other keys, but this item has '{other}'"
             hint = f"move '{other}' to the included file, or to another item"
-            raise _MistakeError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
+            raise _InvalidImportError(Diagnostic("SD108", source.key_span_of((*path, other)), message, hint))
         part = self.resolve(self._document(source, item[INCLUDE], "", span), trail)
         key = str(path[-2])
         if not isinstance(part.values.get(key), list):
             message = f"{part.file} has no list `{key}` to include"
-            raise _MistakeError(
+            raise _InvalidImportError(
                 Diagnostic("SD113", span, message, f"begin that file with `{key}:`, followed by the items")
             )
         return part
@@ -338,7 +338,7 @@ class _Composer:
             return self._document(source, written, "", span)
         if not isinstance(written, dict) or not written or set(written) - {"file", "scenario"}:
             hint = "write, for example, base.yaml, or {file: base.yaml, scenario: tower}"
-            raise _MistakeError(
+            raise _InvalidImportError(
                 Diagnostic(
                     "SD103", span, "expected the path of a file, or a mapping with the keys file and scenario", hint
                 )
@@ -346,7 +346,7 @@ class _Composer:
         name = written.get("scenario", "")
         if not isinstance(name, str):
             span = source.span_of((EXTENDS, "scenario"))
-            raise _MistakeError(Diagnostic("SD103", span, "expected the name of a scenario", "quote it"))
+            raise _InvalidImportError(Diagnostic("SD103", span, "expected the name of a scenario", "quote it"))
         place = (EXTENDS, "file") if "file" in written else (EXTENDS, "scenario")
         return self._document(source, written.get("file"), name, source.span_of(place))
 
@@ -355,7 +355,7 @@ class _Composer:
         self.parts += 1
         if self.parts > MAX_PARTS:
             message = f"the scenarios of this file have more than {MAX_PARTS} keys `extends` and `include`"
-            raise _MistakeError(Diagnostic("SD206", span, message, "combine the included files into fewer files"))
+            raise _InvalidImportError(Diagnostic("SD206", span, message, "combine the included files into fewer files"))
         file, documents = source.file, self.siblings
         if written is not None:
             file = self._file(source, written, span)
@@ -367,11 +367,11 @@ class _Composer:
             return matches[0]
         if name:
             names = [str(document.values.get("scenario")) for document in documents]
-            raise _MistakeError(
+            raise _InvalidImportError(
                 Diagnostic("SD113", span, f"{file} has no scenario '{name}'", did_you_mean(name, names))
             )
         hint = "write {file: base.yaml, scenario: tower}; a file for `include` must have a single document"
-        raise _MistakeError(Diagnostic("SD113", span, f"{file} contains {len(documents)} scenarios", hint))
+        raise _InvalidImportError(Diagnostic("SD113", span, f"{file} contains {len(documents)} scenarios", hint))
 
     @property
     def _root(self) -> str:
@@ -379,16 +379,16 @@ class _Composer:
 
     def _file(self, source: Source, written: Plain, span: Span) -> str:
         if not isinstance(written, str) or not written.strip() or "${" in written or "\0" in written:
-            raise _MistakeError(
+            raise _InvalidImportError(
                 Diagnostic("SD103", span, "expected the path of a file", "write, for example, base.yaml")
             )
         if len(written) > LONGEST_PATH:  # longer than systems allow, and slow to resolve
             message = f"the path of a file is longer than {LONGEST_PATH} characters"
-            raise _MistakeError(Diagnostic("SD113", span, message, "write, for example, base.yaml"))
+            raise _InvalidImportError(Diagnostic("SD113", span, message, "write, for example, base.yaml"))
         try:
             return file_in_project(written.strip(), source.file, self._root)
         except OutsideError as error:
-            raise _MistakeError(Diagnostic("SD113", span, error.message, error.hint)) from error
+            raise _InvalidImportError(Diagnostic("SD113", span, error.message, error.hint)) from error
 
     def _read(self, file: str, span: Span) -> Sequence[Source]:
         if file not in self.seen:
@@ -396,10 +396,10 @@ class _Composer:
             self.read += os.path.getsize(file)
         if self.read > MAX_BYTES:
             message = f"the files of `extends` and `include` exceed {MAX_BYTES >> 20} MiB in total"
-            raise _MistakeError(Diagnostic("SD206", span, message, "use smaller files"))
+            raise _InvalidImportError(Diagnostic("SD206", span, message, "use smaller files"))
         loaded = self.library.read(file, self._root)
         if loaded.diagnostics:
-            raise _MistakeError(*loaded.diagnostics)
+            raise _InvalidImportError(*loaded.diagnostics)
         return loaded.sources
 
     def _take(  # noqa: PLR0913, PLR0917 -- likewise
@@ -408,7 +408,7 @@ class _Composer:
         self.taken += _size(value)
         if self.taken > MAX_TAKEN:
             message = f"`extends` and `include` insert more than {MAX_TAKEN} values"
-            raise _MistakeError(Diagnostic("SD206", part.span_of(old), message, "include less, or use a layout"))
+            raise _InvalidImportError(Diagnostic("SD206", part.span_of(old), message, "include less, or use a layout"))
         places.note_all(part, value, old, new, where)
 
 

@@ -12,7 +12,7 @@ from stackdsl.importers.formats import read_load
 from stackdsl.importers.load import ImportedLoad, UnreadableLoadError
 from stackdsl.language.bricks import obj_mesh
 from stackdsl.language.imports import Format, Import
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.importers.loads import SAID, TEXTS
 
 Said = Mapping[str, object]
@@ -80,7 +80,7 @@ def test_missing_units_of_a_mesh_are_required(format_: Format, key: str, message
 )
 def test_a_key_that_the_format_has_no_use_for_is_a_mistake(format_: Format, key: str) -> None:
     value = {"supports": "bricks", "up": "+z", "density": "1 kg/m3", "load": "1"}[key]
-    with pytest.raises((MistakeError, ValueError), match=f"`{key}` applies only to"):
+    with pytest.raises((InputError, ValueError), match=f"`{key}` applies only to"):
         read(TEXTS[format_], {**SAID[format_], key: value}, format_)
     (found,) = mistakes(TEXTS[format_], {**SAID[format_], key: value})
     assert found.message.startswith(f"`{key}` applies only to")
@@ -198,11 +198,11 @@ def test_only_plain_digits_number_a_corner(corner: str) -> None:
     text = TEXTS["obj"].replace("f 1 2 3", f"f 1 2 {corner}", 1)
     assert corner in text
     assert mistakes(text, SAID["obj"])[0].message.startswith("the face refers to a corner that is not among")
-    with pytest.raises(MistakeError, match="is not a corner number"):
+    with pytest.raises(InputError, match="is not a corner number"):
         obj_mesh(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {corner}\n", "a")
 
 
 @pytest.mark.parametrize("number", ["١", "1_0"])
 def test_only_plain_digits_are_a_coordinate(number: str) -> None:
-    with pytest.raises(MistakeError, match="is not a number"):
+    with pytest.raises(InputError, match="is not a number"):
         obj_mesh(f"v 0 0 {number}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "a")

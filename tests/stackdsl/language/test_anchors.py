@@ -3,7 +3,7 @@
 import pytest
 
 from stackdsl.language.model_base import Anchor, parse_anchor
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 
 
 @pytest.mark.parametrize(
@@ -42,6 +42,6 @@ def test_an_anchor_names_an_event_and_a_time_after_it(written: str, anchor: Anch
     ],
 )
 def test_a_malformed_anchor_is_refused(written: object, code: str) -> None:
-    with pytest.raises(MistakeError) as caught:
+    with pytest.raises(InputError) as caught:
         parse_anchor(written)
     assert caught.value.code == code

@@ -5,7 +5,7 @@ import re
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.value_types import BrickName, LengthTolerance, read_touching
 
 
@@ -39,5 +39,5 @@ def test_contact_gaps_are_a_word_or_a_width(written: str, width: float) -> None:
     "written", ["within", "within 0.1", "within 0 mm", "within -1 mm", "0.1 mm", "Exactly", 0.1, None]
 )
 def test_invalid_contact_gaps_are_rejected(written: object) -> None:
-    with pytest.raises(MistakeError):
+    with pytest.raises(InputError):
         read_touching(written)

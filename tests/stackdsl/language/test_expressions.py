@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stackdsl.language.expressions import evaluate, interpolate
-from stackdsl.language.quantities import ANGLE, LENGTH, MASS, Dimension, MistakeError, parse_quantity, unit_amount
+from stackdsl.language.quantities import ANGLE, LENGTH, MASS, Dimension, InputError, parse_quantity, unit_amount
 
 NAMES = {
     "n": unit_amount("") * 3,
@@ -20,8 +20,8 @@ NAMES = {
 patient = settings(deadline=None)  # the first quantity imports pint
 
 
-def refused(expression: str) -> MistakeError:
-    with pytest.raises(MistakeError) as caught:
+def refused(expression: str) -> InputError:
+    with pytest.raises(InputError) as caught:
         evaluate(expression, NAMES)
     assert caught.value.code == "SD109"
     return caught.value
@@ -167,7 +167,7 @@ def test_longest_expression_may_be_nested_to_any_depth(expression: str) -> None:
 @given(st.text(max_size=160))
 @patient
 def test_any_text_is_evaluated_or_rejected(expression: str) -> None:
-    with suppress(MistakeError):
+    with suppress(InputError):
         evaluate(expression, NAMES)
 
 
@@ -199,5 +199,5 @@ def test_a_quantity_survives_being_written_out(number: Decimal, divisor: int, ki
 
 @pytest.mark.parametrize("text", ["${", "a ${n", "${a ${n}}", "${n} ${"])
 def test_unclosed_expression_is_rejected(text: str) -> None:
-    with pytest.raises(MistakeError, match="is not closed"):
+    with pytest.raises(InputError, match="is not closed"):
         interpolate(text, NAMES)

@@ -25,7 +25,7 @@ from stackdsl.language.quantities import (
     SPEED,
     UNITS,
     Dimension,
-    MistakeError,
+    InputError,
     in_si,
     parse_quantity,
     quantity_pattern,
@@ -36,8 +36,8 @@ DIMENSIONS = [LENGTH, DURATION, FREQUENCY, ANGLE, DENSITY, MASS, ACCELERATION]
 patient = settings(deadline=None)  # the first quantity imports pint
 
 
-def mistake(written: object, dimension: Dimension) -> MistakeError:
-    with pytest.raises(MistakeError) as caught:
+def mistake(written: object, dimension: Dimension) -> InputError:
+    with pytest.raises(InputError) as caught:
         parse_quantity(written, dimension)
     return caught.value
 
@@ -181,7 +181,7 @@ def test_all_units_of_a_dimension_are_commensurable(dimension: Dimension) -> Non
 def test_editors_accept_every_quantity_that_is_accepted(dimension: Dimension, data: st.DataObject) -> None:
     number = data.draw(st.from_regex(r"[+-]?[0-9]{1,3}(\.[0-9]{1,2})?(e-[0-9])?", fullmatch=True))
     text = number + data.draw(st.sampled_from(["", " "])) + data.draw(st.sampled_from(dimension.units))
-    with suppress(MistakeError):  # out of range
+    with suppress(InputError):  # out of range
         parse_quantity(text, dimension)
     assert re.fullmatch(quantity_pattern(dimension), text)
 

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LENGTH, LEVEL, SHARE, Dimension, MistakeError
+from stackdsl.language.quantities import COUNT, DURATION, EXTENT, LENGTH, LEVEL, SHARE, Dimension, InputError
 from stackdsl.language.tolerances import Tolerance, parse_lower_bound, parse_tolerance
 
 
-def mistake(written: object, dimension: Dimension) -> MistakeError:
-    with pytest.raises(MistakeError) as caught:
+def mistake(written: object, dimension: Dimension) -> InputError:
+    with pytest.raises(InputError) as caught:
         parse_tolerance(written, dimension)
     return caught.value
 
@@ -122,7 +122,7 @@ def test_a_tolerance_beyond_all_doubles_is_out_of_range(written: str, dimension:
 
 @pytest.mark.parametrize("written", ["> 1e400 mm", "< 1e400 mm"])
 def test_a_lower_bound_beyond_all_doubles_is_out_of_range(written: str) -> None:
-    with pytest.raises(MistakeError, match="out of range"):
+    with pytest.raises(InputError, match="out of range"):
         parse_lower_bound(written, EXTENT)
 
 
@@ -147,7 +147,7 @@ def test_single_value_of_a_quantity_is_rejected() -> None:
 
 @pytest.mark.parametrize("written", ["< 5 mm", "5 mm ± 1 mm", "1 mm .. 2 mm"])
 def test_a_lower_bound_has_no_upper_end(written: str) -> None:
-    with pytest.raises(MistakeError, match="not a lower bound"):
+    with pytest.raises(InputError, match="not a lower bound"):
         parse_lower_bound(written, EXTENT)
     assert parse_lower_bound("> 5 mm", EXTENT).low == 0.005
 
@@ -162,7 +162,7 @@ def test_a_lower_bound_has_no_upper_end(written: str) -> None:
     ],
 )
 def test_upper_bound_in_place_of_a_lower_bound_has_a_remedy(written: str, hint: str) -> None:
-    with pytest.raises(MistakeError) as caught:
+    with pytest.raises(InputError) as caught:
         parse_lower_bound(written, EXTENT)
     assert caught.value.hint == hint
 

@@ -9,7 +9,7 @@ from scipy.stats import truncnorm
 
 from stackdsl.language.distributions import distribution
 from stackdsl.language.expressions import constant
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from stackdsl.language.yaml.source import Plain
 from tests.scenes import compiled, mistakes_of
 
@@ -98,7 +98,7 @@ def test_a_distribution_may_be_one_line(line: str, whole: Plain) -> None:
     ],
 )
 def test_invalid_distributions_are_rejected(written: Plain, words: str) -> None:
-    with pytest.raises(MistakeError, match=words) as caught:
+    with pytest.raises(InputError, match=words) as caught:
         distribution(written)
     assert caught.value.hint
 

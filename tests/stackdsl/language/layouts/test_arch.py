@@ -13,7 +13,7 @@ from stackdsl.language.bricks import Form, box_form, laid
 from stackdsl.language.layouts.arch import ArchParams
 from stackdsl.language.layouts.flat_arch import FlatArchParams
 from stackdsl.language.layouts.registry import BrickSpec, place
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.language.layouts.thrust_lines import (
     MILANKOVITCH,
     Point,
@@ -214,7 +214,7 @@ def test_one_wedge_between_two_slopes_needs_no_friction() -> None:
     ],
 )
 def test_an_arch_that_cannot_be_is_refused(keys: dict[str, object], cause: str) -> None:
-    with pytest.raises(MistakeError, match=cause):
+    with pytest.raises(InputError, match=cause):
         arch(thickness="60 mm", voussoirs=12, **keys)
 
 

@@ -9,7 +9,7 @@ import pytest
 from stability.problem import Stability
 from stackdsl.language.layouts.card_house import CardHouseParams, card_house
 from stackdsl.language.layouts.registry import BrickSpec
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, THICKNESS, by_level, gap, standing
 
 
@@ -95,7 +95,7 @@ def test_by_default_vs_are_a_quarter_of_the_way_from_the_least_spacing_to_the_la
     ],
 )
 def test_a_card_house_that_cannot_be_is_refused(written: dict[str, object], message: str, hint: str) -> None:
-    with pytest.raises(MistakeError, match=message) as mistake:
+    with pytest.raises(InputError, match=message) as mistake:
         house(2, **written)
     assert hint in mistake.value.hint
 

@@ -13,7 +13,7 @@ from stackdsl.language.layouts.four_stack import FourStackParams, four_stack
 from stackdsl.language.layouts.harmonic import HarmonicParams, harmonic
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.layouts.wall import WallParams, wall
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, by_level
 
 
@@ -86,7 +86,7 @@ def test_every_plank_of_a_wall_lies_on_two_or_wholly_on_one() -> None:
 
 
 def test_a_gap_longer_than_a_plank_is_refused() -> None:
-    with pytest.raises(MistakeError, match=r"shorter than a plank of 117\.6 mm"):
+    with pytest.raises(InputError, match=r"shorter than a plank of 117\.6 mm"):
         wall(WallParams.model_validate({"levels": 2, "bricks": 2, "gap": "118 mm"}), KAPLA)
 
 

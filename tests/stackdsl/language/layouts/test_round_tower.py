@@ -7,7 +7,7 @@ import pytest
 
 from stackdsl.language.layouts.registry import BrickSpec
 from stackdsl.language.layouts.tower import TowerParams, tower
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, WIDTH, by_level, gap
 
 RINGS = [(3, 0.2), (5, 0.5), (7, 0.4), (16, 0.4), (40, 0.05), (400, 0.45)]  # planks per ring, and their overlap
@@ -69,6 +69,6 @@ def test_a_ring_closes_at_its_largest_overlap(bricks: int) -> None:
     ring = rings(bricks, most * (1 - 1e-9))[0]
     assert gap(ring[0], ring[1]) == pytest.approx(0.0, abs=1e-9)
     for overlap in (most * (1 + 1e-9), 0.0):
-        with pytest.raises(MistakeError, match=rf"{bricks} planks per ring") as mistake:
+        with pytest.raises(InputError, match=rf"{bricks} planks per ring") as mistake:
             rings(bricks, overlap)
         assert mistake.value.hint == f"write an overlap greater than 0 % and less than {100 * most:.3g} %"

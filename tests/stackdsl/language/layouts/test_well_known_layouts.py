@@ -9,7 +9,7 @@ import pytest
 
 from stability.problem import Stability
 from stackdsl.language.layouts.registry import LAYOUTS, BrickSpec, place
-from stackdsl.language.quantities import MistakeError
+from stackdsl.language.quantities import InputError
 from tests.stackdsl.language.layouts.layout_shapes import KAPLA, LENGTH, THICKNESS, WIDTH, by_level, gap, standing
 
 
@@ -47,7 +47,7 @@ def test_each_level_of_a_jenga_tower_crosses_the_one_below() -> None:
 
 
 def test_planks_of_a_level_do_not_run_into_each_other() -> None:
-    with pytest.raises(MistakeError, match="overlap at"):
+    with pytest.raises(InputError, match="overlap at"):
         made("jenga", levels=2, bricks=6)
     assert gap(*made("jenga", levels=1, bricks=2, spacing="23.5 mm")) == pytest.approx(0.0001)
 
@@ -99,7 +99,7 @@ def test_dominoes_stand_on_end_as_far_apart_as_written() -> None:
 
 
 def test_dominoes_do_not_stand_in_each_other() -> None:
-    with pytest.raises(MistakeError, match="overlap"):
+    with pytest.raises(InputError, match="overlap"):
         made("dominoes", bricks=2, spacing="7.8 mm")
 
 
@@ -124,12 +124,12 @@ def test_without_a_post_a_ring_loses_two_lintels() -> None:
 
 @pytest.mark.parametrize("overlap", ["0 %", "100 %"])
 def test_lintels_lie_on_posts_and_not_in_each_other(overlap: str) -> None:
-    with pytest.raises(MistakeError, match="every lintel"):
+    with pytest.raises(InputError, match="every lintel"):
         made("ring", posts=9, overlap=overlap)
 
 
 def test_few_posts_leave_no_room_for_lintels_of_planks() -> None:
-    with pytest.raises(MistakeError, match="with 5 posts"):
+    with pytest.raises(InputError, match="with 5 posts"):
         made("ring", posts=5)
     cubes = LAYOUTS["ring"].params.model_validate({"posts": 5})
     assert len(place("ring", cubes, (0.1, 0.02, 0.02))) == 10
@@ -155,7 +155,7 @@ def test_the_second_of_two_that_come_together_comes_alone_without_the_first() ->
 
 @pytest.mark.parametrize("place_", ["L3.1", "L1.9"])
 def test_omitted_brick_must_exist(place_: str) -> None:
-    with pytest.raises(MistakeError, match=f"the layout has no {place_}"):
+    with pytest.raises(InputError, match=f"the layout has no {place_}"):
         made("column", levels=2, omit=[place_])
-    with pytest.raises(MistakeError, match="all bricks"):
+    with pytest.raises(InputError, match="all bricks"):
         made("column", levels=1, omit=["L1.1"])
