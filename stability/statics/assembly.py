@@ -120,7 +120,8 @@ def admit_place(placed: Placed) -> None:
     _admit(name, "position", pose.position_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in pose.position_W):
         raise ValueError(
-            f"the position of brick '{name}' is {short_repr(pose.position_W)}; it must be within {LONGEST:g} m of the origin"
+            f"the position of brick '{name}' is {short_repr(pose.position_W)}; "
+            f"it must be within {LONGEST:g} m of the origin"
         )
     _admit(name, "orientation", pose.orientation, 4, "write a quaternion x, y, z, w")
     if abs(sum(part * part for part in pose.orientation) - 1.0) > UNIT:
@@ -201,7 +202,8 @@ def _admit_plane(plane: Plane) -> None:
     _admit(plane.id, "point", plane.point_W, 3, "write x, y and z in metres")
     if not all(-LONGEST <= part <= LONGEST for part in plane.point_W):
         raise ValueError(
-            f"the point of plane '{plane.id}' is {short_repr(plane.point_W)}; it must be within {LONGEST:g} m of the origin"
+            f"the point of plane '{plane.id}' is {short_repr(plane.point_W)}; "
+            f"it must be within {LONGEST:g} m of the origin"
         )
     _admit(plane.id, "normal", plane.normal_W, 3, "write x, y and z of the outward normal")
     if abs(sum(part * part for part in plane.normal_W) - 1.0) > UNIT:
