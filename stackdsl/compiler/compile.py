@@ -24,6 +24,8 @@ from stackdsl.compiler.checks import (
     missing_neighbours,
     requirements_of,
     slivers,
+    too_many_in_margins,
+    too_many_points,
     unknown_bricks,
 )
 from stackdsl.compiler.hands import (
@@ -35,7 +37,6 @@ from stackdsl.compiler.hands import (
     moves_through_planes,
 )
 from stackdsl.compiler.impacts import ImpactActions, early_removals, impact_actions
-from stackdsl.compiler.margin_limits import too_many_in_margins, too_many_points
 from stackdsl.compiler.schedule import (
     ResolvedScenario,
     missiles_of,
