@@ -106,7 +106,7 @@ def _malformed(text: str, fault: str, hint: str) -> InputError:
 def _with_room(body: str) -> str:
     """Return the remedy for a single value: add a width, or write a limit."""
     is_range = re.search(r"±|\+/?-|\.\.", body)
-    return "add a width, such as ± 0.1" + ("" if is_range else f', or write a limit: "<= {body}" or ">= {body}"')
+    return "add a width, such as ± 5 %" + ("" if is_range else f', or write a limit: "<= {body}" or ">= {body}"')
 
 
 def _after_prefix(text: str, dimension: Dimension) -> str:
