@@ -106,7 +106,9 @@ def _malformed(text: str, fault: str, hint: str) -> InputError:
 def _with_room(body: str) -> str:
     """Return the remedy for a single value: add a width, or write a limit."""
     is_range = re.search(r"±|\+/?-|\.\.", body)
-    return "add a width, such as ± 5 %" + ("" if is_range else f', or write a limit: "<= {body}" or ">= {body}"')
+    last = QUANTITY.fullmatch(re.split(r"±|\+/?-|\.\.", body)[-1].strip())
+    unit = f" {last['unit']}" if last is not None and last["unit"] else ""
+    return f"add a width, such as ± 0.1{unit}" + ("" if is_range else f', or write a limit: "<= {body}" or ">= {body}"')
 
 
 def _after_prefix(text: str, dimension: Dimension) -> str:

@@ -242,3 +242,8 @@ def test_least_value_of_a_dimension_may_be_exact() -> None:
     assert not nothing.holds(1e-12)
     assert parse_tolerance(0, EXTENT) == replace(nothing, text="0")
     assert mistake("0 mm", LENGTH).code == "SD107"  # which may be less
+
+
+@pytest.mark.parametrize("written", ["12 mm", "12mm", "12 .. 12 mm", "12 mm ± 0 mm"])
+def test_the_remedy_for_a_tolerance_without_width_has_the_unit_of_its_value(written: str) -> None:
+    assert mistake(written, EXTENT).hint.startswith("add a width, such as ± 0.1 mm")
