@@ -1,10 +1,11 @@
 """Planes, bricks and states of a world, stored outside the engine."""
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from stability.dynamics.rigid_body import AppliedForce
 from stability.engines.protocol import Clock, World, WrongFriction
 from stability.model import AT_REST, BodyId, BodyState, Brick, HalfSpace, Plane, Pose, Shape, Vec3
 
@@ -139,7 +140,11 @@ class StoredBodies:
 
 
 class EngineWorld:
-    """Base of an engine's world, with the methods that depend on its clock and on the declared bodies only."""
+    """Base of an engine's world, with the methods that depend on its clock and on the declared bodies only.
+
+    The operations of hands and stabilizers raise NotImplementedError here. An engine without them can play scenarios
+    in which it moves all bricks.
+    """
 
     own: OwnBodies
     clock: Clock
@@ -173,3 +178,32 @@ class EngineWorld:
     def wrong_friction(self) -> WrongFriction | None:
         """Return None: the engine has the requested coefficients."""
         return None
+
+    # Operations that only hands and stabilizers need.
+
+    def freeze(self, brick: BodyId) -> None:
+        raise self._not_implemented("freeze", "a hand or a stabilizer")
+
+    def holds(self, brick: BodyId) -> bool:
+        raise self._not_implemented("holds", "a hand or a stabilizer")
+
+    def wake(self, brick: BodyId) -> None:
+        raise self._not_implemented("wake", "a hand or a stabilizer")
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        raise self._not_implemented("put_at", "a stabilizer")
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        raise self._not_implemented("set_state", "a stabilizer")
+
+    def weld(self, bricks: Collection[BodyId]) -> None:
+        raise self._not_implemented("weld", "a stabilizer with a joiner")
+
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
+        raise self._not_implemented("unweld", "a stabilizer with a joiner")
+
+    def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
+        raise self._not_implemented("apply_forces", "a stabilizer with a presser")
+
+    def _not_implemented(self, operation: str, caller: str) -> NotImplementedError:
+        return NotImplementedError(f"{type(self).__name__} does not implement `{operation}`, which {caller} needs")

@@ -298,6 +298,9 @@ class Clock(Protocol):
     def set_max_speed(self, fastest: float) -> None:
         """Set the maximum speed of the bodies in the next steps [m/s], so that none passes through another."""
 
+    def pass_step(self) -> int:
+        """Advance the clock by a step; return its number of sub-steps."""
+
 
 @dataclass
 class StepClock:

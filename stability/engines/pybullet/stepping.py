@@ -542,7 +542,7 @@ class Stepper:
 
     def step(self) -> None:
         """Advance by one time step, in its sub-steps."""
-        parts = self._stepping.parts
+        parts = self.pass_step()
         duration = self.settings.time_step / parts
         self.sliding.begin()
         for part in range(parts):
@@ -558,7 +558,11 @@ class Stepper:
             if self._new_contact_steps == self.settings.first_steps and not self._pushes_on():
                 self._new_contact_steps = 0
             self._up_to_date = self._up_to_date and self._new_contact_steps > 0
+
+    def pass_step(self) -> int:
+        """Advance the clock by a step; return its number of sub-steps."""
         self.time += self.settings.time_step
+        return self._stepping.parts
 
     def _pushes_on(self) -> bool:
         """Check that a thrown or falling body still pushes the body that it hit."""

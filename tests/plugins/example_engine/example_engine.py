@@ -1,14 +1,15 @@
-"""An engine of somebody else's: bricks fall straight down, and lie flat where they land, on the ground or each other.
+"""Engine in a package of its own: bricks fall straight down, and lie flat on the ground or on each other.
 
-Nothing tips, slides or turns, so what it lets stand need not stand. It shows what `stackdsl` asks of an engine.
+No brick tips, slides or turns. The module shows the code that `stackdsl` needs from an engine.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
+from stability.contact_law import GivenFriction
 from stability.engines.bodies import EngineWorld, OwnBodies
-from stability.engines.protocol import NOTHING_PRESCRIBED, EngineSettings, Package, PrescribedMotion, StepClock
+from stability.engines.protocol import NOTHING_PRESCRIBED, EngineSettings, Package, PrescribedMotion, StepClock, World
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import corners_W
 from stability.geometry.vectors import add_scaled
@@ -18,7 +19,7 @@ from stackdsl.simulation.systems import System
 
 @dataclass(frozen=True, kw_only=True)
 class ExampleSettings(EngineSettings):
-    """How it steps."""
+    """Settings of the example."""
 
     package: ClassVar[Package] = Package("example_engine", "pip install example-engine")
     world: ClassVar[str] = "example_engine:ExampleWorld"
@@ -38,20 +39,21 @@ class ExampleWorld(EngineWorld):
     clock: StepClock
     own: OwnBodies = field(default_factory=OwnBodies)
     _states: dict[BodyId, BodyState] = field(default_factory=dict)
-    _held: set[BodyId] = field(default_factory=set)
 
     @classmethod
-    def opened(cls, settings: ExampleSettings, gravity: float, friction: float, heaviest: float | None = None) -> Self:
+    def opened(
+        cls, settings: ExampleSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
+    ) -> World:
         return cls(settings, gravity, StepClock(settings))
 
     def close(self) -> None: ...
 
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         if prescribed != NOTHING_PRESCRIBED:
-            raise NotImplementedError("nothing moves here but by its weight")
+            raise NotImplementedError("this engine has no prescribed motions")
         parts = self.clock.pass_step()
         for _ in range(parts):
-            for name in sorted(self._states.keys() - self._held, key=lambda name: self._bounds(name)[2]):
+            for name in sorted(self._states, key=lambda name: self._bounds(name)[2]):
                 self._states[name] = self._fallen(name, self.settings.time_step / parts)
 
     def _fallen(self, name: BodyId, duration: float) -> BodyState:
@@ -63,7 +65,7 @@ class ExampleWorld(EngineWorld):
         return replace(before, pose=_lifted(before.pose, -room), velocity_W=(0.0, 0.0, -self.settings.bounce * speed))
 
     def _tops_below(self, name: BodyId) -> Iterator[float]:
-        """The heights of all that is lower than a brick, and over which it lies in plan [m]."""
+        """Yield the heights of the planes, and of the tops of the bricks below a brick [m]."""
         (x, y, z), reach = self._bounds(name), reach_between(self.own.bricks[name].shape.least_thickness)
         yield from (plane.point_W[2] for plane in self.own.planes.values())
         for u, v, w in map(self._bounds, self._states.keys() - {name}):
@@ -71,7 +73,7 @@ class ExampleWorld(EngineWorld):
                 yield w[1]
 
     def _bounds(self, name: BodyId) -> list[tuple[float, float]]:
-        """The lowest and the highest x, y and z of a brick [m]."""
+        """Return the least and the greatest x, y and z of a brick [m]."""
         corners = corners_W(self.own.bricks[name].shape, self._states[name].pose)
         return [(min(values), max(values)) for values in zip(*corners, strict=True)]
 
@@ -82,7 +84,7 @@ class ExampleWorld(EngineWorld):
         return {body: self._states.get(body) or BodyState(Pose(self.own.planes[body].point_W)) for body in bodies}
 
     def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        return ()  # it tells none
+        return ()  # the engine does not report contacts
 
     def add_plane(self, plane: Plane) -> None:
         self.own.add_plane(plane)
@@ -94,33 +96,10 @@ class ExampleWorld(EngineWorld):
     def remove_brick(self, brick: BodyId) -> None:
         self.own.remove_brick(brick)
         del self._states[brick]
-        self._held.discard(brick)
-
-    def set_state(self, brick: BodyId, state: BodyState) -> None:
-        self._states[brick] = state
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
         velocity_W = add_scaled(self._states[brick].velocity_W, 1.0 / self.own.masses[brick], impulse_W)
         self._states[brick] = replace(self._states[brick], velocity_W=velocity_W)
-
-    def freeze(self, brick: BodyId) -> None:
-        self._held.add(brick)
-        self.put_at(brick, self._states[brick].pose)
-
-    def holds(self, brick: BodyId) -> bool:
-        return brick in self._held
-
-    def wake(self, brick: BodyId) -> None:
-        self._held.discard(brick)
-
-    def put_at(self, brick: BodyId, pose: Pose) -> None:
-        self._states[brick] = BodyState(pose)
-
-    def weld(self, bricks: Collection[BodyId]) -> None:
-        raise NotImplementedError("bricks cannot be joined here")
-
-    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
-        raise NotImplementedError("bricks cannot be joined here")
 
 
 def _lifted(pose: Pose, by: float) -> Pose:

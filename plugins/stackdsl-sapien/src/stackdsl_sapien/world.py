@@ -7,7 +7,7 @@ from typing import Any, Self, TypeAlias
 import numpy as np
 
 from stability.contact_law import Friction, GivenFriction, Surface, as_friction
-from stability.dynamics.rigid_body import AppliedForce, pushed
+from stability.dynamics.rigid_body import pushed
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.pressing import shortest_turn
 from stability.engines.protocol import NOTHING_PRESCRIBED, Guided, PrescribedMotion, StepClock
@@ -399,12 +399,3 @@ class SapienWorld(EngineWorld):
 
     def put_at(self, brick: BodyId, pose: Pose) -> None:
         self.bodies.put_at(brick, pose)
-
-    def apply_forces(self, brick: BodyId, pressed: Sequence[AppliedForce]) -> None:
-        raise NotImplementedError("SAPIEN worlds do not support applied forces; create extensions without a presser")
-
-    def weld(self, bricks: Collection[BodyId]) -> None:
-        raise NotImplementedError("SAPIEN worlds cannot weld bricks; create extensions without a joiner")
-
-    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
-        raise NotImplementedError("SAPIEN worlds cannot weld bricks; create extensions without a joiner")
