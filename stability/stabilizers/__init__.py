@@ -1,1 +1,1 @@
-"""Stabilizers: freeze bricks that are proven to stand, and wake bricks that move."""
+"""Stabilizers, which freeze the bricks that are proven to stand and wake the bricks that must move."""

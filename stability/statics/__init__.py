@@ -1,1 +1,1 @@
-"""Exact statics: does an assembly of bricks stand? A verdict with its proof, without any engine."""
+"""Exact statics: proves that an assembly of bricks stands or falls, without an engine."""

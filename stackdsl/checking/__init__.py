@@ -1,1 +1,1 @@
-"""The pipeline of `stackdsl check`: which cases there are, and how each is played and judged, in processes."""
+"""The pipeline of `stackdsl check`: lists the cases, plays them in worker processes, judges and caches the results."""

@@ -1,1 +1,1 @@
-"""The command line: one command per file or family, imported when it is called."""
+"""The command line. Each file has one command or one family of commands, and is imported when it is called."""

@@ -1,1 +1,1 @@
-"""Scenario -> timeline: names, places, times and checks."""
+"""Compiles a scenario to a timeline: resolves names, places and times, and checks them."""

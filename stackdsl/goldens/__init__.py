@@ -1,1 +1,1 @@
-"""Trace -> snapshot <-> golden file, and the differences of two snapshots."""
+"""Stores the snapshot of a trace in a golden file, and compares two snapshots."""

@@ -1,1 +1,1 @@
-"""Loads from files of other programs: read, checked, settled and written as bricks."""
+"""Importers, which read, check and settle loads from files of other programs, and write them as bricks."""

@@ -1,1 +1,1 @@
-"""Trace -> outcomes, and proofs of a timeline by statics; each kind of claim has its own `judge`."""
+"""Judges a trace by the claims of its scenario, and proves a timeline by statics."""

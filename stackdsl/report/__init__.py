@@ -1,1 +1,1 @@
-"""Report -> text or JSON: renderers, one a file, that compute nothing."""
+"""Writes the results of a check as text, JSON and other formats."""

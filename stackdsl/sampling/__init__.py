@@ -1,1 +1,1 @@
-"""Random samples of one scenario: placement errors, uncertain variables, and the outcome of each sample."""
+"""Draws random samples of one scenario with placement errors and uncertain variables, and judges each sample."""

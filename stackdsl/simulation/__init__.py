@@ -1,1 +1,1 @@
-"""Timeline -> trace: the systems that play a scenario, and all measurements during a run."""
+"""Plays a timeline on a system, and measures the run; the result is a trace."""

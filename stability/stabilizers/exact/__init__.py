@@ -1,1 +1,1 @@
-"""The exact method: freezes and wakes bricks by proofs of statics."""
+"""The exact method, which freezes and wakes bricks by proofs of statics."""

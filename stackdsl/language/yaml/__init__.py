@@ -1,1 +1,1 @@
-"""Reads YAML text into values with their places, and resolves `extends` and `include`."""
+"""Reads YAML text into values with their source positions, and resolves `extends` and `include`."""

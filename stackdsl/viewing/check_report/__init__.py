@@ -1,1 +1,1 @@
-"""The report of a check as a folder of pages: an index of all cases, and a replay of each."""
+"""Writes the report of a check as a folder of pages: an index of all cases, and a replay of each."""

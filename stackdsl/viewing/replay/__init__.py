@@ -1,1 +1,1 @@
-"""A run as one self-contained HTML page that replays it: compact data, and a program that comes with the package."""
+"""Writes a run as one self-contained HTML page with a viewer that replays it."""
