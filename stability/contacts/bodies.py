@@ -1,18 +1,22 @@
 """Bricks prepared for contact detection, once per brick, which makes each pair cheap."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import hypot, sqrt
-from typing import TYPE_CHECKING, TypeAlias
+from math import hypot
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Union
 
+from stability.contacts.features import ConvexSolid, Edge, Face, Feature
 from stability.geometry.box import Box, box_of
+from stability.geometry.box_distance import coordinates, half_extent
 from stability.geometry.placed_shape import middle_pose
-from stability.geometry.vectors import add, body_axes
+from stability.geometry.polygons import within_rectangle
+from stability.geometry.vectors import add, add_scaled, body_axes, cross, dot, scale
 from stability.model import BodyId, Pose, Vec3
 from stability.problem import Placed
 
 if TYPE_CHECKING:
-    from stability.geometry.polyhedra import Hull  # boxes do without numpy
+    from stability.contacts.hull_contacts import HullSolid  # boxes do without numpy
 
 # Sine of the angle to the vertical up to which a body axis counts as vertical: rounding.
 UPRIGHT = 1e-12
@@ -21,19 +25,87 @@ UPRIGHT = 1e-12
 PlanRectangle: TypeAlias = tuple[float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class BoxSolid:
-    """Box at a pose."""
+class Rectangle(NamedTuple):
+    """Border of the face of a box, faster than that of a polygon."""
 
-    id: BodyId
+    half_x: float  # [m]
+    half_y: float
+
+    @property
+    def corners(self) -> Sequence[tuple[float, float]]:
+        x, y = self.half_x, self.half_y
+        return ((-x, -y), (x, -y), (x, y), (-x, y))
+
+    def clipped(self, corners: Sequence[Vec3], slack: float = 0.0) -> Sequence[Vec3]:
+        return within_rectangle(corners, self.half_x + slack, self.half_y + slack)
+
+    def clamped(self, point: Vec3) -> Vec3:
+        half_x, half_y = self.half_x, self.half_y
+        return (min(half_x, max(-half_x, point[0])), min(half_y, max(-half_y, point[1])), point[2])
+
+    def has_on_border(self, segment: Sequence[Vec3], slack: float) -> bool:
+        return any(
+            all(abs(abs(point[axis]) - half) <= slack for point in segment)
+            for axis, half in enumerate((self.half_x, self.half_y))
+        )
+
+
+class BoxFeature(NamedTuple):
+    """Face, edge or corner of a box."""
+
+    body: "BoxSolid"
+    signs: Vec3  # by body axis: 1 or -1 if it points out of the feature along or against the axis, 0 if along it
+
+    @property
+    def dimension(self) -> int:
+        return self.signs.count(0.0)
+
+    @property
+    def direction(self) -> Vec3:
+        first, second = self.normals(1.0)
+        return cross(first, second)
+
+    def normals(self, sign: float) -> Sequence[Vec3]:
+        return [scale(sign * out, axis) for out, axis in zip(self.signs, self.body.axes, strict=True) if out]
+
+    def limits(self, sign: float) -> Sequence[Vec3]:
+        return self.normals(-sign)  # the edges at a corner run against its normals
+
+    def corners(self) -> list[Vec3]:
+        """Return the corners in order, from the centre of the body, in W [m]."""
+        points: list[Vec3] = [(0.0, 0.0, 0.0)]
+        for sign, half, axis in zip(self.signs, self.body.half, self.body.axes, strict=True):
+            if sign:
+                points = [add_scaled(point, sign * half, axis) for point in points]
+            else:
+                one_side = [add_scaled(point, -half, axis) for point in points]
+                points = one_side + [add_scaled(point, half, axis) for point in reversed(points)]
+        return points
+
+    def middle(self) -> Vec3:
+        """Return the centre of the feature, from the centre of the body, in W [m]."""
+        point: Vec3 = (0.0, 0.0, 0.0)
+        for sign, half, axis in zip(self.signs, self.body.half, self.body.axes, strict=True):
+            point = add_scaled(point, sign * half, axis)
+        return point
+
+    def containing(self, points: Sequence[Vec3], up_W: Vec3, slack: float) -> "BoxFeature":
+        signs = list(self.signs)
+        for index, (axis, half) in enumerate(zip(self.body.axes, self.body.half, strict=True)):
+            if not signs[index]:
+                along = [dot(point, axis) for point in points]
+                if all(abs(half - abs(value)) <= slack for value in along) and min(along) * max(along) > 0:
+                    signs[index] = 1.0 if along[0] > 0.0 else -1.0
+        return BoxFeature(self.body, (signs[0], signs[1], signs[2]))
+
+
+@dataclass(frozen=True, slots=True)
+class BoxSolid(ConvexSolid):
+    """Box at a pose; its faces and edges have the numbers of their axes."""
+
     size: Vec3  # full lengths along the body axes [m]
-    pose: Pose  # of its centre
     axes: tuple[Vec3, Vec3, Vec3]  # body axes in W
     half: Vec3  # half lengths along the body axes [m]
-    low_W: Vec3  # of the bounding box [m]
-    high_W: Vec3
-    shortest: float  # shortest side [m]
-    longest: float  # longest side [m]
     plan: PlanRectangle | None  # None unless a body axis is vertical
     rise: float  # height of the top above the centre [m]
 
@@ -51,46 +123,50 @@ class BoxSolid:
             for u, v, w in product(*((-length, length) for length in self.half))
         )
 
+    def extent(self, direction_W: Vec3) -> float:
+        return half_extent(self.axes, self.half, direction_W)
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HullSolid:
-    """Convex solid other than a box at a pose."""
+    def face(self, number: int, towards_W: Vec3) -> Face:
+        """Return the face perpendicular to an axis that faces a direction."""
+        sign = 1.0 if dot(towards_W, self.axes[number]) > 0.0 else -1.0
+        signs = [0.0, 0.0, 0.0]
+        signs[number] = sign
+        first, second = (number + 1) % 3, (number + 2) % 3
+        return Face(
+            self,
+            BoxFeature(self, (signs[0], signs[1], signs[2])),
+            (self.axes[first], self.axes[second], scale(sign, self.axes[number])),
+            sign > 0.0,
+            self.half[number],
+            Rectangle(self.half[first], self.half[second]),
+        )
 
-    id: BodyId
-    hull: "Hull"
+    def edge(self, number: int, towards_W: Vec3) -> Edge:
+        """Return the outermost edge along an axis in a direction."""
+        signs = [1.0 if dot(towards_W, axis) > 0.0 else -1.0 for axis in self.axes]
+        signs[number] = 0.0
+        feature = BoxFeature(self, (signs[0], signs[1], signs[2]))
+        return Edge(feature, feature.middle(), self.axes[number], self.half[number])
 
-    @property
-    def pose(self) -> Pose:
-        """The position of the centre of mass, without rotation, as the hull is in W."""
-        return Pose(self.hull.p_WC)
+    def lowest(self, on: Face, p_BO: Vec3, rise: float) -> tuple[Feature, Sequence[Vec3]]:
+        """Return the feature nearest to a face, with the axes along which the box rises by less than `rise` [m]."""
+        signs = []
+        for slope, half in zip(coordinates(on.normal_W, self.axes), self.half, strict=True):
+            signs.append(0.0 if 2.0 * half * abs(slope) <= rise else (-1.0 if slope > 0.0 else 1.0))
+        feature = BoxFeature(self, (signs[0], signs[1], signs[2]))
+        return feature, on.seen([add(p_BO, corner) for corner in feature.corners()])
 
-    @property
-    def low_W(self) -> Vec3:
-        """The lowest corner of the bounding box [m]."""
-        return self.hull.low_W
-
-    @property
-    def high_W(self) -> Vec3:
-        """The highest corner of the bounding box [m]."""
-        return self.hull.high_W
-
-    @property
-    def shortest(self) -> float:
-        """The least thickness [m]."""
-        return self.hull.thickness
-
-    @property
-    def longest(self) -> float:
-        """The longest side of the box around the shape along its body axes [m]."""
-        return self.hull.length
-
-    @property
-    def corners_W(self) -> tuple[Vec3, ...]:
-        """The corners [m]."""
-        return tuple(add(self.hull.p_WC, (x, y, z)) for x, y, z in self.hull.corners.tolist())
+    def lowest_corners(self, up_W: Vec3, rise: float) -> Sequence[Vec3]:
+        """Return the corners of the face that leans least; it contains the lowest edge."""
+        rises = [half * abs(slope) for half, slope in zip(self.half, coordinates(up_W, self.axes), strict=True)]
+        steepest = max(range(3), key=lambda index: rises[index])
+        lowest = self.face(steepest, scale(-1.0, up_W))
+        corners = lowest.placed(lowest.outline.corners)
+        # Corners that run counter-clockwise seen from outside run clockwise seen from above.
+        return corners[::-1] if lowest.is_right_handed else corners
 
 
-Solid: TypeAlias = BoxSolid | HullSolid
+Solid: TypeAlias = Union[BoxSolid, "HullSolid"]
 
 
 def solid(placed: Placed) -> Solid:
@@ -100,9 +176,9 @@ def solid(placed: Placed) -> Solid:
         return box_solid(brick.id, brick.shape.size, pose)
     boxed = box_of(brick.shape)
     if boxed is None:
-        from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+        from stability.contacts.hull_contacts import hull_solid  # noqa: PLC0415 -- boxes do without numpy
 
-        return HullSolid(brick.id, hull(brick.shape, pose.position_W, body_axes(pose.orientation)))
+        return hull_solid(brick.id, brick.shape, pose.position_W, body_axes(pose.orientation))
     box, middle = boxed
     return box_solid(brick.id, box.size, middle_pose(middle, pose))
 
@@ -117,16 +193,16 @@ def box_solid(name: BodyId, size: Vec3, pose: Pose) -> BoxSolid:
     px, py, pz = pose.position_W
     plan = _plan(axes, half)
     low, high = (px - rx, py - ry, pz - rz), (px + rx, py + ry, pz + rz)
-    return BoxSolid(name, size, pose, axes, half, low, high, min(size), max(size), plan, rz)
+    return BoxSolid(name, pose, low, high, min(size), max(size), size, axes, half, plan, rz)
 
 
-def as_hull(body: Solid) -> "Hull":
-    """Return the hull of a body."""
-    if isinstance(body, HullSolid):
-        return body.hull
-    from stability.geometry.polyhedra import hull  # noqa: PLC0415 -- boxes do without numpy
+def as_hull(body: Solid) -> "HullSolid":
+    """Return a body as one of any convex shape."""
+    if not isinstance(body, BoxSolid):
+        return body
+    from stability.contacts.hull_contacts import hull_solid  # noqa: PLC0415 -- boxes do without numpy
 
-    return hull(Box(body.size), body.pose.position_W, body.axes)
+    return hull_solid(body.id, Box(body.size), body.pose.position_W, body.axes)
 
 
 def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:
@@ -137,10 +213,3 @@ def _plan(axes: tuple[Vec3, Vec3, Vec3], half: Vec3) -> PlanRectangle | None:
             length = hypot(ux, uy)
             return (ux / length, uy / length, half[first], half[second])
     return None
-
-
-def rounding(a: Solid, b: Solid) -> float:
-    """Return the rounding error of the distance of two bodies [m], from their sizes and positions."""
-    (ax, ay, az), (bx, by, bz) = a.pose.position_W, b.pose.position_W
-    far = sqrt(ax * ax + ay * ay + az * az) + sqrt(bx * bx + by * by + bz * bz)
-    return 1e-12 * min(a.longest, b.longest) + 1e-15 * (far + max(a.longest, b.longest))

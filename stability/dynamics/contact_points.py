@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from stability.contact_law import Friction
-from stability.contacts.bodies import HullSolid, Solid, solid
+from stability.contacts.bodies import BoxSolid, Solid, solid
 from stability.contacts.detection import contact_between, contact_with_plane
 from stability.contacts.filled_gaps import thin_bodies, without_filled
 from stability.geometry.box_distance import reach_between
@@ -196,16 +196,16 @@ def _gaps(contact: Contact, place: ContactScene) -> Iterator[float]:
 def _entry_distance(body: Solid, point_W: Vec3, along_W: Vec3) -> float:
     """Return the distance along a line from a point at which it enters a body [m], at the last face that it crosses."""
     first, offset = -inf, subtract(point_W, body.pose.position_W)
-    if isinstance(body, HullSolid):
-        for normal, reach in zip(body.hull.normals.tolist(), body.hull.mesh.reaches.tolist(), strict=True):
-            cosine = dot(normal, along_W)
-            if cosine < -EDGEWISE:
-                first = max(first, (reach - dot(normal, offset)) / cosine)
+    if isinstance(body, BoxSolid):
+        for axis, half in zip(body.axes, body.half, strict=True):
+            cosine = dot(axis, along_W)
+            if abs(cosine) > EDGEWISE:
+                first = max(first, -half / abs(cosine) - dot(axis, offset) / cosine)
         return first
-    for axis, half in zip(body.axes, body.half, strict=True):
-        cosine = dot(axis, along_W)
-        if abs(cosine) > EDGEWISE:
-            first = max(first, -half / abs(cosine) - dot(axis, offset) / cosine)
+    for normal, reach in zip(body.hull.normals.tolist(), body.hull.mesh.reaches.tolist(), strict=True):
+        cosine = dot(normal, along_W)
+        if cosine < -EDGEWISE:
+            first = max(first, (reach - dot(normal, offset)) / cosine)
     return first
 
 

@@ -47,7 +47,7 @@ def in_order(contact: Contact) -> list[Vec3]:
 
 
 def test_no_long_way_is_gone_across_a_gap_beside(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(detection, "_general_contact", None)  # calling it is an error
+    monkeypatch.setattr(detection, "_closeness", None)  # calling it is an error
     one, other = (
         solid(Placed(Brick(name, Box((0.1, 0.3, 0.2)), 1.0), Pose((x, 0.0, 0.1))))
         for name, x in (("a", 0.0), ("b", 0.1 + 0.5 * REACH))

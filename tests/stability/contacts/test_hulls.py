@@ -1,18 +1,17 @@
 """Contacts by faces and edges: the same as those of boxes, where both are known, and by themselves."""
 
-from math import inf, pi
+from math import pi
 
 import numpy as np
 import pytest
 
-from stability.contacts.bodies import Solid, solid
+from stability.contacts.bodies import Solid, as_hull, solid
 from stability.contacts.detection import contact_between, contact_with_plane
-from stability.contacts.hull_contacts import hull_contact
 from stability.geometry.box import Box
 from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import apart
 from stability.geometry.solid_making import prism, solid_of_corners
-from stability.geometry.vectors import about, multiply
+from stability.geometry.vectors import about, dot, multiply, scale, unit
 from stability.model import IDENTITY, Brick, Plane, Pose, Quaternion, Vec3
 from stability.problem import Contact, Placed, Tolerances
 
@@ -33,16 +32,16 @@ def random_turn(rng: np.random.Generator) -> Quaternion:
     return (x / length, y / length, z / length, w / length)
 
 
-def touching_pair(rng: np.random.Generator) -> tuple[Solid, Solid]:
-    """Two boxes that just touch, from any side."""
+def pair_apart(rng: np.random.Generator, share: float) -> tuple[Solid, Solid]:
+    """Two boxes in any direction from each other, with a gap of a share of the largest gap of a contact."""
     a, b = (Box(_vec(rng.uniform(0.01, 0.1, 3))) for _ in range(2))
     one, turn, way = random_turn(rng), random_turn(rng), rng.normal(size=3)
     way /= np.linalg.norm(way)
     beside = rng.uniform(-0.03, 0.03, 3) if rng.random() < 0.5 else np.zeros(3)
-    near, far = 0.0, 0.5
+    near, far, gap = 0.0, 0.5, share * reach_between(min(a.size), min(b.size))
     for _ in range(60):
         middle = 0.5 * (near + far)
-        clear = apart(a, Pose((0.0, 0.0, 0.0), one), b, Pose(_vec(beside + middle * way), turn)).gap > 0.0
+        clear = apart(a, Pose((0.0, 0.0, 0.0), one), b, Pose(_vec(beside + middle * way), turn)).gap > gap
         near, far = (near, middle) if clear else (middle, far)
     placed = Placed(Brick("b", b, 1.0), Pose(_vec(beside + far * way), turn))
     return solid(Placed(Brick("a", a, 1.0), Pose((0.0, 0.0, 0.0), one))), solid(placed)
@@ -60,15 +59,45 @@ def same(one: Contact, other: Contact, tolerance: float) -> bool:
 def test_two_boxes_have_the_same_contact_as_boxes_and_as_hulls() -> None:
     rng, kinds = np.random.default_rng(16), set()
     for _ in range(PAIRS):
-        a, b = touching_pair(rng)
+        a, b = pair_apart(rng, 0.0)
         as_boxes = contact_between(a, b, 0.5, Tolerances())
-        as_hulls = hull_contact(a, b, 0.5, reach_between(a.shortest, b.shortest), inf)
+        as_hulls = contact_between(as_hull(a), as_hull(b), 0.5, Tolerances())
         if as_boxes is None or as_hulls is None:  # they pass each other by
             assert as_boxes is as_hulls
             continue
         assert same(as_boxes, as_hulls, 1e-7), (as_boxes, as_hulls)
         kinds.add((min(len(as_boxes.points_W), 3), len(as_boxes.normals_W)))
     assert {(1, 1), (2, 1), (3, 1)} <= kinds  # corners or crossing edges, edges on faces, faces
+
+
+@pytest.mark.parametrize("share", [-1.1, -0.9, -0.3, 0.04, 0.3, 0.9, 1.1])
+def test_two_boxes_touch_across_the_same_gaps_as_boxes_and_as_hulls(share: float) -> None:
+    rng = np.random.default_rng(18)
+    for _ in range(PAIRS // 4):
+        a, b = pair_apart(rng, share)
+        as_boxes = contact_between(a, b, 0.5, Tolerances())
+        as_hulls = contact_between(as_hull(a), as_hull(b), 0.5, Tolerances())
+        # Which edges coincide within the tolerances is decided by axes for boxes, and by corners for hulls.
+        assert (as_boxes is None) == (as_hulls is None)
+        if as_boxes is not None and as_hulls is not None:
+            assert (as_boxes.lower, as_boxes.upper) == (as_hulls.lower, as_hulls.upper)
+            assert bool(as_boxes.gaps) == bool(as_hulls.gaps)
+
+
+def test_a_box_has_the_same_contact_with_a_plane_as_a_box_and_as_a_hull() -> None:
+    rng = np.random.default_rng(17)
+    for _ in range(PAIRS):
+        box, turn, normal = Box(_vec(rng.uniform(0.01, 0.1, 3))), random_turn(rng), rng.normal(size=3)
+        plane = Plane("slope", (0.0, 0.0, 0.0), unit(_vec(normal)) if rng.random() < 0.5 else (0.0, 0.0, 1.0), 0.5)
+        centred = solid(Placed(Brick("a", box, 1.0), Pose((0.0, 0.0, 0.0), turn)))
+        lowest = min(dot(corner, plane.normal_W) for corner in centred.corners_W)
+        height = float(rng.uniform(-0.9, 0.9)) * reach_between(min(box.size)) - lowest
+        body = solid(Placed(Brick("a", box, 1.0), Pose(scale(height, plane.normal_W), turn)))
+        as_box, as_any = (contact_with_plane(each, plane, Tolerances()) for each in (body, as_hull(body)))
+        if as_box is None or as_any is None:
+            assert as_box is as_any
+            continue
+        assert same(as_box, as_any, 1e-9), (as_box, as_any)
 
 
 def test_a_roof_lies_on_its_whole_side() -> None:
