@@ -1,7 +1,7 @@
-"""`python -m stackdsl` is `stackdsl`. The imports take longest, so an interrupt must end them as it ends the rest."""
+"""Runs `stackdsl` by `python -m stackdsl`. The imports take long, so an interrupt ends them as it ends the command."""
 
-# ruff: noqa: E402 -- before anything is imported from there
-import os  # imported at the start of Python already
+# ruff: noqa: E402 -- the module path is changed before the other imports
+import os  # imported by Python itself already
 import sys
 
 
@@ -9,13 +9,13 @@ def _drop_working_directory() -> None:
     """Remove the working directory, which `python -m` adds, from the module path, unless this package is in it."""
     try:
         put_there = not sys.flags.safe_path and sys.path[0] == os.getcwd()
-    except OSError:  # the directory was deleted
+    except OSError:  # it does not exist any more
         return
     if put_there and os.path.realpath(sys.path[0]) != os.path.dirname(os.path.dirname(os.path.realpath(__file__))):
         del sys.path[0]
 
 
-if __name__ == "__main__":  # a downloaded project may contain modules of the same names
+if __name__ == "__main__":  # an untrusted project in that directory may contain Python modules
     _drop_working_directory()
 
 import signal
@@ -24,13 +24,13 @@ from types import FrameType
 
 from stability.process_settings import ask_for_one_thread
 
-INTERRUPTED = 130  # ExitCode.INTERRUPTED, whose import may have been interrupted
+INTERRUPTED = 130  # ExitCode.INTERRUPTED, whose module may not be imported yet
 
 
 def main() -> None:
-    """Run the command, and import it first."""
-    ask_for_one_thread()  # also in every worker: sums must not depend on the number of threads
-    # Child processes would import modules of the working directory before those of Python.
+    """Import the command and run it."""
+    ask_for_one_thread()  # also in every worker, since sums must not depend on the number of threads
+    # Otherwise child processes would import modules of the working directory before those of Python.
     os.environ["PYTHONSAFEPATH"] = "1"
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _end)
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    """End at once: nothing is begun yet, and where Python forgets things an error would be told, and passed over."""
+    """End at once. Nothing has begun yet, and an exception within an import or a destructor could be ignored."""
     with suppress(OSError):
         os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)

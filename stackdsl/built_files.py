@@ -1,7 +1,7 @@
-"""Writes the files that a build generates from the models of the language: the JSON Schema, and Python stubs.
+"""Writes the files that a build generates from the models of the language: JSON Schema and stubs of the Python API.
 
 A build adds them to the wheel, or to the checkout of an editable install; `python -m stackdsl.built_files` writes them
-into the checkout. No module of the package reads them.
+into the checkout again. No module of the package reads them.
 """
 
 from pathlib import Path
@@ -11,7 +11,7 @@ from stackdsl.language.json_schema import schema_text
 
 
 def write_built_files(package: Path) -> None:
-    """Write them into the folder of the package. Raises OSError."""
+    """Write the generated files into the folder of the package. Raises OSError."""
     made = {"scenario.schema.json": schema_text()}
     for words in (CLAIM_WORDS, IMPACT_WORDS, LAYOUT_WORDS):
         made[f"api/{words.name}.pyi"] = words.stub()

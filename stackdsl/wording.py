@@ -18,8 +18,8 @@ def mm(length: float, digits: int = 4) -> str:
 
 
 def touching_text(within: float) -> str:
-    """Format the widest gap [m] that a verdict counts as contact: `, as touching within 0.05 mm`; empty for 0."""
-    return f", as touching within {mm(within)}" if within > 0.0 else ""
+    """Format the widest gap [m] that a verdict counts as contact: `, if gaps up to 0.05 mm count as contact`, or ``."""
+    return f", if gaps up to {mm(within)} count as contact" if within > 0.0 else ""
 
 
 def how_many(count: int, noun: str) -> str:

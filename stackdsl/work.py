@@ -30,7 +30,7 @@ MOST_BRICKS: Final = {"placement": 200, "acceleration": 600, "tilt": 600}
 # Points in it at which bricks may touch: four per pair of boxes, with two or three pairs per brick in a wall and n in a
 # lattice of n levels of n bars. Its matrices have rows for each point.
 MOST_POINTS: Final = {"placement": 5600, "acceleration": 5000, "tilt": 5000}
-HINT: Final = f"or set {VARIABLE} to allow more, for example 4 for four times the work"
+HINT: Final = f"or allow more work, for example with {VARIABLE}=4"
 
 
 class WorkError(ValueError):

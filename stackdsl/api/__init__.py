@@ -1,1 +1,1 @@
-"""Scenarios in Python: build, play and judge them with the keys of the language, and get traces as arrays."""
+"""Python API: builds, plays and judges scenarios with the keys of the language, and returns results as arrays."""

@@ -1,7 +1,7 @@
-"""Claims, for expectations and truths: one function each, generated from the models of the language.
+"""Claims for `expect` and `truth`: one function per claim, generated from the models of the language.
 
-docs/language.md describes every key. An omitted key, or None, is not written and has its default there. Quantities are
-texts with their units, as in YAML: "12 mm".
+docs/language.md describes every key. An argument that is omitted or None has the default described there. Quantities
+are strings with units, as in YAML: "12 mm".
 """
 
 from collections.abc import Callable

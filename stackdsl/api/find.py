@@ -1,4 +1,4 @@
-"""Limits of a number with which a case stands, and the sensitivities of its margin, for programs."""
+"""Finds the largest or least value with which a case stands, and the sensitivities of its margin."""
 
 from stackdsl.checking.cases import Case
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
@@ -18,25 +18,28 @@ def find(
     within: float = ACCURACY,
     bearing: float | None = None,
 ) -> FoundLimit:
-    """Find the limit of a number of one case, as `stackdsl find` does, without playing the case.
+    """Find the limit of one number of a case, like `stackdsl find`, without simulation.
 
-    One of `largest`, `least` and `most` names the number. `from_` and `to` are values as authors write them, such as "5
-    mm"; `within` is the accepted relative distance of both sides of a limit, and `bearing` [rad] is that of a tilt or
-    an acceleration. Raises SearchError, a ValueError, for a name without a limit.
+    Exactly one of `largest`, `least` and `most` (the largest whole number) is the name of the number. `from_` and `to`
+    are the ends of the search, as in YAML, such as "5 mm". `within` is the relative distance of both sides of the
+    limit. `bearing` is the direction of a tilt or an acceleration [rad].
+
+    Raises SearchError, a ValueError, if the case has no number of this name, or no limit of it can be searched for.
     """
-    given = [(want, name) for want, name in zip(Want, (largest, least, most), strict=True) if name is not None]
-    if len(given) != 1:
-        raise TypeError("say one of largest, least and most, such as largest='step'")
+    requested = [(want, name) for want, name in zip(Want, (largest, least, most), strict=True) if name is not None]
+    if len(requested) != 1:
+        raise TypeError("find needs exactly one of largest, least and most, such as largest='step'")
     if not FINEST <= within <= 1.0:
-        raise ValueError(f"within is a share of the limit, from {FINEST:g} to 1, not {within!r}")
-    ((want, name),) = given
+        raise ValueError(f"within must be from {FINEST:g} to 1, as a share of the limit, not {within!r}")
+    ((want, name),) = requested
     return find_in(case, case.name, LimitRequest(want, name, from_, to, within, bearing))
 
 
 def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
-    """Compute the sensitivities of the margin of one case, the largest first, as `stackdsl sensitivities` does.
+    """Return the effects of all numbers of a case on its margin, the largest first, like `stackdsl sensitivities`.
 
-    `of` is "acceleration" or "friction"; `check` is the number of sensitivities that are compared with differences.
-    Raises SearchError, a ValueError, for a case without such a margin.
+    `of` is "acceleration" or "friction". `check` is the number of effects that are verified by finite differences.
+
+    Raises SearchError, a ValueError, if the case has no such margin.
     """
     return sensitivities_of(case, case.name, MarginKind(of), check)

@@ -1,4 +1,4 @@
-"""Remedies for authors in Python: the remedies of the language are written as YAML."""
+"""Rewrites the hints of diagnostics for authors of Python, since those of the language show YAML."""
 
 import re
 from collections.abc import Callable
@@ -10,23 +10,23 @@ import yaml
 
 from stackdsl.diagnostics import Diagnostic
 
-FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list in YAML on one line
+FLOW: Final = re.compile(r"(?<=\s)(?:- )?(?:\{.*\}|\[.*\])")  # a mapping or a list in YAML flow style
 WORDS: Final[tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...]] = (
     (re.compile(r"begin each item with `- `"), "put it into a list, [...]"),
     (re.compile(r"write `(?:- )?(\w+): (\w+)`"), r'write \1("\2")'),
     (re.compile(r"write `(?:- )?(\w+):? ?` and its value"), r"write \1(...)"),
-    (re.compile(r"^write all, or add (one of .*)$"), lambda found: f'write "all", or add {_own_names(found[1])}'),
+    (re.compile(r"^write all, or add (one of .*)$"), lambda match: f'write "all", or add {_own_names(match[1])}'),
     (re.compile(r"define it under `let`, above this place"), "define it in `let={...}`"),
     (re.compile(r"; systems of other packages are chosen with --system"), ""),
     (re.compile(r"^add `scenario`, .*$"), "give it a name, the first argument"),
-    (re.compile(r"^add `(\w+)`"), lambda found: f"give `{python_name(found[1])}=`"),
+    (re.compile(r"^add `(\w+)`"), lambda match: f"give `{python_name(match[1])}=`"),
     (re.compile(r"^quote it$"), "write a text"),
     (re.compile(r"such as (\d[\w.]* [\w/*%^]+)"), r'such as "\1"'),
 )
 
 
 def python_name(key: str) -> str:
-    """Return the parameter of this package for a key; reserved words of Python have other names."""
+    """Return the parameter name of a key: Python keywords get an underscore at the end."""
     return f"{key}_" if iskeyword(key) else key
 
 
@@ -34,19 +34,19 @@ def _own_names(words: str) -> str:
     return ", ".join(python_name(word) for word in words.split(", "))
 
 
-def in_python(found: Diagnostic) -> Diagnostic:
-    """Return the diagnostic with a remedy in Python, if its position is in Python."""
-    if not (found.span.key or found.span.file.endswith((".py", ">"))):
-        return found
-    hint = FLOW.sub(_value, found.hint)
+def in_python(diagnostic: Diagnostic) -> Diagnostic:
+    """Return the diagnostic with a hint for Python, if its place is in Python code."""
+    if not (diagnostic.span.key or diagnostic.span.file.endswith((".py", ">"))):
+        return diagnostic
+    hint = FLOW.sub(_value, diagnostic.hint)
     for pattern, written in WORDS:
         hint = pattern.sub(written, hint)
-    return replace(found, hint=hint)
+    return replace(diagnostic, hint=hint)
 
 
-def _value(found: re.Match[str]) -> str:
-    """Return a value of YAML in Python's syntax; unchanged if it is no value, such as a placeholder."""
-    text = found[0]
+def _value(match: re.Match[str]) -> str:
+    """Return a YAML value as a Python literal; unchanged if it is no YAML, or a placeholder such as `[x, y, z]`."""
+    text = match[0]
     try:
         value = yaml.safe_load(text)
     except yaml.YAMLError:

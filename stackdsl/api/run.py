@@ -1,4 +1,4 @@
-"""Result of a played case, for programs: outcomes, arrays, tables, and its golden file."""
+"""The run of a case: its outcomes, arrays and tables, and the comparison with its golden file."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not
 
 
 class ScenarioError(ValueError):
-    """A scenario is invalid; the text has every mistake with its line of Python."""
+    """A scenario is invalid. The text has every mistake with its line of Python."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(map(in_python, diagnostics))
@@ -44,7 +44,7 @@ class ScenarioError(ValueError):
 
 
 class NotMeasuredError(LookupError):
-    """A claim needs a measurement that this run was not asked for."""
+    """A claim needs a measurement that this run does not have."""
 
 
 class Run:
@@ -56,18 +56,18 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """Return the verdict, such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
+        """The verdict of the run, such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
         return self.trace.reported_verdict
 
     @cached_property
     def outcomes(self) -> tuple[ClaimOutcome, ...]:
-        """Return each expectation with the measured value and the margin to its threshold."""
+        """The outcome of each claim under `expect`, with the measured value and the margin to its threshold."""
         case = self.case
         return judge(self.trace, case.scenario, case.variant, case.source, case.system)
 
     @cached_property
     def truths(self) -> tuple[ClaimOutcome, ...]:
-        """Return the same for truths, which are known from other sources."""
+        """The outcome of each claim under `truth`."""
         return compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source)
 
     @property
@@ -76,12 +76,13 @@ class Run:
         return all(outcome.passed for outcome in self.outcomes)
 
     def judge(self, claim: Written) -> ClaimOutcome:
-        """Judge one more claim on this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
+        """Judge another claim on this run, such as `stands("all")` or `drift("<= 0.1 mm")`.
 
-        Raises ScenarioError for an invalid claim, and NotMeasuredError for one that needs another run.
+        Raises ScenarioError if the claim is invalid, and NotMeasuredError if it needs a measurement that this run does
+        not have.
         """
         if not isinstance(claim, Mapping):
-            wanted = 'a claim, such as stands("all") of stackdsl.api.claims'
+            wanted = 'a claim, such as stands("all") from stackdsl.api.claims'
             raise TypeError(f"expected {wanted}, not {type(claim).__name__}: {claim!r}")
         source = self.case.written
         values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}
@@ -91,7 +92,7 @@ class Run:
         cases, mistakes = cases_of(Loaded((again,), ()))
         if mistakes:
             raise ScenarioError(mistakes)
-        case = next(one for one in cases if one.identity == self.case.identity)
+        case = next(case for case in cases if case.identity == self.case.identity)
         self._refuse_unmeasured(case)
         return judge(self.trace, case.scenario, case.variant, case.source, case.system)[0]
 
@@ -101,21 +102,23 @@ class Run:
         lacking = [
             *sorted(set(due.measures) - set(had.measures)),
             *(f"the margin of {margin}" for margin in sorted(set(due.margins) - set(had.margins))),
-            *(["how it begins to fall"] if due.closely and not had.closely else []),
+            *(["the onset of a fall"] if due.closely and not had.closely else []),
             *(["motion"] if due.watched and not had.watched else []),
             *([f"{due.hold:g} s after the last action"] if due.hold > had.hold else []),
         ]
         if lacking:
-            told = f"this run was not asked to show {', '.join(lacking)}"
-            raise NotMeasuredError(f"{told}: give the claim in `expect` or `truth` of the scenario, and play it again")
+            message = f"this run did not record {', '.join(lacking)}"
+            raise NotMeasuredError(
+                f"{message}; add the claim to `expect` or `truth` of the scenario, and play it again"
+            )
 
     def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
-        """Compare the run with its golden file, the same as for this scenario in YAML; with `update`, write it.
+        """Compare the run with its golden file in a directory; with `update`, write that file.
 
-        A written file names the file of Python, or of YAML beside the project's scenarios, that owns it, so that
-        `stackdsl check --update` does not remove it.
+        The same scenario in YAML has the same golden file. A written file names its owner, which is this Python file
+        or a YAML file outside the scenarios of the project. So `stackdsl check --update` does not remove it.
 
-        Raises GoldenWriteRefusedError for writing in CI, and ProjectError.
+        Raises GoldenWriteRefusedError if `update` is set in CI, and ProjectError if the project file is invalid.
         """
         folder = Path(directory)
         project = project_of([folder])
@@ -124,11 +127,12 @@ class Run:
         return check_golden(replace(snapshot_of(self.case, self.trace), kept_by=keeper), folder, update)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
-        """Return an array per quantity with one entry per brick, in order of placement.
+        """Return one array per quantity, with one entry per brick in order of placement.
 
-        `name` and `state` are texts, `level` whole numbers; `placed`, `rest` and `final` are poses, (n, 7): the
-        position of the centre of mass in the world frame [m] and the quaternion x, y, z, w; `mass` [kg], `volume` [m3],
-        `shift` [m] and `tilt` [rad] after coming to rest, `left_at` [s], nan if the brick never left its place.
+        `name` and `state` are strings, `level` integers. `placed`, `rest` and `final` are poses of shape (n, 7): the
+        position of the centre of mass in the world frame [m], and the quaternion x, y, z, w. The others are `mass`
+        [kg], `volume` [m3], `shift` [m] and `tilt` [rad] since the brick came to rest, and `left_at` [s], nan if the
+        brick did not leave its place.
         """
         tracks = list(self.trace.tracks.values())
         poses = {name: [getattr(track, name) for track in tracks] for name in ("placed", "rest", "final")}
@@ -145,22 +149,22 @@ class Run:
         }
 
     def table(self) -> Table:
-        """Return one row per brick, in order of placement: name, level, state, end, and displacement [m, rad, s]."""
+        """Return one row per brick in order of placement: name, level, state, final pose, shift, tilt [m, rad, s]."""
         return Table(_row(name, track) for name, track in self.trace.tracks.items())
 
     def events(self) -> Table:
-        """Return one row per event: time [s], kind, bricks, and reason."""
+        """Return one row per event: time [s], kind of event, bricks, reason."""
         return Table(
             {"time": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
             for event in self.trace.events
         )
 
     def to_pandas(self) -> "pd.DataFrame":
-        """Return the table as a data frame of pandas. Raises ImportError if it is not installed."""
+        """Return `table` as a pandas data frame. Raises ImportError if pandas is not installed."""
         return self.table().to_pandas()
 
     def to_polars(self) -> "pl.DataFrame":
-        """Return the table as a data frame of polars. Raises ImportError if it is not installed."""
+        """Return `table` as a polars data frame. Raises ImportError if polars is not installed."""
         return self.table().to_polars()
 
     def __repr__(self) -> str:
@@ -168,13 +172,14 @@ class Run:
 
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
-    """Play a case from any source in this process; `on_event` is called with each event.
+    """Play a case in this process; `on_event` is called with each event as it happens.
 
-    Raises BlockedPlacementError if a moved brick blocks an action, and TypeError for anything but a case.
+    The case may come from `Scenario.cases` or from `gather`, which reads YAML. Raises BlockedPlacementError if a brick
+    has moved into the way of an action, and TypeError if `case` is not a Case.
     """
     if not isinstance(case, Case):
-        hint = "a scenario plays itself, by its `play`" if hasattr(case, "play_all") else "see `Scenario.cases`"
-        raise TypeError(f"expected a case, of `Scenario.cases` or `gather`, not {type(case).__name__}; {hint}")
+        hint = "call the `play` method of the scenario" if hasattr(case, "play_all") else "see `Scenario.cases`"
+        raise TypeError(f"expected a case from `Scenario.cases` or `gather`, not {type(case).__name__}; {hint}")
     return Run(case, play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), on_event))
 
 

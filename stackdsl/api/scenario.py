@@ -1,4 +1,4 @@
-"""A scenario written in Python, with the keys, diagnostics and golden files of one in YAML."""
+"""A scenario written in Python, with the same keys, diagnostics and golden files as one in YAML."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
@@ -15,14 +15,15 @@ from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.results import VariantResult
 from stackdsl.trace import Event
 
-WIDTH: Final = 120  # [characters] of a line of YAML
+WIDTH: Final = 120  # [characters] of a YAML line
 
 
 class Scenario:
-    """Scenario: the build, its times, the impacts, and the expected outcome.
+    """A scenario: a build, impacts on it, and claims about the result.
 
-    The parameters are the keys of a scenario in docs/language.md. Steps come from `stackdsl.api.layouts` and
-    `stackdsl.api.single_bricks`, impacts and claims from the modules of these names. It is validated when it is played.
+    The parameters are the keys of a scenario in docs/language.md. Build steps come from `stackdsl.api.layouts` and
+    `stackdsl.api.single_bricks`, impacts from `stackdsl.api.impacts`, and claims from `stackdsl.api.claims`. The
+    scenario is validated when its cases are built or played.
     """
 
     def __init__(
@@ -84,45 +85,51 @@ class Scenario:
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Return every variant on every system. Raises ScenarioError."""
+        """The cases: every variant on every system. Raises ScenarioError if the scenario is invalid."""
         cases, mistakes = cases_of(expand_file(Loaded((self._source(),), ()), Library()))
         if mistakes:
             raise ScenarioError(mistakes)
         return tuple(cases)
 
     def play(self, case: str = "", on_event: Callable[[Event], None] = lambda event: None) -> Run:
-        """Play the case whose variant, such as `step=10mm,exact`, contains a text; a single case needs none.
+        """Play the case whose variant, such as `step=10mm,exact`, contains the text `case`.
 
-        Raises ScenarioError, LookupError if there are several such cases or none, and BlockedPlacementError.
+        A scenario with a single case needs no text. `on_event` is called with each event. Raises ScenarioError if the
+        scenario is invalid, LookupError unless exactly one case matches, and BlockedPlacementError.
         """
         return play(self._case(case), on_event)
 
     def draw(self, case: str = "", workers: int = 1, executor: Executor | None = None) -> VariantResult:
-        """Judge as many samples of a case as a decision needs; `ensemble` of the result counts their outcomes.
+        """Judge as many samples of a case as decide its claims; `ensemble` of the result has their counts.
 
-        Raises as `play` does, and ValueError for a case without samples. Several `workers` are processes, which first
-        import the main module again on platforms that start processes in this way. With an Executor of
-        `concurrent.futures`, or of a cluster, `workers` is the number of calls that it runs at a time.
+        `workers` is the number of parallel processes. These may import the main module again, depending on the
+        platform. With an Executor of `concurrent.futures` or of a cluster, `workers` is the number of its parallel
+        calls.
+
+        Raises the errors of `play`, and ValueError for a case without samples.
         """
-        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
+        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- imports scipy
 
-        found = self._case(case)
-        if not found.is_sampled:
-            raise ValueError(f"'{found.name}' has no samples: give the scenario samples=1000, or play it")
-        return sampled_result(found, workers, executor=executor)
+        selected = self._case(case)
+        if not selected.is_sampled:
+            raise ValueError(f"'{selected.name}' has no samples; give the scenario samples=1000, or call `play`")
+        return sampled_result(selected, workers, executor=executor)
 
     def _case(self, name: str) -> Case:
         if not isinstance(name, str):
-            wanted = "the text of a variant, such as 'step=10mm,exact'"
+            wanted = "a part of a variant, such as 'step=10mm,exact'"
             raise TypeError(f"expected {wanted}, not {type(name).__name__}; `stackdsl.api.run.play` plays a case")
-        found = [one for one in self.cases if name in one.identity.variant]
-        if len(found) != 1:
-            told = ", ".join(one.identity.variant for one in self.cases)
-            raise LookupError(f"'{name}' is in {len(found)} of the cases: {told}; name one, or play them by `play_all`")
-        return found[0]
+        cases = self.cases
+        matching = [case for case in cases if name in case.identity.variant]
+        if len(matching) != 1:
+            variants = ", ".join(case.identity.variant for case in cases)
+            raise LookupError(
+                f"'{name}' matches {len(matching)} of the variants {variants}; name one, or play all with `play_all`"
+            )
+        return matching[0]
 
     def play_all(self, on_run: Callable[[Run], None] = lambda run: None) -> tuple[Run, ...]:
-        """Play every case, one after the other; `on_run` is called with each run. Raises as `play` does."""
+        """Play all cases in turn; `on_run` is called with each finished run. Raises the errors of `play`."""
         runs = []
         for case in self.cases:
             runs.append(play(case))
@@ -130,11 +137,11 @@ class Scenario:
         return tuple(runs)
 
     def to_yaml(self) -> str:
-        """Return the same scenario as YAML."""
+        """Return the scenario as equivalent YAML."""
         return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
 
     def _source(self) -> Source:
         spans = spans_of(self._written)
         values = copied(self._written)
-        assert isinstance(values, dict)  # as the written values are
+        assert isinstance(values, dict)  # `Written` is a dict
         return Source(self._written.span.file, values, spans, {})

@@ -1,4 +1,4 @@
-"""Single bricks, bricks from a file, and the steps of the build that set them down."""
+"""Build steps with single bricks, and with the boxes of a file."""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,19 +19,19 @@ def brick(
     friction: float | str | None = None,
     drop: bool | None = None,
 ) -> Written:
-    """Return a brick at a place `at`, `on` other bricks or `beside` one, in any pose.
+    """Return one brick in any pose: `at` a position, `on` other bricks, or `beside` one.
 
-    at: [x, y, z] of its centre
-    on: the brick or bricks on which it lies, centred over the mean of their centres; or the ground
-    beside: the brick that it touches from the side, at the same height of the bottom
-    towards: direction from the brick `beside` it: 0 deg = +x, 90 deg = +y
-    offset: shifts it from there by [x, y, z], in the axes of the scene
+    at: position [x, y, z] of its centre
+    on: the brick or bricks below, or the ground; the brick lies on top, at the mean of their centres
+    beside: the brick that it touches from the side, with its bottom at the same height
+    towards: direction from the brick of `beside` to this one: 0 deg = +x, 90 deg = +y
+    offset: additional shift [x, y, z], along the axes of the scene
     rotate: rotation about x, then y, then z, the axes of the scene
-    name: its name; default: by place, such as L3.2
-    brick: its kind; default: the brick of the step, or else of the scenario
-    level: its level; default: from its height
-    friction: its own Coulomb coefficient; default: that of its kind
-    drop: release it in the air instead of setting it down
+    name: its name; default: by position, such as L3.2
+    brick: brick type; default: that of the step, or else of the scenario
+    level: its level; default: derived from its height
+    friction: its own Coulomb coefficient; default: that of its type
+    drop: whether it is released in the air instead of being set down
     """
     place = {"at": at, "on": on, "beside": beside, "towards": towards, "offset": offset}
     others = {"rotate": rotate, "brick": brick, "level": level, "friction": friction, "drop": drop}
@@ -49,7 +49,7 @@ def bricks(
     place: str | Mapping[str, object] | None = None,
     jitter: Mapping[str, object] | None = None,
 ) -> Written:
-    """Return a step of the build that sets down bricks one by one; the keys are those of any step."""
+    """Return a build step that sets down single bricks. The parameters are the keys of every step; `when` is `at`."""
     what = {"bricks": each, "name": name, "brick": brick}
     return written({**what, "at": when, "after": after, "every": every, "place": place, "jitter": jitter})
 
@@ -75,19 +75,19 @@ def imported(
     place: str | Mapping[str, object] | None = None,
     jitter: Mapping[str, object] | None = None,
 ) -> Written:
-    """Return a step of the build with the boxes of a file of another program; its path is relative to the calling file.
+    """Return a build step with the boxes of a file of another program. The path is relative to the calling file.
 
-    format: format of the file; default: detected
-    load: one of several loads: number of the pallet, or of the order
-    settle: contact with the boxes below: as written, down, or such as within 5 mm
-    point: of a table: the point of a box given by x, y, z, its lower corner or its centre
-    units: of columns without a unit in the header, or of an OBJ or COMPAS file, which has none
-    density: of an OBJ or COMPAS file: of all blocks in it
-    up: of an OBJ file: the axis that points up
-    supports: of a COMPAS file: `bricks` imports the blocks marked as fixed like other bricks
-    deck: the deck of the pallet; overhanging boxes are reported; default: that of the file
-    origin: shifts the load by [x, y, z]
-    ignore: parts of the file that are not imported: columns, keys, or bodies
+    format: format of the file; default: detected from its content
+    load: number of the pallet or order, if the file has several loads
+    settle: how boxes are lowered onto their supports: `as written`, `down`, or within a gap, such as `within 5 mm`
+    point: for a table: the point of a box that x, y, z refer to, `corner` (the lowest one) or `centre`
+    units: units of columns whose headers have none, and of OBJ and COMPAS files, which have none
+    density: for an OBJ or COMPAS file: density of all blocks
+    up: for an OBJ file: the axis that points up
+    supports: for a COMPAS file: `bricks` imports the fixed blocks as bricks
+    deck: deck of the pallet; boxes that overhang it are reported; default: that of the file
+    origin: shift [x, y, z] of the load
+    ignore: columns, keys or bodies of the file to leave out
     """
     kept = {"file": file, "format": format, "load": load, "settle": settle}
     left_open = {"point": point, "units": units, "density": density, "up": up, "supports": supports}

@@ -1,4 +1,4 @@
-"""Sweeps from Python: one row for every case and sample, on processes of this machine or on any Executor."""
+"""Sweeps in Python: one row for every case and sample, computed by local processes or any Executor."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -24,21 +24,21 @@ def sweep(
     time_limit: float = TIME_LIMIT,
     on_rows: Callable[[int], None] = lambda rows: None,
 ) -> tuple[SweptCase, ...]:
-    """Judge every sample of all cases, and play cases without samples; write a row for each to `out`; count the rows.
+    """Judge every sample of all cases, play cases without samples, and write one row for each; return their counts.
 
-    `out` ends in `.jsonl`, or in `.parquet` for a folder. Existing rows are not judged again. `samples` is the number
-    for each case with samples, by default that of the case. The work is done by processes of this machine, one per core
-    or `workers` in total; or by an Executor that runs `workers` calls at a time, each in a supervised process.
-    `time_limit` is the wall time of a sample in seconds; `on_rows` is called with the number of rows. On some platforms
-    new processes import the main module again, so guard it with `if __name__ == "__main__"`.
+    `out` is a file that ends in `.jsonl`, or a folder that ends in `.parquet`. Existing rows are not judged again.
+    `samples` replaces the number of samples of each sampled case. `workers` is the number of local processes, by
+    default one per core, or the number of parallel calls of `executor`, each in a supervised process. `time_limit` is
+    the limit of wall time for a sample [s]. `on_rows` is called with the number of rows. Processes may import the main
+    module again, depending on the platform, so protect its top-level code with `if __name__ == "__main__"`.
 
-    Raises NothingToSweepError, RowsError for a file of another sweep or an unwritable one, and SweepError if the
-    executor fails or a worker has another program. Written rows are kept in any case.
+    Raises NothingToSweepError without any case, RowsError if the file belongs to another sweep or cannot be written,
+    and SweepError if the executor fails or a worker has another program. Written rows are kept in any case.
     """
 
-    def those() -> AbstractContextManager[Workers]:
+    def pool() -> AbstractContextManager[Workers]:
         if executor is None:
             return own_processes(workers)
         return nullcontext(Workers(executor, lambda: workers or os.cpu_count() or 1))
 
-    return swept.sweep(plan_of([*cases], samples, time_limit), Path(out), those, on_rows)
+    return swept.sweep(plan_of([*cases], samples, time_limit), Path(out), pool, on_rows)

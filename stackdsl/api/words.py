@@ -1,7 +1,7 @@
-"""Functions for the keys of the language: one per layout, impact and claim, generated from their models.
+"""Functions of the Python API: one for each layout, impact and claim, generated from their models.
 
 Parameters and descriptions are those of the JSON Schema, so that YAML and Python have the same keys. A function is
-generated at its first use; for type checkers and editors, a build writes all signatures into `.pyi` files.
+generated at its first use. For type checkers and editors, a build writes all signatures to `.pyi` files.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -21,18 +21,18 @@ from stackdsl.language.model_base import Kinds
 from stackdsl.language.schema import BuildStep
 
 Schema: TypeAlias = Mapping[str, Any]
-Keys: TypeAlias = dict[str, tuple[str, str]]  # the type in Python's syntax, and the description of each key
+Keys: TypeAlias = dict[str, tuple[str, str]]  # Python type and description, by key
 Function: TypeAlias = Callable[..., Written]
 
-TIME: Final = {"at": "when"}  # of a step, since `at` is also a key of layouts
-NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and functions of its own for the others
-DESCRIPTIONS: Final = {"source": "of what is known from outside: where from"}  # of keys that not all claims have
+TIME: Final = {"at": "when"}  # the time of a step, since some layouts have a position `at`
+NOT_TAKEN: Final = ("repeat", "bricks", "imported")  # Python has loops, and `single_bricks` has the others
+DESCRIPTIONS: Final = {"source": "for a claim under `truth`: the source of the value"}  # of keys without one
 WIDTH: Final = 116  # [characters] of a line of a docstring
 SCALARS: Final = {"integer": "int", "number": "float", "boolean": "bool", "string": "str"}
 
 
 class Words:
-    """Functions of a module of this package."""
+    """The generated functions of one module of this package."""
 
     def __init__(self, name: str, kinds: Kinds[Any], attribute: str, *beside: type[BaseModel]) -> None:
         self.name, self._kinds, self._attribute, self._models = name, kinds, attribute, beside
@@ -42,7 +42,7 @@ class Words:
         return list(map(python_name, self._kinds))
 
     def function(self, name: str) -> Function:
-        """Return the function of a name. Raises AttributeError for an unknown name, as a module does."""
+        """Return the function of a name. Raises AttributeError for an unknown name, as modules do."""
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
@@ -59,22 +59,22 @@ class Words:
     def _function(self, key: str) -> Function:
         plain, own = self._shape(key)
 
-        def taken(given: Mapping[str, object]) -> Written:
-            what = given.get("what")
-            value = {name: given[python_name(name)] for name in own} if what is None else what
-            return written({key: value, **{name: given[_beside(name)] for name in self._beside}})
+        def collected(arguments: Mapping[str, object]) -> Written:
+            what = arguments.get("what")
+            value = {name: arguments[python_name(name)] for name in own} if what is None else what
+            return written({key: value, **{name: arguments[_beside(name)] for name in self._beside}})
 
-        names: dict[str, Any] = {"Mapping": Mapping, "Sequence": Sequence, "Written": Written, "taken": taken}
+        names: dict[str, Any] = {"Mapping": Mapping, "Sequence": Sequence, "Written": Written, "collected": collected}
         names["__name__"] = f"{__package__}.{self.name}"
-        code = f"{self._head(key, plain, own)}    return taken(locals())\n"
-        # Executed, so that Python checks calls like any others. The file of its code is in this folder, like that of
-        # all code that does not belong to the caller.
+        code = f"{self._head(key, plain, own)}    return collected(locals())\n"
+        # Executed as source code, so that Python checks the arguments of a call. The file name is in this folder, so
+        # that `callers_place` skips the frame.
         exec(compile(code, str(Path(HERE, f"<{key}>")), "exec"), names)
         made: Function = names[python_name(key)]
         return made
 
     def _shape(self, key: str) -> tuple[list[Schema], Keys]:
-        """Return the values that may replace the keys of a kind, and the keys."""
+        """Return the schemas of values that may replace the keys of a kind, and these keys."""
         schema = TypeAdapter(getattr(self._kinds[key], self._attribute)).json_schema()
         shapes = schema.get("anyOf", [schema])
         mapping: Schema = next((shape for shape in shapes if "properties" in shape), {})
@@ -82,29 +82,31 @@ class Words:
 
     @cached_property
     def _beside(self) -> Keys:
-        """Return the additional keys of every kind."""
+        """The common keys of all kinds, such as the time of a step."""
         fields = {key: field for model in self._models for key, field in model.model_fields.items()}
-        found = {}
+        keys = {}
         for key, field in fields.items():
             if key not in NOT_TAKEN:
                 schema = TypeAdapter(field.rebuild_annotation()).json_schema()
-                found[key] = _type(schema, schema.get("$defs", {})), DESCRIPTIONS.get(key) or field.description or ""
-        return found
+                keys[key] = _type(schema, schema.get("$defs", {})), DESCRIPTIONS.get(key) or field.description or ""
+        return keys
 
     def _head(self, key: str, plain: Sequence[Schema], own: Keys) -> str:
-        """Return the text of a function up to its docstring."""
-        parameters = {python_name(name): told for name, told in own.items()}
-        parameters |= {_beside(name): told for name, told in self._beside.items()}
+        """Return the source code of a function, up to its docstring."""
+        parameters = {python_name(name): described for name, described in own.items()}
+        parameters |= {_beside(name): described for name, described in self._beside.items()}
         if len(parameters) < len(own) + len(self._beside):
-            raise ValueError(f"a key of {key} is one of all that stand beside it, too: give it another name here")
+            raise ValueError(
+                f"a key of {key} is also a common key of all kinds: give one of them another name in Python"
+            )
         lines = [f"def {python_name(key)}("]
         if plain:
             kinds_of_plain = " | ".join(dict.fromkeys(_type(shape, {}) for shape in plain))
             lines += [f"    what: {kinds_of_plain}{' | None = None' if own else ''},", "    /,"]
         lines += ["    *,", *(f"    {name}: {kind} | None = None," for name, (kind, _) in parameters.items())]
         lines += [") -> Written:", f'    """{_sentence(self._kinds[key].summary)}', ""]
-        lines += _told("what", _plain_text(plain)) if plain else []
-        lines += [line for name, (_, description) in parameters.items() for line in _told(name, description)]
+        lines += _wrapped("what", _plain_text(plain)) if plain else []
+        lines += [line for name, (_, description) in parameters.items() for line in _wrapped(name, description)]
         return "\n".join([*lines, '    """', ""])
 
 
@@ -118,12 +120,12 @@ def _keys_of(schema: Schema, definitions: Schema) -> Keys:
 
 
 def _type(schema: Schema, definitions: Schema) -> str:
-    """Return the type of a schema's values in Python's syntax."""
+    """Return the Python type of the values of a schema."""
     if "$ref" in schema:
         return _type(definitions[schema["$ref"].rsplit("/", 1)[-1]], definitions)
     if "anyOf" in schema and schema.get("type") != "string":
         parts = (_type(part, definitions) for part in schema["anyOf"] if part.get("type") != "null")
-        return " | ".join(dict.fromkeys(one for part in parts for one in part.split(" | ")))
+        return " | ".join(dict.fromkeys(kind for part in parts for kind in part.split(" | ")))
     if "allOf" in schema:
         return _type(schema["allOf"][0], definitions)
     if "enum" in schema or "const" in schema:
@@ -140,15 +142,15 @@ def _type(schema: Schema, definitions: Schema) -> str:
 
 
 def _plain_text(plain: Sequence[Schema]) -> str:
-    """Return a description of the values that may replace the keys."""
+    """Describe the values that may replace the keys."""
     words = [value for shape in plain for value in shape.get("enum", [shape["const"]] if "const" in shape else [])]
     if words:
         return " or ".join(f"`{word}`" for word in words)
     return next((shape["description"] for shape in plain if "description" in shape), "the value alone")
 
 
-def _told(name: str, description: str) -> list[str]:
-    """Return one entry of a docstring, wrapped to lines."""
+def _wrapped(name: str, description: str) -> list[str]:
+    """Return the description of a parameter, wrapped to lines of a docstring."""
     words = f"{name}: {description}".split()
     lines, line = [], "   "
     for word in words:

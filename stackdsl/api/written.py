@@ -1,4 +1,4 @@
-"""Values that a caller writes in Python, as YAML would hold them, with the line of the program of each."""
+"""Values of a scenario written in Python, each with the line of the program that wrote it."""
 
 import linecache
 import sys
@@ -16,7 +16,7 @@ HERE: Final = str(FilePath(__file__).parent)
 
 
 class Written(dict[str, "Plain"]):
-    """Mapping with its position in the program."""
+    """A mapping with the place in the program where it was written."""
 
     def __init__(self, values: Mapping[str, Plain], span: Span) -> None:
         super().__init__(values)
@@ -24,28 +24,34 @@ class Written(dict[str, "Plain"]):
 
 
 def written(values: Mapping[str, object]) -> Written:
-    """Return the keys that have a value, with the position of the caller of this package. Raises TypeError."""
+    """Return the keys that are not None, at the place of the caller of this package.
+
+    Raises TypeError for values that YAML does not have.
+    """
     kept = {key: plain(value, _keyed("", key, value)) for key, value in values.items() if value is not None}
     return Written(kept, callers_place())
 
 
 def plain(value: object, called: str) -> Plain:
-    """Return a value as YAML holds it, without keys whose value is None. Raises TypeError with the key."""
+    """Convert a value to types of YAML, and leave out keys that are None. `called` is its name for the error.
+
+    Raises TypeError for other types.
+    """
     if isinstance(value, Written | str | bool | int | float):
         return float(value) if type(value) not in (str, bool, int) and isinstance(value, float) else value
     if isinstance(value, Mapping):
-        return {str(key): plain(one, _keyed(called, str(key), one)) for key, one in value.items() if one is not None}
+        return {
+            str(key): plain(part, _keyed(called, str(key), part)) for key, part in value.items() if part is not None
+        }
     if isinstance(value, Sequence):
         return [plain(item, f"{called}[{number}]") for number, item in enumerate(value)]
-    if callable(number := getattr(value, "item", None)):  # a number, or an array, of numpy
+    if callable(number := getattr(value, "item", None)):  # a numpy scalar or array
         return plain(getattr(value, "tolist", number)(), called)
-    raise TypeError(
-        f"`{called}`: a scenario holds texts, numbers, lists and mappings, not {type(value).__name__}: {value!r}"
-    )
+    raise TypeError(f"`{called}` must be a string, number, list or mapping, not {type(value).__name__}: {value!r}")
 
 
 def callers_place() -> Span:
-    """Return the innermost line outside of this package that is being executed."""
+    """Return the line of the innermost caller outside of this package."""
     frame: FrameType | None = sys._getframe()
     while frame is not None and str(FilePath(frame.f_code.co_filename).parent) == HERE:
         frame = frame.f_back
@@ -58,26 +64,26 @@ def callers_place() -> Span:
 
 
 def _relative(name: str) -> str:
-    """Return a path relative to the working directory, if it is below it."""
+    """Return a file name relative to the working directory if it is below it; otherwise unchanged."""
     path = FilePath(name)
     return path.relative_to(FilePath.cwd()).as_posix() if path.is_relative_to(FilePath.cwd()) else name
 
 
 def spans_of(value: Plain, path: KeyPath = (), within: Span | None = None) -> dict[KeyPath, Span]:
-    """Return the position of every value written in Python, by path; `within` is that of the enclosing value."""
+    """Return the place of every value by its path; `within` is the place of the enclosing value."""
     span = value.span if isinstance(value, Written) else within
-    found = {path: span} if span is not None else {}
+    spans = {path: span} if span is not None else {}
     if isinstance(value, Written) and within is not None and path and isinstance(path[-1], str):
-        found[path] = replace(value.span, key=within.key)
+        spans[path] = replace(value.span, key=within.key)
     members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, member in members:
         own = None if span is None else replace(span, key=_keyed(span.key, key, member))
-        found |= spans_of(member, (*path, key), own)
-    return found
+        spans |= spans_of(member, (*path, key), own)
+    return spans
 
 
 def _keyed(within: str, key: str | int, member: object) -> str:
-    """Return the caller's name of a value: `column.step`, `build[0]`; the time of a step is `when`."""
+    """Return the name of a value in Python: `column.step`, `build[0]`; the time of a step is `when`."""
     if isinstance(key, int):
         return f"{within}[{key}]"
     if within:
@@ -87,7 +93,7 @@ def _keyed(within: str, key: str | int, member: object) -> str:
 
 
 def copied(value: Plain) -> Plain:
-    """Return a copy as plain mappings and lists."""
+    """Return a copy of plain mappings and lists."""
     if isinstance(value, dict):
         return {key: copied(member) for key, member in value.items()}
     return [copied(item) for item in value] if isinstance(value, list) else value

@@ -159,7 +159,7 @@ def own_or_new_key() -> bytes | None:
 MAX_AGE: Final = 14 * 86400.0  # [s] since the last use of the records of another program
 PROGRAM: Final = re.compile(r"[0-9a-f]{32}")  # directory of the records of one program
 RECORD: Final = re.compile(r"[0-9a-f]{64}\.json|\.[0-9a-f]{16}\.tmp")  # its files, also half-written ones
-IGNORED: Final = "# Nothing is lost with this directory, and nothing here is for others.\n*\n"
+IGNORED: Final = "# A cache of stackdsl, which can be deleted at any time and is not shared.\n*\n"
 
 
 @dataclass

@@ -124,7 +124,7 @@ class GatheredCases:
 
 
 def gather(paths: Iterable[Path]) -> GatheredCases:
-    """Read, validate and compile all scenarios under these paths; a directory stands for the YAML files below it."""
+    """Read, validate and compile all scenarios in these paths; a directory includes all YAML files below it."""
     cases: list[Case] = []
     paths_of_files, diagnostics = files_under(paths)
     library = Library()
@@ -177,7 +177,7 @@ def _inside(folder: Path, unreadable: list[Diagnostic]) -> list[Path]:
     home = home_of(folder)
 
     def report_outside(path: Path) -> None:
-        why, hint = "a link leads out of the project", f"remove it, or put {OWN_FILE} into a folder above both"
+        why, hint = "a link leads out of the project", f"remove it, or put {OWN_FILE} into a common parent folder"
         unreadable.append(_unreadable(path.as_posix(), why, hint))
 
     def is_inside(path: Path) -> bool:
@@ -301,7 +301,7 @@ def _name(source: Source) -> str:
 def _shared_name(source: Source, first: Source) -> Diagnostic:
     there = first.span_of(("scenario",))
     message = f"two scenarios are called '{_name(source)}', so neither is played; the other one is at {there}"
-    hint = "give this one another name: -k and golden files identify scenarios by name"
+    hint = "rename this one, since -k and golden files identify scenarios by name"
     return Diagnostic("SD203", source.span_of(("scenario",)), message, hint)
 
 
@@ -392,7 +392,7 @@ class _File:
         """The compiled cases. Raises ChangedMeanwhileError."""
         _, inputs, cases, mistakes = _compiled(self.path, self.content, self.files)
         if mistakes or inputs.digest != self.inputs.digest:
-            raise ChangedMeanwhileError(f"{self.path} changed while it was read: call again")
+            raise ChangedMeanwhileError(f"{self.path} changed while it was read; run the command again")
         return {case.identity: case for case in cases}
 
 
@@ -429,7 +429,7 @@ class CaseEntry:
         try:
             return self.origin.cases[own].on(self.system)
         except KeyError as error:
-            raise ChangedMeanwhileError(f"{self.file} changed while it was read: call again") from error
+            raise ChangedMeanwhileError(f"{self.file} changed while it was read; run the command again") from error
 
 
 Listed: TypeAlias = Case | CaseEntry

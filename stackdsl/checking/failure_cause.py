@@ -32,8 +32,8 @@ NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
     Arrival.SET_DOWN: "set down",
     Arrival.SLID_IN: "slid in",
-    Arrival.BY_HAND: "brought by hand",
-    Arrival.LET_GO: "let go",
+    Arrival.BY_HAND: "placed by hand",
+    Arrival.LET_GO: "released",
     Arrival.DROPPED: "dropped",
     Arrival.THROWN: "thrown",
 }
@@ -74,7 +74,7 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         standing = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
         return standing if stands else trace.statics.reason
     if trace.numerical:
-        return f"none of physics: {trace.numerical}"
+        return f"numerical, not physical: {trace.numerical}"
     if verdict is not None:
         return verdict.reason
     return woken.reason if woken is not None else ""
@@ -122,8 +122,8 @@ def _action_text(together: Sequence[Action]) -> str:
             return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
         case HoldAction() as hold:
             return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
-        case ReleaseAction() as let_go:
-            return f"{names_text(let_go.bricks)} let go at {let_go.time:g} s"
+        case ReleaseAction() as release:
+            return f"{names_text(release.bricks)} released at {release.time:g} s"
         case Placement() as first:
             level = f", level {first.level}" if first.level and len(together) == 1 else ""
             names = [placed.brick.id for placed in together if isinstance(placed, Placement)]

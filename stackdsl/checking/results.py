@@ -33,7 +33,7 @@ STATUSES = {
 REMEDIES = {
     TaskStatus.DONE: "",
     TaskStatus.CRASHED: "for the traceback, run it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k {name}",
-    TaskStatus.TIMED_OUT: "raise --time-limit, or build less or simulate a shorter time",
+    TaskStatus.TIMED_OUT: "raise --time-limit, use fewer bricks, or simulate a shorter time",
     TaskStatus.NOT_RUN: "",
 }
 
@@ -93,7 +93,7 @@ def _unfinished(case: Case, status: RunStatus, message: str) -> VariantResult:
 def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
     if blocked.too_much:
         hint = (
-            f"build less, move hands faster, simulate a shorter time, or make claims that statics alone decides; {HINT}"
+            f"use fewer bricks, move hands faster, simulate a shorter time, or use claims that statics decides; {HINT}"
         )
         return Diagnostic("SD206", where_placed(blocked.brick, case.scenario, case.source), blocked.too_much, hint)
     if blocked.pressed is not None:
@@ -104,7 +104,7 @@ def _obstacle(case: Case, blocked: Blocked) -> Diagnostic:
         f"moved into its place, and overlaps it by {mm(blocked.depth, 3)}"
     )
     elsewhere = "throw it from elsewhere" if blocked.thrown else "place it elsewhere"
-    hint = f"{elsewhere}, or earlier, or pull '{blocked.by}' out before"
+    hint = f"{elsewhere}, or earlier, or pull out '{blocked.by}' before"
     return Diagnostic("SD208", where_placed(blocked.brick, case.scenario, case.source), message, hint)
 
 

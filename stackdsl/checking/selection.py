@@ -111,7 +111,7 @@ def _tokens(text: str) -> Iterator[_Token]:
     while text[at:].strip():
         match = _TOKEN.match(text, at)
         if match is None:
-            raise KeywordError(f"in '{text}' the quote at column {len(text[:at].rstrip()) + 2} is not closed")
+            raise KeywordError(f"in '{text}', the quote at column {len(text[:at].rstrip()) + 2} is not closed")
         kind = match.lastgroup or ""
         yield _Token(match[kind], match.start(kind) + 1, kind in ("double", "single"))
         at = match.end()
@@ -148,7 +148,7 @@ class _Reader:
     def inside(self) -> Expression:
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise KeywordError(f"parentheses are nested more than {MAX_DEPTH} deep")
+            raise KeywordError(f"parentheses are nested more than {MAX_DEPTH} levels deep")
         expression = self.any_of()
         if not self.took(")"):
             raise self.unexpected("')'")
@@ -170,7 +170,7 @@ class _Reader:
         has_token = self.at < len(self.tokens)
         actual = f"'{self.tokens[self.at].text}' at column {self.tokens[self.at].column}" if has_token else "its end"
         example = "'column and not (tuned or stock)'"
-        return KeywordError(f"in '{self.text}' {wanted} is expected instead of {actual}; an example is {example}")
+        return KeywordError(f"in '{self.text}', {wanted} is expected instead of {actual}; an example is {example}")
 
 
 # Selects cases, and explains an empty selection.
@@ -279,7 +279,7 @@ def nothing_selected_text(selection: Selection, cases: Sequence[Selectable], pat
     """Return the message for an empty selection from the cases under some paths, with its reasons and a remedy."""
     if not cases:
         where = ", ".join(map(str, paths))
-        hint = f"scenario files end in {' or '.join(SUFFIXES)}; `stackdsl new NAME` writes one"
+        hint = f"scenario files end in {' or '.join(SUFFIXES)}; `stackdsl new NAME` creates one"
         return f"nothing selected: no scenario in {where}; {hint}"
     reasons = list(_reasons(selection, cases)) or ["no case meets all criteria together"]
     return f"nothing selected: {'; '.join(reasons)}; `stackdsl check --list` lists all cases"
@@ -299,7 +299,7 @@ def _reasons(selection: Selection, cases: Sequence[Selectable]) -> Iterator[str]
         if not any(replace(Selection(), places=((file, line),)).takes(case) for case in cases if case.file == file):
             yield f"no scenario of {file} is at line {line}"
     if selection.shard is not None and replace(selection, shard=None).of(cases):
-        yield f"no case falls into part {selection.shard}"
+        yield f"no case belongs to shard {selection.shard}"
 
 
 def _unmatched_words(keyword: str, cases: Sequence[Selectable]) -> Iterator[str]:

@@ -44,7 +44,7 @@ from stackdsl.results import Report, exit_code
 from stackdsl.shown_text import visible
 from stackdsl.user_files import read_user_file
 
-# The options of `stackdsl check`, and what each may be.
+# The options of `stackdsl check`, and their allowed values.
 
 
 Command = TypeVar("Command", bound=Callable[..., object])
@@ -82,19 +82,19 @@ class CheckOptions(TypedDict):
 
 
 def _number(value: float) -> float:
-    """Refuse nan, which no range excludes."""
+    """Refuse nan, which passes the range check of click."""
     if isnan(value):
-        raise click.BadParameter("nan is no number.")
+        raise click.BadParameter("nan is not a number.")
     return value
 
 
 def _shard(text: str | None) -> Shard | None:
     if text is None:
         return None
-    found = _SHARD.fullmatch(text)
-    if found is None or int(found[1]) > int(found[2]):
-        raise click.BadParameter(f"'{text}' is no part of a whole; write it like 1/4, up to 4/4")
-    return Shard(int(found[1]), int(found[2]))
+    match = _SHARD.fullmatch(text)
+    if match is None or int(match[1]) > int(match[2]):
+        raise click.BadParameter(f"'{text}' is not a valid shard; write I/N with I from 1 to N, such as 1/4")
+    return Shard(int(match[1]), int(match[2]))
 
 
 OPTIONS: Final = (
@@ -102,33 +102,39 @@ OPTIONS: Final = (
     ON_SYSTEMS,
     ON_KEYWORD,
     ON_TAGS,
-    click.option("--shard", callback=lambda *given: _shard(given[-1]), help="Only this part of all cases, as 1/4."),
-    click.option("--failed", "only_failed", is_flag=True, help="Only what failed when it was last played."),
-    click.option("--changed", "only_changed", is_flag=True, help="Only what is not known to pass as it stands."),
+    click.option(
+        "--shard", callback=lambda *given: _shard(given[-1]), help="Select part I of N of the cases, such as 1/4."
+    ),
+    click.option("--failed", "only_failed", is_flag=True, help="Select cases that failed in their last run."),
+    click.option("--changed", "only_changed", is_flag=True, help="Select cases without a recorded pass."),
     click.option("--list", "list_only", is_flag=True, help="Print the names of the selected cases and stop."),
-    click.option("--statics", is_flag=True, help="Play nothing: tell what the proofs say, and stop."),
+    click.option("--statics", is_flag=True, help="Print the verdicts of statics without simulation, and stop."),
     click.option("-x", "first_failure", is_flag=True, help="Stop at the first failure."),
-    click.option("--strict", is_flag=True, help="Let also fail of what nothing is expected: what is unchecked."),
-    click.option("--watch", is_flag=True, help="Check again whenever a scenario is saved, until interrupted."),
+    click.option("--strict", is_flag=True, help="Also fail unchecked cases, which have no expectations."),
+    click.option("--watch", is_flag=True, help="Check again at each save of a scenario, until interrupted."),
     click.option(
         "--format",
         "outputs",
         multiple=True,
         type=OutputChoice(),
-        help="How the report is written, and to which file: text, json, junit=report.xml; may be given several times.",
+        help="Format of the report, and optionally its file: text, json, junit=report.xml. Can be repeated.",
     ),
     click.option(
-        "--html", type=FilePath, help="Also write pages into this folder: an index, and a replay of each case."
+        "--html", type=FilePath, help="Also write pages into this folder: an index and a replay of each case."
     ),
-    click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Only what failed, and the sums."),
-    click.option("-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="All there is to tell."),
-    click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also the N slowest cases."),
-    click.option("--update", is_flag=True, help="Accept what comes out as the new golden files. Refused in CI."),
-    click.option("--accept-failing", is_flag=True, help="With --update, accept also what fails its expectations."),
-    click.option("--refine", is_flag=True, help="Play again, half the step and twice the iterations; tell what moves."),
-    click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project."),
-    click.option("--no-golden", is_flag=True, help="Neither compare with golden files nor write any."),
-    click.option("--cache/--no-cache", default=True, help="Whether what is known to pass need not be played again."),
+    click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Print only failures and totals."),
+    click.option(
+        "-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="Also print passed cases and all notes."
+    ),
+    click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also list the N slowest cases."),
+    click.option("--update", is_flag=True, help="Write the results as new golden files. Refused in CI."),
+    click.option("--accept-failing", is_flag=True, help="With --update, also accept results that fail expectations."),
+    click.option(
+        "--refine", is_flag=True, help="Repeat with half the time step and twice the iterations; report changes."
+    ),
+    click.option("--golden", type=FilePath, help="Directory of golden files. Default: that of the project."),
+    click.option("--no-golden", is_flag=True, help="Neither compare nor write golden files."),
+    click.option("--cache/--no-cache", default=True, help="Skip the run of cases with a recorded pass, or run all."),
     ON_JOBS,
     click.option(
         "--time-limit",
@@ -136,7 +142,7 @@ OPTIONS: Final = (
         callback=lambda *given: _number(given[-1]),
         default=TIME_LIMIT,
         show_default=True,
-        help="Seconds a case.",
+        help="Time limit of a case [s].",
     ),
 )
 
@@ -148,18 +154,18 @@ def with_options(command: Command) -> Command:
     return command
 
 
-# `stackdsl check --watch`: checks again whenever a scenario is saved, each time in a new process.
+# `stackdsl check --watch`: checks again whenever a scenario is saved.
 #
-# So it is always the code on the disk that plays, and what is remembered says what need not be played again.
+# Each check is a new process, so that it runs the code on the disk. The cache spares it the cases that did not change.
 
 
-WATCHED = (*SUFFIXES, ".obj")  # not loads in CSV and JSON: reports that a check itself writes may be those
+WATCHED = (*SUFFIXES, ".obj")  # not CSV and JSON, since a check may write its reports in these formats
 
 
 def watch(paths: Sequence[Path], html: Path | None) -> int:
     """Check now and after each change below these paths; return the exit code of the last check.
 
-    The pages that each check writes into a folder, if that is wanted, are served on this machine, and load again.
+    With `html`, each check writes pages into that folder. They are served on this machine, and reload after each check.
     """
     if html is None:
         return _watch(paths)
@@ -172,30 +178,30 @@ def watch(paths: Sequence[Path], html: Path | None) -> int:
             tell(f"open {page.url}")
             return _watch(paths, lambda: page.put("written", None))
     except OSError as error:
-        raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+        raise click.ClickException(f"the pages cannot be served: {error.strerror or error}") from error
 
 
 def _refuse_links_out(folder: Path) -> None:
-    """Raise UsageError for a link to a folder outside, which the library would watch as well."""
+    """Raise UsageError for a link to a folder outside, since watchfiles would watch its target too."""
     for parent, names, _ in os.walk(folder):
         for path in (Path(parent, name) for name in names):
             if path.is_symlink() and leads_outside(path, folder):
-                raise click.UsageError(f"{os.path.relpath(path)} is a link out of what is watched; remove it")
+                raise click.UsageError(f"{os.path.relpath(path)} is a link out of the watched folder; remove it")
 
 
 def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None) -> int:
     try:
-        from watchfiles import watch as changes_of  # noqa: PLC0415 -- where something is watched
+        from watchfiles import watch as changes_of  # noqa: PLC0415 -- an optional package
     except ImportError as error:
         raise click.UsageError(
             "--watch needs watchfiles, which is not installed; try: pip install watchfiles"
         ) from error
     missing = [path for path in paths if not os.path.exists(path)]
     if missing:
-        raise click.UsageError(f"{missing[0]} is not there to be watched")
-    # -P: without it, modules of the folder that is watched would be run in place of our own.
+        raise click.UsageError(f"--watch: {missing[0]} does not exist")
+    # -P: otherwise Python would import modules from the watched folder in place of the installed ones.
     command = [sys.executable, "-P", "-m", "stackdsl", *(word for word in sys.argv[1:] if word != "--watch")]
-    # A scenario may be made of any file of its project. What does not concern it costs little: the rest is remembered.
+    # A scenario can include any file of its project. A change of another file costs little, due to the cache.
     folders = {Path(root_of(str(path / "any" if os.path.isdir(path) else path))) for path in paths}
     for folder in folders:
         _refuse_links_out(folder)
@@ -216,23 +222,23 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
                 tell(f"changed: {name}")
             code = subprocess.run(command, check=False).returncode
             on_checked()
-            tell("watching; Ctrl-C ends it")
+            tell("watching for changes; press Ctrl-C to stop")
     except KeyboardInterrupt:
         pass
     return code
 
 
-# `stackdsl check`: plays and judges scenarios, and holds them against their golden files.
+# `stackdsl check`: plays and judges scenarios, and compares them with their golden files.
 
 
-PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as reports tell it, with or without a column
+PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as in reports, with or without a column
 
 
 @click.command("check")
 @with_options
 @click.pass_context
 def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None:
-    """Play and judge everything under PATHS (default: scenarios), and compare it with its golden files."""
+    """Play and judge the scenarios in PATHS (default: scenarios), and compare them with their golden files."""
     _refuse_what_does_not_go_together(asked)
     outputs = outputs_of(asked["outputs"])
     if asked["watch"]:
@@ -310,33 +316,30 @@ def _terms(
 def _selection(asked: CheckOptions, places: Sequence[tuple[str, int]], memory: ResultCache) -> Selection:
     names = memory.failed() if asked["only_failed"] else None
     if asked["only_failed"] and not names:
-        tell("nothing failed when it was last played, as far as is known: all are played")
+        tell("no recorded failures: running all cases")
     parts = asked["systems"], asked["keyword"], asked["tags"], tuple(places)
     return Selection(*parts, names=names or None, shard=asked["shard"])
 
 
 def _may_be_none(asked: CheckOptions, found: CaseSurvey) -> bool:
-    """Return whether an empty selection is no error, and report it then."""
+    """Return whether an empty selection is allowed, and report that nothing has changed."""
     if asked["only_changed"]:
-        tell("nothing has changed since it passed")
+        tell("no selected case has changed since it passed")
     return asked["only_changed"] or (asked["shard"] is not None and bool(found.cases))
 
 
 def _refuse_what_does_not_go_together(asked: CheckOptions) -> None:
     """Raise a usage error for contradicting options, or if golden files must not be written."""
     if asked["update"] and asked["no_golden"]:
-        raise click.UsageError("--no-golden leaves golden files alone; leave one of --no-golden and --update out")
+        raise click.UsageError("--update writes golden files and --no-golden ignores them; remove one of the two")
     if asked["accept_failing"] and not asked["update"]:
-        raise click.UsageError("--accept-failing says what --update may accept; give both, or leave it out")
+        raise click.UsageError("--accept-failing needs --update; add --update, or remove --accept-failing")
     if asked["only_changed"] and not asked["cache"]:
-        raise click.UsageError("--changed asks what is remembered; leave one of --changed and --no-cache out")
+        raise click.UsageError("--changed needs the cache; remove --changed or --no-cache")
     if asked["watch"] and asked["update"]:
-        raise click.UsageError("--watch accepts nothing that nobody has seen; leave one of --watch and --update out")
+        raise click.UsageError("--watch cannot accept results without review; remove --watch or --update")
     if asked["update"] and asked["refine"]:
-        message = (
-            "--refine writes no golden files: it asks what of a run would move; leave one of --refine and --update out"
-        )
-        raise click.UsageError(message)
+        raise click.UsageError("--refine writes no golden files; remove --refine or --update")
     if asked["update"]:
         try:
             refuse_in_ci(os.environ)
@@ -366,11 +369,11 @@ def goldens_and_state(project: Project, golden: Path | None = None) -> tuple[Pat
 
 def _places(written: Sequence[Path]) -> tuple[tuple[Path, ...], list[tuple[str, int]]]:
     """Return the paths, and the lines among them, such as `tower.yaml:12`, or with a column as in reports."""
-    found = [_split(path) for path in written]
-    for path, line in found:
+    split = [_split(path) for path in written]
+    for path, line in split:
         _refuse_beyond(path, line)
-    places = [(visible(path.as_posix()), line) for path, line in found if line is not None]
-    return tuple(path for path, _ in found), places
+    places = [(visible(path.as_posix()), line) for path, line in split if line is not None]
+    return tuple(path for path, _ in split), places
 
 
 def _refuse_beyond(path: Path, line: int | None) -> None:
@@ -378,9 +381,9 @@ def _refuse_beyond(path: Path, line: int | None) -> None:
     try:
         lines = read_user_file(path, MAX_BYTES).splitlines() if line is not None and os.path.isfile(path) else []
     except OSError:
-        return  # which is told when the file is read for its scenarios
+        return  # reported when the scenarios of the file are read
     if lines and line is not None and line > len(lines):
-        raise click.UsageError(f"{path} has {len(lines)} lines, so there is none numbered {line}")
+        raise click.UsageError(f"{path} has only {len(lines)} lines, so line {line} does not exist")
 
 
 def _split(path: Path) -> tuple[Path, int | None]:

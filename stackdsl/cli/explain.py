@@ -16,16 +16,18 @@ from stackdsl.exits import ExitCode
 from stackdsl.report.diagnostics import CODE, code_text, entries
 from stackdsl.report.statics import Extent, explanation_text
 
-# `stackdsl explain`: prints what a file was compiled to, and what statics says of it; or what a diagnostic means.
+# `stackdsl explain`: prints a compiled scenario with its proofs, or the meaning of a diagnostic code.
 
 
 @click.command("explain")
 @click.argument("file", metavar="FILE|CODE", type=FilePath)
 @ON_SYSTEMS
 @ON_KEYWORD
-@click.option("--margins/--no-margins", default=None, help="What the proofs would survive; default: of few bricks.")
-@click.option("--remedies/--no-remedies", default=None, help="What would mend a fall; default: of few bricks.")
-@click.option("--times", is_flag=True, help="What each proof cost, which differs from run to run.")
+@click.option(
+    "--margins/--no-margins", default=None, help="Print the margins of the proofs. Default: only for few bricks."
+)
+@click.option("--remedies/--no-remedies", default=None, help="Print remedies for a fall. Default: only for few bricks.")
+@click.option("--times", is_flag=True, help="Print the time of each proof, which differs between runs.")
 @click.pass_context
 def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -36,7 +38,7 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     remedies: bool | None,
     times: bool,
 ) -> None:
-    """Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means."""
+    """Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104."""
     if CODE.fullmatch(str(file)) and not os.path.exists(file):
         write(_meaning(str(file)))
         return
@@ -44,7 +46,7 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     code = code_without_runs(gathered, selected)
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         explained = list(cases)
-        with refusing(f"{explained[0].scenario_name}: `explain`", "leave out --margins and --remedies") as refused:
+        with refusing(f"{explained[0].scenario_name}: `explain`", "remove --margins and --remedies") as refused:
             write(explanation_text(explained, Extent(margins, remedies, times)))
         code = ExitCode.INVALID if refused else code
     context.exit(code)
@@ -54,7 +56,7 @@ def _meaning(code: str) -> str:
     """Return the meaning of a diagnostic code. Raises a usage error for an unknown code."""
     known = entries()
     if code not in known:
-        raise click.UsageError(f"there is no code {code}; {did_you_mean(code, list(known))}")
+        raise click.UsageError(f"unknown diagnostic code {code}; {did_you_mean(code, list(known))}")
     return code_text(known[code])
 
 
@@ -62,23 +64,23 @@ def _meaning(code: str) -> str:
 
 
 @click.command("schema")
-@click.option("--report", "of_report", is_flag=True, help="That of `check --format json` instead.")
+@click.option("--report", "of_report", is_flag=True, help="Print the schema of `check --format json` instead.")
 def schema_command(of_report: bool) -> None:
     """Print the JSON Schema of scenarios, for editors."""
     if of_report:
-        from importlib.resources import files  # noqa: PLC0415 -- rarely asked for
+        from importlib.resources import files  # noqa: PLC0415 -- rarely needed
 
         write(files("stackdsl").joinpath("report.schema.json").read_text(encoding="utf-8"))
         return
-    from stackdsl.language.json_schema import schema_text  # noqa: PLC0415 -- likewise the other one
+    from stackdsl.language.json_schema import schema_text  # noqa: PLC0415 -- likewise
 
     write(schema_text())
 
 
-# `stackdsl completion`: prints what a shell needs to complete the command.
+# `stackdsl completion`: prints the completion script for a shell.
 
 
-VARIABLE = "_STACKDSL_COMPLETE"  # by which the shell asks the command itself
+VARIABLE = "_STACKDSL_COMPLETE"  # the shell sets it to get completions from the command
 WHERE = {
     "bash": 'eval "$(stackdsl completion bash)" in ~/.bashrc',
     "zsh": 'eval "$(stackdsl completion zsh)" in ~/.zshrc, after compinit',
@@ -90,7 +92,7 @@ WHERE = {
 @click.argument("shell", type=click.Choice(list(WHERE)))
 @click.pass_context
 def completion_command(context: click.Context, shell: str) -> None:
-    """Print what a shell needs to complete commands, options, systems and files."""
+    """Print a completion script for a shell: commands, options, systems and files."""
     completion = get_completion_class(shell)
     assert completion is not None  # click knows all of WHERE
     write(completion(context.find_root().command, {}, "stackdsl", VARIABLE).source())

@@ -1,4 +1,4 @@
-"""`stackdsl fragility`: the share of samples that fall, over friction, shaking, tilt, errors of hands or a variable."""
+"""`stackdsl fragility`: share of samples that fall, over friction, shaking, tilt, placement errors or a variable."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -37,8 +37,8 @@ from stackdsl.studies.fragility_curve import Fragility, spaced
 from stackdsl.studies.fragility_intensity import SHAKING, Intensity, IntensityKind, NoIntensityError, intensity_of
 
 MOST_POINTS = 1000
-USUAL = 1000  # samples at each point at most, unless more are asked for
-AROUND = 4.0  # times less and more than what is written, unless a range is asked for
+USUAL = 1000  # most samples at each point without --samples
+AROUND = 4.0  # ratio of the ends of the default range to the value in the file
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,23 +57,30 @@ class _Asked:
 
 @click.command("fragility")
 @ONE_FILE
-@click.option("--over", required=True, metavar="INTENSITY", help="friction, acceleration, tilt, jitter, or a variable.")
-@click.option("--from", "first", help="The least of it, such as 0.5 mm. Default: a quarter of what is written.")
-@click.option("--to", "last", help="The most of it. Default: four times what is written.")
-@click.option("--points", type=click.IntRange(2, MOST_POINTS), default=11, show_default=True, help="How many between.")
 @click.option(
-    "--samples", type=click.IntRange(1), help="At each point. Default: the scenario's `samples`, at most 1000."
+    "--over",
+    required=True,
+    metavar="INTENSITY",
+    help="One of friction, acceleration, tilt, jitter, or a variable of the file.",
 )
-@click.option("--seed", type=click.IntRange(0), help="Default: the scenario's.")
-@click.option("--confidence", type=Number(0.5, 0.999999), help="Of all intervals. Default: the scenario's.")
+@click.option("--from", "first", help="Least intensity, such as '0.5 mm'. Default: a quarter of the value in FILE.")
+@click.option("--to", "last", help="Largest intensity. Default: four times the value in FILE.")
+@click.option("--points", type=click.IntRange(2, MOST_POINTS), default=11, show_default=True, help="Number of points.")
 @click.option(
-    "--bearing", type=float, help="Of acceleration and tilt [deg]: bricks are pulled so. Default: each sample's worst."
+    "--samples", type=click.IntRange(1), help="Samples at each point. Default: `samples` of the scenario, at most 1000."
+)
+@click.option("--seed", type=click.IntRange(0), help="Random seed. Default: that of the scenario.")
+@click.option(
+    "--confidence", type=Number(0.5, 0.999999), help="Confidence of all intervals. Default: that of the scenario."
+)
+@click.option(
+    "--bearing", type=float, help="Direction of acceleration or tilt [deg]. Default: the worst of each sample."
 )
 @ON_SYSTEMS
 @ON_KEYWORD
 @ON_JOBS
 @click.option(
-    "--cache/--no-cache", default=True, help="Take over what an earlier call judged before it was interrupted."
+    "--cache/--no-cache", default=True, help="Reuse the results of an interrupted call, or judge all samples anew."
 )
 @ON_FORM
 @ON_PLOT
@@ -96,7 +103,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     form: str,
     plot: Path | None,
 ) -> None:
-    """Tell which share of the samples of FILE falls, point by point over an intensity, with a lognormal curve."""
+    """Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve."""
     asked = _Asked(over, first, last, points, samples, seed, confidence, bearing)
     gathered, selected = selected_of(file, Selection(systems, keyword))
     plans = list(_plans(selected, asked))
@@ -121,17 +128,17 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context.exit(code)
 
 
-# --- what is asked for ------------------------------------------------------------------------------------------------
+# --- requested curves -------------------------------------------------------------------------------------------------
 
 
 def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, FragilityPlan]]:
-    """Yield the curves: variants that differ only in the varied value, or in their system, are one."""
+    """Yield the requested curves. Variants that differ only in the varied value share one."""
     seen: set[str] = set()
     sampled = [case for case in cases if case.is_sampled]
     if cases and not sampled:
-        message = "nothing is uncertain, so that all samples would be the same"
         raise click.UsageError(
-            f"{message}: say `samples: 1000`, and `jitter: {{position: 1 mm}}` in a step of the build"
+            "no case has samples, so all runs would be the same; add `samples: 1000` to the scenario, and "
+            "`jitter: {position: 1 mm}` to a build step"
         )
     for case in sampled:
         try:
@@ -140,7 +147,7 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
             raise click.UsageError(f"--over {asked.over}: {error}") from error
         shakes = intensity.kind in SHAKING
         if shakes and system_named(case.system).method is not Method.PROVEN:
-            tell(f"{case.name}: what is survived is a matter of statics, and not of '{case.system}'")
+            tell(f"{case.name}: skipped: only statics computes survived intensities, '{case.system}' does not")
             continue
         chosen = [f"{key}={text}" for key, text in case.variant.parameters if key != intensity.name]
         name = f"{case.scenario.scenario}[{','.join([*chosen, case.system])}]"
@@ -152,7 +159,7 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
 def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
     written = case.scenario
     if asked.bearing is not None and intensity.kind not in SHAKING:
-        raise click.UsageError("--bearing is of acceleration and tilt; leave it out")
+        raise click.UsageError("--bearing applies only to acceleration and tilt; remove it")
     return FragilityPlan(
         case,
         intensity,
@@ -174,16 +181,16 @@ def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
     if intensity.kind in SHAKING and ends[0] is None:
         ends[0] = 0.0
     if None in ends and (written is None or written <= 0.0):
-        raise click.UsageError(f"--over {asked.over}: say --from and --to, as nothing above zero is written to go by")
+        raise click.UsageError(f"--over {asked.over}: give --from and --to, since the file has no value above zero")
     assert written is not None or None not in ends
     first, last = (
         end if end is not None else (written or 0.0) * times
         for end, times in zip(ends, (1 / AROUND, AROUND), strict=True)
     )
     if first >= last:
-        raise click.UsageError(f"--from and --to: {asked.first or first} is not less than {asked.last or last}")
+        raise click.UsageError(f"--from {asked.first or first} is not less than --to {asked.last or last}")
     if intensity.kind is IntensityKind.JITTER and first <= 0.0:
-        raise click.UsageError("--from: errors of hands are more than zero; without any, all samples are the same")
+        raise click.UsageError("--from: jitter must be above zero; without errors, all samples are the same")
     return tuple(float(f"{value:.15g}") for value in spaced(first, last, asked.points))
 
 
@@ -198,9 +205,9 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
     if unit_text(amount) != intensity.unit and value != 0.0:
         wanted = f"a quantity in {intensity.unit}" if intensity.unit else "a number"
         wanted += ", in units of g" if intensity.kind is IntensityKind.ACCELERATION else ""
-        raise click.UsageError(f"{key}: {text} is of another kind: {intensity.name} is {wanted}")
+        raise click.UsageError(f"{key}: {text} has the wrong unit: {intensity.name} is {wanted}")
     if value < 0.0 and intensity.kind is not IntensityKind.VARIABLE:
-        raise click.UsageError(f"{key}: {intensity.name} is not less than zero")
+        raise click.UsageError(f"{key}: {intensity.name} must not be negative")
     return value
 
 
@@ -208,7 +215,7 @@ def _memory(file: Path, used: bool) -> ResultCache:
     return ResultCache(goldens_and_state(project_around((file,)))[1], used)
 
 
-# --- carried out ------------------------------------------------------------------------------------------------------
+# --- computation ------------------------------------------------------------------------------------------------------
 
 
 def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> CurveResult:
@@ -225,13 +232,13 @@ def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> Cu
 
 
 def _told(plan: FragilityPlan) -> str:
-    """Return the progress, with the options that were chosen by default."""
+    """Describe the plan, with the default values of options."""
     samples = f"{plan.samples} samples, seed {plan.seed}"
     if plan.shakes:
-        which = "each in its worst direction" if plan.bearing is None else "along the bearing"
-        return f"what {samples} survive once they are built, {which}, is over {plan.intensity.name} how many fall"
-    how = "alike in ratio" if plan.values[0] > 0.0 else "alike in distance"
-    return f"{len(plan.values)} points, {how}, over {plan.intensity.name}; the same {samples}, at each"
+        which = "in the worst direction of each" if plan.bearing is None else "along the bearing"
+        return f"{samples}; computing the {plan.intensity.name} that each survives once built, {which}"
+    how = "in equal ratios" if plan.values[0] > 0.0 else "at equal distances"
+    return f"{len(plan.values)} points over {plan.intensity.name}, {how}; the same {samples}, at each point"
 
 
 def _code(name: str, found: CurveResult) -> ExitCode | None:
@@ -243,6 +250,6 @@ def _code(name: str, found: CurveResult) -> ExitCode | None:
         tell(f"{name}: {found.failed.status}: {found.failed.message}")
         return ExitCode.CRASHED
     if found.interrupted:
-        tell("interrupted: what is told is what was done; the same call goes on from there")
+        tell("interrupted: only the finished part is reported; the same call continues it")
         return ExitCode.INTERRUPTED
     return None

@@ -30,8 +30,9 @@ from stackdsl.goldens.golden import (
 )
 from stackdsl.report.blocks import blocks_text, line, table
 from stackdsl.shown_text import visible
+from stackdsl.wording import how_many
 
-# Which of what waits is still a case: its scenario may have been renamed, or taken out, since it was checked.
+# Pending changes whose case does not exist any more, since its scenario was renamed or removed after the check.
 
 
 def no_longer_cases(pending: Sequence[Pending], waiting: PendingStore) -> frozenset[str]:
@@ -54,16 +55,18 @@ def _is_own(file: str, home: Path) -> bool:
 
 
 def why_not(pending: Pending, waiting: PendingStore) -> str:
-    """Return the message for a snapshot that cannot be accepted, as its case is gone."""
-    there = os.path.isfile(waiting.home / Path(pending.file))
-    lacks = f"{pending.file} has no case {pending.case} any more" if there else f"{pending.file} is gone"
-    return f"{lacks}: it was renamed, taken out or mistaken since; check again, or forget it by stackdsl golden reject"
+    """Return the message for a snapshot that cannot be accepted, since its case does not exist any more."""
+    exists = os.path.isfile(waiting.home / Path(pending.file))
+    lacks = (
+        f"{pending.file} has no case {pending.case} any more" if exists else f"{pending.file} does not exist any more"
+    )
+    return f"{lacks}; check again, or discard the change with: stackdsl golden reject"
 
 
-# `stackdsl golden`: what waits for a decision, and the decisions.
+# `stackdsl golden`: lists pending changes, and accepts or rejects them.
 
 
-KEYS: Final = "a: accept, A: accept though it fails, r: reject, s: leave for later, q: stop"
+KEYS: Final = "a: accept, A: accept despite failures, r: reject, s: skip, q: quit"
 MOST_SHOWN: Final = 20  # differences of one file
 
 
@@ -93,21 +96,19 @@ class OfCases(click.Command):
         super().parse_args(ctx, args)
         if ctx.args and not ctx.resilient_parsing:
             words = " or ".join(Path(word).stem or word for word in ctx.args)
-            message = (
-                f"golden {self.name} takes no word by itself; -k {shlex.quote(words)} chooses cases by their names"
-            )
+            message = f"golden {self.name} has no arguments; write -k {shlex.quote(words)} to select cases by name"
             raise click.UsageError(message, ctx)
         return ctx.args
 
 
-ON_CASES = click.option("-k", "keyword", default="", help="Only cases whose name contains this, as of check.")
+ON_CASES = click.option("-k", "keyword", default="", help="Select cases whose name contains this word, as for check.")
 
 
 @click.group("golden")
-@click.option("--golden", type=FilePath, help="Directory of the golden files; default: that of the project.")
+@click.option("--golden", type=FilePath, help="Directory of golden files. Default: that of the project.")
 @click.pass_context
 def golden_command(context: click.Context, golden: Path | None) -> None:
-    """Say what differs from its golden file, and accept it or not."""
+    """List differences from golden files, and accept or reject them."""
     project = project_around(())
     folder, state = goldens_and_state(project, golden)
     context.obj = GoldenFiles(folder, project.scenarios, PendingStore(state, folder))
@@ -117,14 +118,14 @@ def golden_command(context: click.Context, golden: Path | None) -> None:
 @ON_CASES
 @click.pass_context
 def status(context: click.Context, keyword: str) -> None:
-    """Name what waits for a decision; ends with 3 if anything does."""
+    """List pending changes. The exit code is 3 if there are any."""
     place: GoldenFiles = context.obj
     pending = place.pending(keyword)
     gone = no_longer_cases(pending, place.waiting)
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
         write(f"{visible(each.status)}: {_named(each)}: {told}")
-    write(f"{len(pending)} waiting{'; stackdsl golden review shows them' if pending else ''}")
+    write(f"{len(pending)} pending{'; stackdsl golden review shows them' if pending else ''}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
 
@@ -136,16 +137,16 @@ def _summary(pending: Pending, place: GoldenFiles) -> str:
     count = len(pending.differences(place.waiting))
     told = [f"{count} difference{'s' * (count != 1)}"] if count else []
     told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
-    told += [f"fails {len(pending.failed)} of its expectations"] if pending.failed else []
-    told += ["the golden file has changed since: check again"] if pending.is_stale(place.waiting) else []
-    return ", ".join(told) or "nothing is locked yet"
+    told += [f"fails {how_many(len(pending.failed), 'expectation')}"] if pending.failed else []
+    told += ["the golden file has changed since the check: check again"] if pending.is_stale(place.waiting) else []
+    return ", ".join(told) or "no golden file yet"
 
 
 @golden_command.command("review", cls=OfCases)
 @ON_CASES
 @click.pass_context
 def review(context: click.Context, keyword: str) -> None:
-    """Show what waits, one after the other, and take a key for each; keys may come by a pipe."""
+    """Show each pending change and read a key for it, from the terminal or a pipe."""
     _refuse_in_ci()
     place: GoldenFiles = context.obj
     left = place.pending(keyword)
@@ -165,9 +166,9 @@ def review(context: click.Context, keyword: str) -> None:
                 write(f"accepted: {visible(pending.golden)}")
             elif key == "r":
                 place.waiting.reject(pending)
-                write(f"rejected: {visible(pending.golden)} stays as it is")
+                write(f"rejected: {visible(pending.golden)} is unchanged")
     waiting = len(place.pending(keyword))
-    write(f"{waiting} waiting")
+    write(f"{waiting} pending")
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
 
 
@@ -184,24 +185,24 @@ def _shown(pending: Pending, place: GoldenFiles) -> str:
 
 
 def _decision(pending: Pending) -> str:
-    """Read the key of a decision; `q` without an answer."""
+    """Read the key of a decision; return `q` at the end of the input."""
     tell(f"  {KEYS}")
     while True:
         key = click.getchar() if sys.stdin.isatty() else sys.stdin.read(1)
         if key in ("", "\x04"):
             return "q"
         if key == "a" and pending.failed:
-            tell("it fails its expectations; A accepts it all the same")
+            tell("the result fails expectations; press A to accept it anyway")
         elif key in "aArsq":
             return key
 
 
 @golden_command.command("accept", cls=OfCases)
 @ON_CASES
-@click.option("--accept-failing", is_flag=True, help="Also what fails its expectations.")
+@click.option("--accept-failing", is_flag=True, help="Also accept results that fail expectations.")
 @click.pass_context
 def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
-    """Let what waits become the golden files; what fails its expectations only if that is asked for."""
+    """Write pending changes to the golden files. Results that fail expectations need --accept-failing."""
     _refuse_in_ci()
     place: GoldenFiles = context.obj
     refused = 0
@@ -213,7 +214,7 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
             refused += 1
             continue
         if pending.failed and not accept_failing:
-            why = f"fails: {visible(pending.failed[0])}; --accept-failing accepts it all the same"
+            why = f"it fails: {visible(pending.failed[0])}; accept it anyway with --accept-failing"
             tell(f"not accepted: {_named(pending)}: {why}")
             refused += 1
             continue
@@ -229,23 +230,23 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
 @ON_CASES
 @click.pass_context
 def reject(context: click.Context, keyword: str) -> None:
-    """Forget what waits; golden files stay as they are."""
+    """Discard pending changes. The golden files stay unchanged."""
     place: GoldenFiles = context.obj
     for pending in place.pending(keyword):
         with _told():
             place.waiting.reject(pending)
-            write(f"rejected: {visible(pending.golden)} stays as it is")
+            write(f"rejected: {visible(pending.golden)} is unchanged")
 
 
 @golden_command.command("prune")
-@click.option("--dry-run", is_flag=True, help="Only name them.")
+@click.option("--dry-run", is_flag=True, help="List the files without removing them.")
 @click.pass_context
 def prune(context: click.Context, dry_run: bool) -> None:
-    """Remove golden files that belong to no variant of the project's scenarios, if none of these has a mistake."""
+    """Remove golden files without a variant in the scenarios of the project, unless a scenario is invalid."""
     place: GoldenFiles = context.obj
     gathered = gather([place.scenarios])
     if gathered.diagnostics or not gathered.cases:
-        tell(f"{place.scenarios} has mistakes or no scenario: check it first, for nobody knows what belongs to it")
+        tell(f"{place.scenarios} has invalid scenarios or none, so unused golden files are unknown; check it first")
         context.exit(ExitCode.INVALID)
     unused = unused_goldens(gathered, place.golden)
     if not dry_run:

@@ -30,7 +30,7 @@ from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.shown_text import visible
 from stackdsl.user_files import read_user_file
 
-# What `stackdsl check` will say of an imported scenario as it is written, with the places in the file of the load.
+# Diagnostics of `stackdsl check` for an imported scenario, with places in the file of the load.
 
 
 def faults(text: str, file: str, boxes: Sequence[ImportedBox]) -> list[Diagnostic]:
@@ -49,10 +49,10 @@ def _placed(source: Source, boxes: Sequence[ImportedBox]) -> Source:
     return replace(source, value_spans={**source.value_spans, **places})
 
 
-# `stackdsl import`: the boxes of a file that another program wrote, as a scenario.
+# `stackdsl import`: converts the boxes in a file of another program to a scenario.
 
 
-HANGS: Final = "SD202"  # of what has nothing under it
+HANGS: Final = "SD202"  # a brick in the air
 
 _LENGTHS, _MASSES = (
     list(get_args(get_args(DefaultUnits.model_fields[key].annotation)[0])) for key in ("length", "mass")
@@ -62,27 +62,40 @@ _LENGTHS, _MASSES = (
 @click.command("import")
 @click.argument("file", type=FilePath)
 @click.option(
-    "--format", "format_", type=click.Choice(LOAD_FORMATS), help="What FILE is; default: what it cannot but be."
+    "--format", "format_", type=click.Choice(LOAD_FORMATS), help="Format of FILE. Default: detected from its content."
 )
-@click.option("--load", help="Which of several loads: number of the pallet, or of the order.")
-@click.option("--settle", default="as written", show_default=True, help="Also `down`, or such as `within 5 mm`.")
-@click.option("--point", type=click.Choice(("corner", "centre")), help="Of a table: what x, y, z are of a box.")
-@click.option("--length", type=click.Choice(_LENGTHS), help="The unit of lengths, where the file says none.")
-@click.option("--mass", type=click.Choice(_MASSES), help="Of a table: likewise.")
-@click.option("--density", help="Of an OBJ or COMPAS file, such as '2400 kg/m3'.")
-@click.option("--up", type=click.Choice(("+y", "+z")), help="Of an OBJ file: which of its axes points up.")
-@click.option("--supports", type=click.Choice(("bricks",)), help="Of a COMPAS file: take what is fixed as bricks.")
+@click.option("--load", help="Number of the pallet or order, if FILE has several loads.")
 @click.option(
-    "--deck", help=f"The deck of the pallet, to tell what overhangs: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
+    "--settle",
+    default="as written",
+    show_default=True,
+    help="How to lower boxes: as written, down, or within a gap such as 'within 5 mm'.",
 )
-@click.option("--overhang", help="How far a box may reach beyond the deck, such as '20 mm'.")
-@click.option("--origin", nargs=3, help="Shifts the load by x, y, z, such as '0 mm' '0 mm' '1 m'.")
-@click.option("--ignore", multiple=True, help="A column, key or body that is not to be taken; may be repeated.")
-@click.option("--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Of box on box.")
 @click.option(
-    "--rule", type=click.Choice([each.value for each in Rule]), help="What two have that touch, of frictions in FILE."
+    "--point", type=click.Choice(("corner", "centre")), help="Point of a box that x, y, z of a table refer to."
 )
-@click.option("--name", help="What the scenario is called; default: as the file.")
+@click.option("--length", type=click.Choice(_LENGTHS), help="Unit of lengths, if FILE does not give one.")
+@click.option("--mass", type=click.Choice(_MASSES), help="Unit of masses in a table, if FILE does not give one.")
+@click.option("--density", help="Density of the solids in an OBJ or COMPAS file, such as '2400 kg/m3'.")
+@click.option("--up", type=click.Choice(("+y", "+z")), help="Axis of an OBJ file that points up.")
+@click.option(
+    "--supports", type=click.Choice(("bricks",)), help="Import the fixed supports of a COMPAS file as bricks."
+)
+@click.option(
+    "--deck", help=f"Deck of the pallet, to report overhanging boxes: {', '.join(DECKS)}, or '1200 mm x 800 mm'."
+)
+@click.option("--overhang", help="Allowed overhang of a box beyond the deck, such as '20 mm'.")
+@click.option("--origin", nargs=3, help="Shift of the load along x, y, z, such as '0 mm' '0 mm' '1 m'.")
+@click.option("--ignore", multiple=True, help="Column, key or body to leave out. Can be repeated.")
+@click.option(
+    "--friction", type=Number(0.0, 10.0), default=0.5, show_default=True, help="Coefficient of friction between boxes."
+)
+@click.option(
+    "--rule",
+    type=click.Choice([each.value for each in Rule]),
+    help="Rule that combines the coefficients of two touching bodies in FILE.",
+)
+@click.option("--name", help="Name of the scenario. Default: the name of FILE.")
 @click.pass_context
 def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -104,7 +117,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     rule: str | None,
     name: str | None,
 ) -> None:
-    """Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong."""
+    """Convert the boxes in FILE, written by another program, to a scenario, and print it."""
     of_load = {"format": format_, "load": load, "settle": settle, "point": point, "ignore": ignore, "origin": origin}
     of_file = {"length": length, "mass": mass, "density": density, "up": up, "supports": supports}
     asked = _asked(file=str(file), deck=_deck(deck, overhang), **of_load, **of_file)
@@ -134,16 +147,16 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _warn(mistakes: Sequence[Diagnostic], found: SettledLoad) -> None:
-    """Report what cannot be played; it is written nevertheless, to be corrected there or in the file."""
+    """Report the errors of the scenario. It is printed anyway, so that they can be corrected in it or in the file."""
     if not mistakes:
         return
     count = f"{len(mistakes)} mistake{'s' * (len(mistakes) != 1)}"
-    tell(f"\nwarning: it is written as it is, and has {count} for which `check` will refuse it:\n")
+    tell(f"\nwarning: the scenario has {count}, so `check` will refuse it:\n")
     for mistake in mistakes:
         tell(diagnostic_text(mistake) + "\n")
     untouched = not any((*found.moved, *found.grown, *found.trimmed))
     if untouched and any(mistake.code == HANGS for mistake in mistakes):
-        tell("what hangs a little in the air, as measured loads do, is lowered by such as: --settle 'within 5 mm'")
+        tell("to lower boxes that hang slightly in the air, as in measured loads, add: --settle 'within 5 mm'")
 
 
 def _asked(**written: object) -> Import:
@@ -177,7 +190,7 @@ def _with_rule(load: ImportedLoad, rule: Rule | None) -> ImportedLoad:
 
 def _settled(load: ImportedLoad, asked: Import) -> SettledLoad:
     if (odd := first_unsettleable(load, asked.settle)) is not None:
-        message, hint = "a box that leans, or a solid, cannot be lowered", "take it as written, or straighten it"
+        message, hint = "a tilted box or a solid cannot be lowered", "use `as written`, or straighten the box"
         raise UnreadableLoadError([Diagnostic("SD115", odd.span, message, hint)])
     return settled(load, asked.settle)
 
@@ -191,5 +204,5 @@ def _notes(file: str, asked: Import, found: SettledLoad) -> list[str]:
     if asked.settle.lowered or asked.settle.within is not None:
         lines += moved_lines(found)
     if load.skipped or asked.ignore:
-        lines.append(f"not taken: {', '.join((*load.skipped, *asked.ignore))}")
+        lines.append(f"left out: {', '.join((*load.skipped, *asked.ignore))}")
     return lines

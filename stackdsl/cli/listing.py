@@ -11,7 +11,7 @@ from stackdsl.cli.options import Output, complain
 from stackdsl.cli.terminal import paper, write, write_data
 from stackdsl.report.statics import StaticsSummary, statics_summary_of, statics_text
 
-FORMAT = 1  # of what is written as JSON; raised as that of the report is
+FORMAT = 1  # version of the JSON output; increased like that of the report
 
 
 def tell_cases(found: CaseSurvey, selected: Sequence[Listed], outputs: Sequence[Output]) -> None:
@@ -66,7 +66,7 @@ def _write(
 ) -> None:
     for output in outputs:
         if output.form not in ("text", "json") or output.file is not None:
-            raise click.UsageError(f"{option} writes text or json to the output, and no {output}")
+            raise click.UsageError(f"{option} prints text or json, not {output}; change --format")
         if output.form == "text":
             write(text())
         else:

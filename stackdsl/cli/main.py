@@ -16,31 +16,27 @@ from stability.process_settings import collect_rarely, exclude_from_collection, 
 from stackdsl.cli.terminal import occupy_standard_streams, show_error, silence, tell
 from stackdsl.exits import INTERRUPTS, ExitCode
 
-# What each does, as its own help says in its first sentence. A command is imported when it is called.
+# Summary of each command: the first sentence of its help. A command is imported when it is called.
 COMMANDS: Final[Mapping[str, str]] = {
-    "check": "Play and judge everything under PATHS (default: scenarios), and compare it with its golden files.",
-    "completion": "Print what a shell needs to complete commands, options, systems and files.",
-    "doctor": "Tell what is installed, what is missing and how to get it, and whether this directory is in order.",
-    "explain": "Print what FILE was compiled to, and what statics says of it; or what a CODE such as SD104 means.",
-    "find": "Find the largest or the least number with which FILE stands, proven from both sides; nothing is played.",
-    "fragility": "Tell which share of the samples of FILE falls, point by point over an intensity, with a lognormal "
-    "curve.",
-    "golden": "Say what differs from its golden file, and accept it or not.",
-    "import": "Print a scenario with the boxes of FILE, which another program wrote; tell what was moved or is wrong.",
-    "init": "Write what a new project in DIRECTORY (default: this one) needs; never over an existing file.",
-    "new": "Write a scenario called NAME to start from; never over an existing file.",
-    "order": "Find an order in which the finished structure of FILE can be built, standing at each step, or the least "
-    "props.",
-    "picture": "Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving.",
-    "pull": "Tell which bricks of the finished structure of FILE can be pulled, and how many one after the other.",
-    "run": "Play FILE, print what happens as it happens, and judge it; golden files are not looked at.",
+    "check": "Play and judge the scenarios in PATHS (default: scenarios), and compare them with their golden files.",
+    "completion": "Print a completion script for a shell: commands, options, systems and files.",
+    "doctor": "List installed and missing packages, how to install them, and problems of this directory.",
+    "explain": "Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104.",
+    "find": "Find the largest or least value with which FILE stands, proven on both sides and without simulation.",
+    "fragility": "Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve.",
+    "golden": "List differences from golden files, and accept or reject them.",
+    "import": "Convert the boxes in FILE, written by another program, to a scenario, and print it.",
+    "init": "Create the files of a new project in DIRECTORY (default: this one). Existing files are not changed.",
+    "new": "Create a first scenario called NAME. An existing file is not changed.",
+    "order": "Find an order of building in which the structure of FILE stands after each step, or the fewest props.",
+    "picture": "Play one case of FILE and draw its end, a given time, a strip of pictures, or a film.",
+    "pull": "List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls.",
+    "run": "Play FILE, print each event as it happens, and judge the claims. Golden files are not read.",
     "schema": "Print the JSON Schema of scenarios, for editors.",
-    "sensitivities": "Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played.",
-    "suggest": "Find what would let FILE stand that falls: shifts, counterweights, friction, props; each is tried.",
-    "survive": "Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way "
-    "first.",
-    "sweep": "Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where "
-    "it was.",
+    "sensitivities": "List the bricks, joints and numbers on which the margin of FILE depends most.",
+    "suggest": "Find changes that let a falling FILE stand: shifts, counterweights, friction, props. Each is verified.",
+    "survive": "Compute the acceleration and tilt that the structure of FILE survives, and the part that fails first.",
+    "sweep": "Judge every variant and every sample of FILE, and write a row for each, or continue such a file.",
 }
 
 # The module beside this one that has `<name>_command`, where its name is not that of the command.
@@ -79,7 +75,7 @@ class CommandsOnCall(click.Group):
         if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
             from stackdsl.diagnostics import did_you_mean  # noqa: PLC0415 -- only mistakes need it
 
-            raise click.UsageError(f"there is no command '{name}'; {did_you_mean(name, list(COMMANDS))}", ctx)
+            raise click.UsageError(f"unknown command '{name}'; {did_you_mean(name, list(COMMANDS))}", ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -101,15 +97,15 @@ def app() -> None:
 
 
 def main() -> None:
-    """Run the command; no traceback reaches a user."""
+    """Run the command, and report exceptions without a traceback."""
     occupy_standard_streams()
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # None, if it was closed from the start
+        if isinstance(stream, TextIOWrapper):  # it is None if it was closed at the start
             stream.reconfigure(errors="replace")
     for number in INTERRUPTS:
-        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` asks for
+        if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:  # `nohup` ignores SIGHUP
             signal.signal(number, _interrupt)
-    # Whatever plugins of pydantic are installed, a scenario means the same; looking for them takes time, too.
+    # Installed plugins of pydantic must not change the meaning of a scenario, and the search for them takes time.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     collect_rarely()
     sys.exit(_code_of_run())
@@ -125,11 +121,11 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def refused_by_the_system(error: Exception) -> str:
     """Return the exhausted resource of the machine that ended a command; empty otherwise."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
-        return "there is too little memory: free some, raise the limit (ulimit -v), or play fewer at a time (--jobs 1)"
+        return "out of memory: free some memory, raise the limit (ulimit -v), or use fewer processes (--jobs 1)"
     if isinstance(error, OSError) and error.errno in (EMFILE, ENFILE):
-        return "too many files are open: raise the limit (ulimit -n), or play fewer at a time (--jobs 1)"
+        return "too many open files: raise the limit (ulimit -n), or use fewer processes (--jobs 1)"
     if isinstance(error, OSError) and error.errno in (ENOSPC, EDQUOT):
-        return f"the disk is full: {error.filename or 'free some of it'}"
+        return f"the disk is full: {error.filename or 'free some space'}"
     return ""
 
 
@@ -137,7 +133,7 @@ def _code_of_run() -> int:
     try:
         os.getcwd()
     except FileNotFoundError:
-        tell("the directory that this was called from is gone: change to another")
+        tell("the working directory does not exist any more: change to another directory")
         return ExitCode.USAGE
     try:
         return app.main(prog_name="stackdsl", standalone_mode=False) or ExitCode.OK
@@ -153,11 +149,11 @@ def _code_of_run() -> int:
         if why := refused_by_the_system(error):
             tell(why)
             return ExitCode.CRASHED
-        if isinstance(error.__context__, KeyboardInterrupt):  # click failed to end the line that shows ^C
+        if isinstance(error.__context__, KeyboardInterrupt):  # click could not write a newline after ^C
             silence(sys.stderr)
             return ExitCode.INTERRUPTED
         if "STACKDSL_DEBUG" in os.environ:
             raise
         tell(f"internal error: {type(error).__name__}: {error}")
-        tell("This is a fault of stackdsl. Set STACKDSL_DEBUG=1 to see where, and please report it.")
+        tell("This is a bug in stackdsl. Set STACKDSL_DEBUG=1 to get a traceback, and please report it.")
         return ExitCode.CRASHED

@@ -1,4 +1,4 @@
-"""Frame of the commands that ask statics about one file: cases, limits of work, and output."""
+"""Frame of the commands that apply statics to one file: cases, limits of work, and output."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -28,26 +28,26 @@ Found = TypeVar("Found")
 def _picture(_context: click.Context, _parameter: click.Parameter, path: Path | None) -> Path | None:
     """Check the name of a picture file. Raises click.UsageError."""
     if path is not None and path.suffix.lower() not in PLOTS:
-        raise click.UsageError(f"{path}: write to a file that ends in {' or '.join(PLOTS)}")
+        raise click.UsageError(f"{path}: the file name must end in {' or '.join(PLOTS)}")
     return path
 
 
 ON_FORM: Final = click.option(
-    "--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="How it is written."
+    "--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="Format of the output."
 )
 ON_PLOT: Final = click.option(
-    "--plot", type=FilePath, callback=_picture, help="Draw it to this .svg or .png; of one case."
+    "--plot", type=FilePath, callback=_picture, help="Draw one case to this .svg or .png file."
 )
 
 
 def refuse_several(plot: Path | None, cases: int) -> None:
     """Raise click.UsageError if more than one case would be drawn."""
     if plot is not None and cases > 1:
-        raise click.UsageError(f"--plot draws one case, and there are {cases}: choose one with -k")
+        raise click.UsageError(f"--plot draws one case, but {cases} are selected; choose one with -k")
 
 
 def draw(drawn: Callable[[str], bytes], path: Path) -> None:
-    """Write a picture in the format of its file name. Raises click.ClickException."""
+    """Write a plot in the format of its file name. Raises click.ClickException."""
     try:
         write_user_file(path, drawn(path.suffix))
     except ModuleNotFoundError as error:
@@ -56,7 +56,7 @@ def draw(drawn: Callable[[str], bytes], path: Path) -> None:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
 
 
-@dataclass(frozen=True)  # with slots no generic alias of it can be called
+@dataclass(frozen=True)  # no slots: they would prevent calls of its generic alias
 class Writing(Generic[Found]):
     """The output of a command: text line by line, other formats as a whole."""
 
@@ -88,7 +88,7 @@ class Request:
     ) -> tuple[list[Found], ExitCode]:
         """Write the results for each case, also after an interrupt; return them and the exit code.
 
-        A case that takes too much work is refused and the others are answered; `instead` is the advice given then.
+        A case that takes too much work is refused with the advice `instead`, and the other cases continue.
         """
         found: list[Found] = []
         code = code_without_runs(self.gathered, self.selected)

@@ -38,7 +38,7 @@ class Number(click.FloatRange):
         """Return the number."""
         number = super().convert(value, param, ctx)
         if not isfinite(number):
-            self.fail(f"'{value}' is no number that means anything", param, ctx)
+            self.fail(f"'{value}' is not a finite number", param, ctx)
         return number
 
 
@@ -80,7 +80,7 @@ ON_SYSTEMS = click.option(
     multiple=True,
     type=SYSTEM_CHOICE,
     callback=lambda *given: playable(given[-1]),
-    help="Only these systems. Those on other engines than PyBullet are played wherever they are asked for.",
+    help="Select these systems. Systems on engines other than PyBullet run every selected scenario.",
 )
 
 
@@ -100,23 +100,23 @@ ON_KEYWORD = click.option(
     "keyword",
     multiple=True,
     callback=lambda *given: _expression(given[-1]),
-    help="Only cases whose name contains this, as in 'tower and not (tuned or stock)'; all of several.",
+    help="Select cases whose name contains this, such as 'tower and not (tuned or stock)'. If repeated, all must hold.",
 )
 ON_TAGS = click.option(
-    "--tag", "tags", multiple=True, help="Only scenarios with this tag; with ! in front, without it."
+    "--tag", "tags", multiple=True, help="Select scenarios with this tag, or without it if it begins with !."
 )
 CORES: Final = os.cpu_count() or 1
 ON_JOBS: Final = click.option(
     "-j",
     "--jobs",
-    type=click.IntRange(1, 2 * CORES, clamp=True),  # more only wait for each other, at 60 MB each
+    type=click.IntRange(1, 2 * CORES, clamp=True),  # more processes would only wait, at 60 MB each
     default=CORES,
-    help="Processes of this machine; default: one a core, and at most two.",
+    help="Number of processes. Default: one per core. Largest: two per core.",
 )
-LONGEST_LIMIT = 1e6  # [s] eleven days; waiting takes a number of milliseconds in 31 bits
+LONGEST_LIMIT = 1e6  # [s] eleven days; a wait is limited to 2**31 milliseconds
 
 
-# What the commands that read scenarios tell of what they found, and of what they were asked for.
+# Reading and selection of cases, with their error messages.
 
 
 def selected_of(file: Path, selection: Selection) -> tuple[GatheredCases, Sequence[Case]]:
@@ -165,10 +165,10 @@ def variants_of(cases: Sequence[Case], but: str = "") -> dict[str, Case]:
     return dict(found.values())
 
 
-# What `pip install` is to be told for the same stackdsl as is installed here, on another machine.
+# Requirement with which `pip install` gets the installed version of stackdsl on another machine.
 
 
-VENDORED = "./vendor/stackdsl-*.whl"  # a wheel that the project brings along, where it comes from no repository
+VENDORED = "./vendor/stackdsl-*.whl"  # a wheel inside the project, if the installation is not from a repository
 
 
 def requirement() -> str:
@@ -180,7 +180,7 @@ def requirement() -> str:
     return VENDORED
 
 
-# How a report may be written, and where to.
+# Formats and files of a report.
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +195,7 @@ Renderer: TypeAlias = Callable[[Report, Style], str]
 
 
 def _text(report: Report, style: Style) -> str:
-    from stackdsl.report.text import report_text  # noqa: PLC0415 -- only the one that is asked for
+    from stackdsl.report.text import report_text  # noqa: PLC0415 -- only the requested one
 
     return report_text(report, *paper(), verbosity=style.verbosity, durations=style.durations)
 
@@ -252,7 +252,7 @@ class OutputChoice(click.ParamType[Output]):
             listed = ", ".join(f"'{known}'" for known in REPORT_FORMATS)
             self.fail(f"'{form}' is not one of {listed}", param, ctx)
         if named and not file:
-            self.fail(f"'{value}' names no file; write {form} or {form}=FILE", param, ctx)
+            self.fail(f"'{value}' has no file name; write {form} or {form}=FILE", param, ctx)
         return Output(form, Path(file) if named else None)
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
@@ -265,7 +265,7 @@ def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
     streamed = [output for output in asked if output.file is None]
     if len(streamed) > 1:
         raise click.UsageError(
-            f"{' and '.join(map(str, streamed))} cannot both go to the output; name a file, as in "
+            f"{' and '.join(map(str, streamed))} cannot both go to the standard output; give one a file, such as "
             f"--format {streamed[0]}=FILE"
         )
     return asked if streamed else (*asked, Output("text"))

@@ -42,12 +42,20 @@ MOST_FRAMES = 400
 
 @click.command("picture")
 @ONE_FILE
-@click.option("-o", "--output", type=FilePath, required=True, help="What to write: .svg, .png, or .gif, .webp or .mp4.")
-@click.option("--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="From where; default: all around.")
-@click.option("--at", "time", type=Number(min=0.0), help="When [s]; default: at the end.")
-@click.option("--strip", "count", type=click.IntRange(2, 40), help="So many pictures of how it moves, side by side.")
-@click.option("--forces", is_flag=True, help="The forces of the proof too, where one holds then.")
-@click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Moving pictures so many times slower.")
+@click.option(
+    "-o",
+    "--output",
+    type=FilePath,
+    required=True,
+    help="File to write: .svg or .png, or .gif, .webp or .mp4 for a film.",
+)
+@click.option(
+    "--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="Direction of view. Default: three views."
+)
+@click.option("--at", "time", type=Number(min=0.0), help="Time of the picture [s]. Default: the end.")
+@click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of pictures of the motion, side by side.")
+@click.option("--forces", is_flag=True, help="Also draw the contact forces of the proof, if one holds at that time.")
+@click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Factor by which a film is slowed down.")
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.pass_context
@@ -63,9 +71,9 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     systems: tuple[str, ...],
     keyword: str,
 ) -> None:
-    """Play one case of FILE, and draw it: at the end, at a time, as a strip, or moving."""
+    """Play one case of FILE and draw its end, a given time, a strip of pictures, or a film."""
     if output.suffix.lower() not in (*STILL, *MOVING):
-        raise click.UsageError(f"{output}: write to a file that ends in {', '.join((*STILL, *MOVING))}")
+        raise click.UsageError(f"{output}: the file name must end in {', '.join((*STILL, *MOVING))}")
     moves = output.suffix.lower() in MOVING
     _refuse_at_odds(moves, views, time, count)
     if output.suffix.lower() == FILM:
@@ -75,13 +83,13 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         context.exit(code_without_runs(gathered, selected))
     if len(selected) > 1:
         first, other = selected[0].name, selected[1].name
-        tell(f"drawing {first}, the first of {len(selected)}: choose another by --system or -k, such as -k '{other}'")
+        tell(f"drawing {first}, the first of {len(selected)}; choose another with --system or -k, such as -k '{other}'")
     run = _played(selected[0])
     if not moves and not count:
         _warn_of_nothing_there(run, time, forces)
     seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
     try:
-        with refusing(f"{run.name}: the picture", "draw it by one --view from a side, or a smaller variant") as refused:
+        with refusing(f"{run.name}: the picture", "choose one --view from a side, or a smaller variant") as refused:
             if moves:
                 frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
                 write_file(output, _moving(run, frames, output.suffix[1:]))
@@ -100,22 +108,22 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 def _refuse_at_odds(moves: bool, views: Sequence[str], time: float | None, count: int | None) -> None:
     """Refuse options of which one would be ignored."""
     if time is not None and count is not None:
-        raise click.UsageError("--at draws one time, and --strip several: leave one of them out")
+        raise click.UsageError("--at draws one time and --strip several; remove one of the two")
     if moves and (time is not None or count is not None):
-        raise click.UsageError("what moves is shown as a whole: leave out --at and --strip, or write a .svg or .png")
+        raise click.UsageError("a film shows the whole run; remove --at and --strip, or write a .svg or .png")
     if (moves or count is not None) and len(views) > 1:
-        raise click.UsageError("a strip and a moving picture are seen from one side: give one --view")
+        raise click.UsageError("a strip or a film has one view; give only one --view")
 
 
 def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> None:
     """Report options that have no visible effect."""
     end = run.trace.cost.simulated_time
     if time is not None and time > end:
-        raise click.UsageError(f"--at {time:g}: {run.name} ends at {end:.3f} s")
+        raise click.UsageError(f"--at {time:g} is too late: {run.name} ends at {end:.3f} s")
     at = end if time is None else time
     if forces and not any(proof.begin <= at < proof.end for proof in run.proofs.standing):
         spans = ", ".join(f"{p.begin:g} s to {min(p.end, end):g} s" for p in run.proofs.standing) or "never"
-        tell(f"no forces at {at:g} s: they are known where a proof is kept ({spans})")
+        tell(f"no forces are drawn at {at:g} s: they are known only while a proof holds ({spans})")
 
 
 def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
@@ -144,5 +152,5 @@ def _played(case: Case) -> RunView:
     try:
         trace = play_case(case.timeline, case.system, recorder=recorder)
     except BlockedPlacementError as error:
-        raise click.ClickException(f"{case.name} could not go on: {error}") from error
+        raise click.ClickException(f"{case.name} was blocked: {error}") from error
     return view_of(case, trace, recorder.recording(), judged(case, trace))

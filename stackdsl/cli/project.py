@@ -26,17 +26,19 @@ from stackdsl.simulation.known_systems import KNOWN, needs_of
 from stackdsl.simulation.plugins import ForeignSystemError, foreign_names
 from stackdsl.user_files import make_user_folder, open_user_file
 
-# `stackdsl new`: writes a scenario to start from.
+# `stackdsl new`: creates a first scenario.
 
 
-SCHEMA: Final = "scenario.schema.json"  # what the JSON Schema is called in a project, and in an installed package
+SCHEMA: Final = "scenario.schema.json"  # file name of the JSON Schema in a project, and in an installed package
 
 
 @click.command("new")
 @click.argument("name")
-@click.option("--to", "folder", type=FilePath, default=Path("scenarios"), show_default=True, help="Where to write it.")
+@click.option(
+    "--to", "folder", type=FilePath, default=Path("scenarios"), show_default=True, help="Directory of the new file."
+)
 def new_command(name: str, folder: Path) -> None:
-    """Write a scenario called NAME to start from; never over an existing file."""
+    """Create a first scenario called NAME. An existing file is not changed."""
     path = folder / f"{name}.yaml"
     text = first_text(name, schema_seen_from(folder))
     for mistake in cases_of(parse(text, str(path)))[1]:
@@ -68,9 +70,9 @@ def make_folder(folder: Path) -> None:
     try:
         make_user_folder(folder)
     except FileExistsError as error:
-        raise click.UsageError(f"{folder} is no directory; write to another one") from error
+        raise click.UsageError(f"{folder} is not a directory; choose another one") from error
     except OSError as error:
-        raise click.UsageError(f"{folder} cannot be made: {error.strerror}") from error
+        raise click.UsageError(f"{folder} cannot be created: {error.strerror}") from error
 
 
 def write_new(path: Path, text: str) -> None:
@@ -78,23 +80,23 @@ def write_new(path: Path, text: str) -> None:
         with os.fdopen(open_user_file(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
             file.write(text.encode())
     except FileExistsError as error:
-        raise click.UsageError(f"{path} exists already; choose another name") from error
+        raise click.UsageError(f"{path} already exists; choose another name") from error
     except OSError as error:
         raise click.UsageError(f"{path} cannot be written: {error.strerror}") from error
 
 
-# `stackdsl init`: writes what a new project needs.
+# `stackdsl init`: creates the files of a new project.
 
 
-HOW_TO_VENDOR: Final = "put there the wheel that `pip wheel --no-deps -w vendor PATH` makes of the sources"
-FIRST: Final = "first-column"  # the scenario to start from
+HOW_TO_VENDOR: Final = "build this wheel from the sources with `pip wheel --no-deps -w vendor PATH`"
+FIRST: Final = "first-column"  # name of the first scenario
 ROOT_FILE: Final = """\
-# The root of a project of stackdsl: golden files belong to it, wherever a command is called from.
+# This file marks the root of a stackdsl project. All commands called below it use its golden files.
 golden = "golden"
 """
 WORKFLOW: Final = """\
-# Plays every scenario and compares it with its golden file, which a run in CI never writes. By --strict, a scenario
-# of which nothing is expected fails.
+# Plays every scenario and compares it with its golden file. A run in CI never writes golden files. With --strict, a
+# scenario without expectations fails.
 name: stackdsl
 on: [push, pull_request]
 
@@ -123,25 +125,25 @@ EDITOR: Final = """\
 
 @click.command(
     "init",
-    epilog="That is the file that marks its root, a first scenario, the JSON Schema and a setting for editors, and a "
-    "workflow for CI.",
+    epilog="The files: stackdsl.toml, which marks the root of the project, a first scenario, the JSON Schema and a "
+    "setting for editors, and a workflow for CI.",
 )
 @click.argument("directory", type=FilePath, default=Path())
 def init_command(directory: Path) -> None:
-    """Write what a new project in DIRECTORY (default: this one) needs; never over an existing file."""
+    """Create the files of a new project in DIRECTORY (default: this one). Existing files are not changed."""
     told = []
     for path, text in _texts(directory).items():
-        if os.path.lexists(path):  # a link that leads nowhere counts: what is written there would be elsewhere
-            told.append(f"left   {path}, which is there already")
+        if os.path.lexists(path):  # also for a broken link, through which a write would create a file elsewhere
+            told.append(f"kept   {path}, which already exists")
             continue
         make_folder(path.parent)
         write_new(path, text)
         told.append(f"wrote  {path}")
     write("\n".join(told))
     if requirement() == VENDORED:
-        write(f"note: stackdsl is on no package index, so its workflow installs {VENDORED}: {HOW_TO_VENDOR}")
-    where = f"cd {directory}, then: " if directory != Path() else ""
-    write(f"next: {where}stackdsl check, which writes the first golden file; look at it, and commit it all")
+        write(f"note: stackdsl is not on a package index, so the workflow installs {VENDORED}; {HOW_TO_VENDOR}")
+    where = f"cd {directory}, then " if directory != Path() else ""
+    write(f"next: {where}stackdsl check, which writes the first golden file; review it, and commit all files")
 
 
 def _texts(directory: Path) -> Mapping[Path, str]:
@@ -155,7 +157,7 @@ def _texts(directory: Path) -> Mapping[Path, str]:
     }
 
 
-# `stackdsl doctor`: tells what is installed and in order, and what to do about the rest.
+# `stackdsl doctor`: lists installed and missing packages, and problems of the directory.
 
 
 LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyaml", "click", "rich")
@@ -165,14 +167,14 @@ OPTIONAL: Final = {
     "matplotlib": "`--plot`; try: pip install 'stackdsl[plot]'",
     "distributed": "`stackdsl sweep --executor dask`; try: pip install 'stackdsl[dask]'",
     "pyarrow": "rows of `stackdsl sweep` as Parquet; try: pip install 'stackdsl[parquet]'",
-}  # and what each is for
+}  # with the feature that needs each package
 
 
 class State(StrEnum):
     """The state of a checked item."""
 
     OK = "ok"
-    NOTE = "note"  # works without
+    NOTE = "note"  # optional
     WRONG = "wrong"
 
 
@@ -184,10 +186,10 @@ class DoctorFinding:
     text: str
 
 
-@click.command("doctor", epilog="The exit code is 1 if anything is wrong, and 0 if there are but notes.")
+@click.command("doctor", epilog="The exit code is 1 if an item is wrong, and 0 if there are only notes.")
 @click.pass_context
 def doctor_command(context: click.Context) -> None:
-    """Tell what is installed, what is missing and how to get it, and whether this directory is in order."""
+    """List installed and missing packages, how to install them, and problems of this directory."""
     findings = [*_libraries(), *_engines(), *_optional(), *_reading(), *_project()]
     write("\n".join(f"{each.state:5}  {visible(each.text)}" for each in findings))
     context.exit(ExitCode.FAILED if any(each.state is State.WRONG for each in findings) else ExitCode.OK)
@@ -214,7 +216,8 @@ def _engines() -> Iterator[DoctorFinding]:
             yield DoctorFinding(State.OK, f"{package.name} {_version(package.name)}: plays {systems}")
             continue
         yield DoctorFinding(
-            State.NOTE, f"{package.name} is not installed, so these are skipped: {systems}; try: {package.remedy}"
+            State.NOTE,
+            f"{package.name} is not installed, so these systems are skipped: {systems}; try: {package.remedy}",
         )
 
 
@@ -224,15 +227,15 @@ def _optional() -> Iterator[DoctorFinding]:
         yield (
             DoctorFinding(State.OK, f"{name} {found}")
             if found
-            else DoctorFinding(State.NOTE, f"{name} is missing for {purpose}")
+            else DoctorFinding(State.NOTE, f"{name} is not installed; it is needed for {purpose}")
         )
 
 
 def _reading() -> Iterator[DoctorFinding]:
-    import yaml  # noqa: PLC0415 -- so that its absence can be told
+    import yaml  # noqa: PLC0415 -- so that the command runs without it
 
     quick = hasattr(yaml, "CSafeLoader")
-    slow = "YAML is read by pyyaml without libyaml, ten times as slowly; try: pip install --force-reinstall pyyaml"
+    slow = "pyyaml has no libyaml and reads YAML ten times slower; try: pip install --force-reinstall pyyaml"
     yield DoctorFinding(State.OK, "YAML is read by libyaml") if quick else DoctorFinding(State.NOTE, slow)
     if os.environ.get("CI"):
         yield DoctorFinding(State.NOTE, "the variable CI is set: golden files are compared and never written")
@@ -251,7 +254,7 @@ def _project() -> Iterator[DoctorFinding]:
         yield DoctorFinding(State.OK, f"the root of the project is {project.root.resolve()}")
     if not os.path.isdir(scenarios):
         there = "scenarios here" if scenarios == Path("scenarios") else str(scenarios)
-        yield DoctorFinding(State.NOTE, f"there is no directory {there}; begin one by: stackdsl init")
+        yield DoctorFinding(State.NOTE, f"there is no directory {there}; create one with: stackdsl init")
         return
     try:
         confined(scenarios)
@@ -262,10 +265,10 @@ def _project() -> Iterator[DoctorFinding]:
     yield DoctorFinding(State.OK, f"{count} files in {scenarios}")
     if os.path.isdir(golden) and not os.access(golden, os.W_OK):
         yield DoctorFinding(
-            State.WRONG, f"{golden} cannot be written, so --update cannot accept anything; let it be written"
+            State.WRONG, f"{golden} is not writable, so --update cannot write golden files; change its permissions"
         )
     elif not os.path.isdir(golden):
-        yield DoctorFinding(State.NOTE, "there are no golden files yet; write them by: stackdsl check")
+        yield DoctorFinding(State.NOTE, "there are no golden files yet; write them with: stackdsl check")
     if os.path.lexists(schema):
         yield from _schema(schema)
 
@@ -275,7 +278,7 @@ def _schema(schema: Path) -> Iterator[DoctorFinding]:
     try:
         if read_file(schema, len(current) + 1, within=schema.parent) != current:
             anew = f"stackdsl schema > {quote(str(schema))}"
-            yield DoctorFinding(State.NOTE, f"{schema} is of another version; write it anew by: {anew}")
+            yield DoctorFinding(State.NOTE, f"{schema} is from another version of stackdsl; update it with: {anew}")
     except OSError as error:
         yield DoctorFinding(State.WRONG, f"{schema}: {error.strerror}; remove it")
 

@@ -53,14 +53,14 @@ if TYPE_CHECKING:
     from stackdsl.viewing.run_view import RunView
 
 
-# What `run` keeps of its runs beside what it prints: where bricks were, as arrays, and a page that plays them.
+# Output files of `run`: recorded poses as arrays, a 3D file, and a page with a replay.
 
 
 ON_RECORD = click.option(
-    "--record", type=FilePath, help="Write where bricks were to this .npz, as numpy arrays; of one case."
+    "--record", type=FilePath, help="Write the poses of the bricks of one case to this .npz file, as numpy arrays."
 )
-ON_GLB = click.option("--glb", type=FilePath, help="Write the run to this .glb, for 3D programs; of one case.")
-ON_HTML = click.option("--html", type=FilePath, help="Write a page to this .html that plays what happened.")
+ON_GLB = click.option("--glb", type=FilePath, help="Write the run of one case to this .glb file, for 3D programs.")
+ON_HTML = click.option("--html", type=FilePath, help="Write a page with a replay to this .html file.")
 
 
 @dataclass
@@ -77,13 +77,13 @@ class RunOutputs:
         """Return the outputs for these cases. Raises UsageError for an impossible output."""
         for option, path in (("--record", record), ("--glb", glb)):
             if path is not None and len(selected) > 1:
-                told = f"{option} keeps one run, and {len(selected)} are selected"
-                raise click.UsageError(f"{told}: choose one by --system or -k, such as -k '{selected[0].name}'")
+                told = f"{option} writes one run, but {len(selected)} are selected"
+                raise click.UsageError(f"{told}; choose one with --system or -k, such as -k '{selected[0].name}'")
         if glb is not None and find_spec("pygltflib") is None:
             raise click.UsageError("--glb needs pygltflib, which is not installed; try: pip install 'stackdsl[gltf]'")
         for path, suffix in ((record, ".npz"), (html, ".html"), (glb, ".glb")):
             if path is not None and path.suffix.lower() != suffix:
-                raise click.UsageError(f"{path}: call it {path.with_suffix(suffix)}, since that is what it will hold")
+                raise click.UsageError(f"{path} must end in {suffix}; write {path.with_suffix(suffix)}")
         return cls(record, html, glb)
 
     def recorder(self) -> "Recorder | None":
@@ -104,11 +104,11 @@ class RunOutputs:
             recording.save(buffer)
             write_file(self.record, buffer.getvalue())
         if self.glb is not None:
-            from stackdsl.viewing.gltf import glb  # noqa: PLC0415 -- an extra
+            from stackdsl.viewing.gltf import glb  # noqa: PLC0415 -- an optional extra
 
             write_file(self.glb, glb(recording))
         if self.html is not None:
-            from stackdsl.viewing.run_view import view_of  # noqa: PLC0415 -- most runs are not looked at
+            from stackdsl.viewing.run_view import view_of  # noqa: PLC0415 -- most runs have no page
 
             self._runs.append(view_of(case, trace, recording, result))
 
@@ -130,21 +130,21 @@ def write_file(path: Path, data: bytes) -> None:
     tell(f"wrote {path}, {max(1, round(len(data) / 1000)):,} kB")
 
 
-# `stackdsl run --watch`: plays a file whenever it is saved, and shows it in a page that hears of it at once.
+# `stackdsl run --watch`: plays a file at each save, and shows it in a page that updates itself.
 #
-# A save while something is still played ends that: what is shown is always of what is in the file, or, while there is a
-# mistake in it, of what was there before, with the mistake beside it.
+# A save during a run ends the run, so that the page shows the current file. If that has a mistake, the page shows the
+# last valid version, with the mistake beside it.
 
 
-LONGEST_MARGINS = 60.0  # [s] that margins may take: of hundreds of bricks they take minutes
+LONGEST_MARGINS = 60.0  # [s] time limit of margins, which take minutes for hundreds of bricks
 
 
 def watch_run(file: Path, selection: Selection) -> int:
     """Play now and at every save until interrupted; return the exit code of the last run."""
     if file == STDIN:
-        raise click.UsageError("--watch needs a file that can be saved; leave one of --watch and - out")
+        raise click.UsageError("--watch needs a file, not the standard input; remove --watch, or give a file")
     if not os.path.exists(file):
-        raise click.UsageError(f"{file} is not there to be watched")
+        raise click.UsageError(f"--watch: {file} does not exist")
     try:
         with showing(OnePage(live_page(file.name))) as page:
             tell(f"open {page.url}")
@@ -155,7 +155,7 @@ def watch_run(file: Path, selection: Selection) -> int:
             except KeyboardInterrupt:
                 return live.code
     except OSError as error:
-        raise click.ClickException(f"no page can be shown: {error.strerror or error}") from error
+        raise click.ClickException(f"the page cannot be served: {error.strerror or error}") from error
 
 
 @dataclass
@@ -165,9 +165,9 @@ class _Live:
     file: Path
     selection: Selection
     page: RunPage
-    code: int = 0  # how the last play ended
-    cases: Sequence[Case] = ()  # that the file holds now; none while there are only mistakes
-    files: set[Path] = field(default_factory=set)  # what the scenarios were made of
+    code: int = 0  # exit code of the last run
+    cases: Sequence[Case] = ()  # cases of the current file; empty if it has only mistakes
+    files: set[Path] = field(default_factory=set)  # all files of the scenarios
     stamps: Stamps = field(default_factory=dict)
 
     def go_on(self) -> NoReturn:
@@ -177,7 +177,7 @@ class _Live:
         while True:
             while not self._play():
                 pass
-            tell("watching; Ctrl-C ends it")
+            tell("watching for changes; press Ctrl-C to stop")
             while not self._is_overtaken():
                 sleep(INTERVAL)
 
@@ -231,17 +231,17 @@ class _Playing:
 
     cases: Sequence[Case]
     page: RunPage
-    is_overtaken: Callable[[], bool]  # so that nobody wants to know any more
+    is_overtaken: Callable[[], bool]  # whether a newer save replaces these cases
     found: dict[int, VariantResult] = field(default_factory=dict)
 
     def play(self) -> bool:
         """Preview, play and judge all cases; return False if a newer save came before the end."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
         self.page.show_activity("playing" if able else "")
-        for number in able[:1]:  # who works on several looks at the first
+        for number in able[:1]:  # of several cases, the page shows the first
             self.page.show(number, preview(self.cases[number]))
         for number in able:
-            self.page.note(number, [])  # what was said was of another structure
+            self.page.note(number, [])  # remove the notes on the version before
         tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
         tasks += [Task(margined, (self.cases[number],), LONGEST_MARGINS) for number in able]
         pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)
@@ -271,7 +271,7 @@ class _Playing:
                 self.found[number] = result.value.result
                 self.page.show(number, result.value.json)
                 if len(self.found) == len(self.cases):
-                    self.page.show_activity("working out margins")
+                    self.page.show_activity("computing margins")
                 write(f"{case.name}\n{result.value.text}\n\n")
             case Blocked():
                 self._held_up(number, blocked_result(case, result.value))
@@ -288,7 +288,7 @@ class _Playing:
             self.page.show_mistakes((*self.page.mistakes, diagnostic_text(result.mistake)))
 
 
-# `stackdsl run`: plays one file and tells what happens as it happens.
+# `stackdsl run`: plays one file and prints its events as they happen.
 
 
 @click.command("run")
@@ -298,8 +298,8 @@ class _Playing:
 @ON_RECORD
 @ON_HTML
 @ON_GLB
-@click.option("--watch", is_flag=True, help="Show it in a page of this machine, anew whenever FILE is saved.")
-@click.option("--all-names", is_flag=True, help="Name every brick of an event, and all that fell.")
+@click.option("--watch", is_flag=True, help="Show FILE in a page on this machine, updated at each save.")
+@click.option("--all-names", is_flag=True, help="List every brick of an event, and all fallen bricks.")
 @click.pass_context
 def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -312,10 +312,10 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     watch: bool,
     all_names: bool,
 ) -> None:
-    """Play FILE, print what happens as it happens, and judge it; golden files are not looked at."""
+    """Play FILE, print each event as it happens, and judge the claims. Golden files are not read."""
     if watch:
         if any(path is not None for path in (record, html, glb)):
-            raise click.UsageError("--watch writes no files; leave it out, or --record, --html and --glb")
+            raise click.UsageError("--watch writes no files; remove --watch, or --record, --html and --glb")
 
         context.exit(watch_run(file, Selection(systems, keyword)))
     gathered, selected = selected_of(file, Selection(systems, keyword))

@@ -42,7 +42,7 @@ from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitReque
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.wording import how_many
 
-# `stackdsl survive`: what a structure survives when it is shaken or tilted, by bearing, and what gives way first.
+# `stackdsl survive`: acceleration and tilt that a structure survives, by bearing, and the part that fails first.
 
 
 FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
@@ -55,15 +55,15 @@ SURVIVAL = Writing[tuple[str, Survival]](lambda each: survival_lines(*each), sur
     type=click.IntRange(FEWEST_BEARINGS, MOST_BEARINGS),
     default=72,
     show_default=True,
-    help="Directions, evenly around.",
+    help="Number of directions, evenly spaced.",
 )
-@click.option("--accuracy", type=Number(1e-6, 0.5), default=0.01, show_default=True, help="Share that may be unproven.")
+@click.option("--accuracy", type=Number(1e-6, 0.5), default=0.01, show_default=True, help="Relative accuracy.")
 def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCode:
-    """Tell what the finished structure of FILE survives when it is shaken or tilted, and what gives way first."""
+    """Compute the acceleration and tilt that the structure of FILE survives, and the part that fails first."""
     cases = request.variants()
     refuse_several(request.plot, len(cases))
     questions = ((name, _survival(name, case, bearings, accuracy)) for name, case in cases.items())
-    found, code = request.answer(questions, SURVIVAL, "ask for fewer --bearings, or build less")
+    found, code = request.answer(questions, SURVIVAL, "use fewer --bearings or fewer bricks")
     if request.plot is not None and found:
         draw(partial(drawn_survival, *found[0]), request.plot)
     return code
@@ -75,27 +75,25 @@ def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator
     verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
     count = sum(not placement.hits for placement in case.timeline.placements)
     if standing == 0:
-        tell(f"{name}: nothing is set down at rest, so there is nothing that statics could judge")
+        tell(f"{name}: no brick is set down at rest, so statics has nothing to judge")
         return
     if verdict.reason:
-        tell(f"{name}: {verdict.stability.upper()}: {verdict.reason}; what does not stand survives nothing")
+        tell(f"{name}: {verdict.stability.upper()}: {verdict.reason}; only a stable structure has margins")
         return
     if standing < count:
-        tell(
-            f"{name}: this is what {standing} of {count} bricks survive; the engine has a word in all that comes after"
-        )
+        tell(f"{name}: computed for {standing} of {count} bricks; the later ones depend on the engine")
     with counted(bearings, f"{name}: bearings") as known:
         survival = survival_of(proofs.assembly, bearings, accuracy, known)
     if survival is None:
-        tell(f"{name}: no forces were found deep enough within friction to say what it survives")
+        tell(f"{name}: unknown: no contact forces were found that are far enough inside the friction cones")
     else:
         yield name, survival
 
 
-# `stackdsl find`: the largest or the least number with which a scenario stands, proven from both sides.
+# `stackdsl find`: the largest or the least value with which a scenario stands, with proofs on both sides.
 
 
-USUALLY = 60  # numbers that are tried; a bar has to end somewhere
+USUALLY = 60  # usual number of tried values, for the progress bar
 LIMITS = Writing[FoundLimit](limit_lines, limit_table)
 
 
@@ -107,20 +105,22 @@ def _bearing(context: click.Context, parameter: click.Parameter, value: str | No
 
 
 @statics_command("find")
-@click.option("--largest", metavar="NAME", multiple=True, help="The largest number with which it stands.")
-@click.option("--least", metavar="NAME", multiple=True, help="The least number with which it stands.")
-@click.option("--most", metavar="NAME", multiple=True, help="The largest whole number with which it stands.")
-@click.option("--from", "low", metavar="VALUE", default="", help="Search from here.")
-@click.option("--to", "high", metavar="VALUE", default="", help="Search up to here.")
+@click.option("--largest", metavar="NAME", multiple=True, help="Find the largest value of this number.")
+@click.option("--least", metavar="NAME", multiple=True, help="Find the least value of this number.")
+@click.option("--most", metavar="NAME", multiple=True, help="Find the largest value of this whole number.")
+@click.option("--from", "low", metavar="VALUE", default="", help="Lower end of the search.")
+@click.option("--to", "high", metavar="VALUE", default="", help="Upper end of the search.")
 @click.option(
     "--within",
     "accuracy",
     type=Number(FINEST, 0.5),
     default=ACCURACY,
     show_default=True,
-    help="Share by which both sides of a limit may be apart.",
+    help="Relative distance between both sides of the limit.",
 )
-@click.option("--bearing", callback=_bearing, metavar="ANGLE", help="Of a tilt or an acceleration; default: the worst.")
+@click.option(
+    "--bearing", callback=_bearing, metavar="ANGLE", help="Direction of a tilt or an acceleration. Default: the worst."
+)
 def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     request: Request,
     largest: tuple[str, ...],
@@ -131,16 +131,16 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     accuracy: float,
     bearing: float | None,
 ) -> ExitCode:
-    """Find the largest or the least number with which FILE stands, proven from both sides; nothing is played."""
+    """Find the largest or least value with which FILE stands, proven on both sides and without simulation."""
     wanted = [*((Want.LARGEST, name) for name in largest), *((Want.LEAST, name) for name in least)]
     wanted += [(Want.MOST, name) for name in most]
     if not wanted:
-        raise click.UsageError("say what to find, such as --largest step, --least friction or --most levels")
+        raise click.UsageError("no number to find; add, for example, --largest step, --least friction or --most levels")
     wishes = [LimitRequest(want, name.strip(), low, high, accuracy, bearing) for want, name in wanted]
     questions = (
         (name, _limit(name, case, wish)) for wish in wishes for name, case in request.variants(wish.name).items()
     )
-    instead = "search a narrower range by --from and --to, or more roughly by --within, or build less"
+    instead = "narrow the range with --from and --to, use a larger --within, or use fewer bricks"
     found, code = request.answer(questions, LIMITS, instead)
     return ExitCode.USAGE if code is ExitCode.OK and not found else code
 
@@ -156,7 +156,7 @@ def _limit(name: str, case: Case, wish: LimitRequest) -> Iterator[FoundLimit]:
         yield found
 
 
-# `stackdsl sensitivities`: on which bricks, joints and numbers the margin of a structure depends most.
+# `stackdsl sensitivities`: bricks, joints and numbers on which the margin of a structure depends most.
 
 
 SHOWN = 15
@@ -167,19 +167,24 @@ SHOWN = 15
     "--of",
     type=click.Choice([each.value for each in MarginKind]),
     default=MarginKind.ACCELERATION.value,
-    help="The margin.",
+    help="Margin to analyse.",
 )
 @click.option(
-    "--check", "checked", type=click.IntRange(0), default=CHECKED, show_default=True, help="So many by differences."
+    "--check",
+    "checked",
+    type=click.IntRange(0),
+    default=CHECKED,
+    show_default=True,
+    help="Number of results to verify by finite differences.",
 )
-@click.option("--top", type=click.IntRange(1), default=SHOWN, show_default=True, help="So many lines of text.")
+@click.option("--top", type=click.IntRange(1), default=SHOWN, show_default=True, help="Number of lines of text.")
 def sensitivities_command(request: Request, of: str, checked: int, top: int) -> ExitCode:
-    """Tell on which bricks, joints and numbers of FILE its margin depends most; nothing is played."""
+    """List the bricks, joints and numbers on which the margin of FILE depends most."""
     writing = Writing[Sensitivities](lambda each: sensitivity_lines(each, top), sensitivity_table)
     questions = (
         (name, _sensitivities(name, case, MarginKind(of), checked)) for name, case in request.variants().items()
     )
-    return request.answer(questions, writing, "let it --check fewer, or build less")[1]
+    return request.answer(questions, writing, "use a smaller --check or fewer bricks")[1]
 
 
 def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Iterator[Sensitivities]:
@@ -193,22 +198,22 @@ def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Itera
         yield found
 
 
-# `stackdsl suggest`: what would let a scenario stand that falls, each answer tried by a verdict.
+# `stackdsl suggest`: changes with which a falling scenario stands, each verified by a verdict.
 
 
 @statics_command("suggest")
 def suggest_command(request: Request) -> ExitCode:
-    """Find what would let FILE stand that falls: shifts, counterweights, friction, props; each is tried."""
+    """Find changes that let a falling FILE stand: shifts, counterweights, friction, props. Each is verified."""
     questions = ((name, _suggestions(name, case)) for name, case in request.variants().items())
-    return request.answer(questions, IN_PARTS, "ask it of a part of the build, or build less")[1]
+    return request.answer(questions, IN_PARTS, "use a part of the build or fewer bricks")[1]
 
 
 def _suggestions(name: str, case: Case) -> Parts:
     proofs = proofs_of(case.timeline)
     verdict = proofs.verdict
     if verdict.stability is not Stability.UNSTABLE:
-        said = "is proven to stand" if verdict.stability is Stability.STABLE else f"is undecided: {verdict.reason}"
-        tell(f"{name}: what statics can judge {said}, so there is nothing to mend")
+        said = "is proven to stand" if verdict.stability is Stability.STABLE else f"is undecided ({verdict.reason})"
+        tell(f"{name}: the part that statics can judge {said}, so there is nothing to repair")
         return
     yield Part(name, [name, f"  {verdict.reason}"])
     nothing = True
@@ -217,7 +222,7 @@ def _suggestions(name: str, case: Case) -> Parts:
             row, nothing = suggestion_row(suggestion), False
             yield Part(name, [f"    {row['text']}"], [row])
     if nothing:
-        tell(f"{name}: nothing was found that lets it stand")
+        tell(f"{name}: no change was found with which it stands")
 
 
 def _ticking(bar: Callable[[int], None]) -> Callable[[], None]:
@@ -225,20 +230,24 @@ def _ticking(bar: Callable[[int], None]) -> Callable[[], None]:
     return lambda: bar(next(turns))
 
 
-# `stackdsl order`: an order in which a finished structure can be built, and the least props.
+# `stackdsl order`: an order of building a finished structure, and the fewest props.
 
 
 MOST_ORDER_VERDICTS = 1500
-LESS = "ask for fewer verdicts by --most, or build less"
+LESS = "use a smaller --most or fewer bricks"
 
 
 @statics_command("order")
-@click.option("--props/--no-props", default=True, show_default=True, help="Whether bricks may be propped for a while.")
+@click.option("--props/--no-props", default=True, show_default=True, help="Allow temporary props.")
 @click.option(
-    "--most", type=click.IntRange(min=1), default=MOST_ORDER_VERDICTS, show_default=True, help="Verdicts asked in all."
+    "--most",
+    type=click.IntRange(min=1),
+    default=MOST_ORDER_VERDICTS,
+    show_default=True,
+    help="Largest number of verdicts.",
 )
 def order_command(request: Request, props: bool, most: int) -> ExitCode:
-    """Find an order in which the finished structure of FILE can be built, standing at each step, or the least props."""
+    """Find an order of building in which the structure of FILE stands after each step, or the fewest props."""
     questions = ((name, _order(name, case, props, most)) for name, case in request.variants().items())
     return request.answer(questions, IN_PARTS, LESS)[1]
 
@@ -250,7 +259,7 @@ def _finished(name: str, case: Case) -> Assembly | None:
         tell(f"{name}: {found.why_not}")
         return None
     if found.left_out:
-        tell(f"{name}: {how_many(found.left_out, 'brick')} left to the engine, and left out here")
+        tell(f"{name}: {how_many(found.left_out, 'brick')} left out, since they depend on the engine")
     return found.assembly
 
 
@@ -273,24 +282,24 @@ def _order(name: str, case: Case, props: bool, most: int) -> Parts:
         raise stopped
 
 
-# `stackdsl pull`: which bricks can be pulled out of what stands, how many one after the other, how soon it falls.
+# `stackdsl pull`: removable bricks of a standing structure, the longest order of pulls, and the fewest that fell it.
 
 
 MOST_PULL_VERDICTS = 5000
 
 
 @statics_command("pull")
-@click.option("--all", "all_bricks", is_flag=True, help="Orders may also take bricks that carry nothing.")
-@click.option("--single", is_flag=True, help="Pull each brick by itself only, and look for no orders.")
+@click.option("--all", "all_bricks", is_flag=True, help="Orders may also pull bricks that carry nothing.")
+@click.option("--single", is_flag=True, help="Pull each brick by itself only, without a search for orders.")
 @click.option(
     "--most",
     type=click.IntRange(min=1),
     default=MOST_PULL_VERDICTS,
     show_default=True,
-    help="Verdicts asked for each order.",
+    help="Largest number of verdicts for each order.",
 )
 def pull_command(request: Request, all_bricks: bool, single: bool, most: int) -> ExitCode:
-    """Tell which bricks of the finished structure of FILE can be pulled, and how many one after the other."""
+    """List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls."""
     how = all_bricks, not single, most
     questions = ((name, _pulls(name, case, *how)) for name, case in request.variants().items())
     return request.answer(questions, IN_PARTS, LESS)[1]

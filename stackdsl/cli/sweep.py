@@ -25,31 +25,35 @@ MOST_SAMPLES = 10**12
 
 @click.command("sweep")
 @ONE_FILE
-@click.option(
-    "--out", "-o", required=True, type=FilePath, help="Where the rows go: a .jsonl file, or a .parquet folder."
-)
+@click.option("--out", "-o", required=True, type=FilePath, help="File of the rows: a .jsonl file or a .parquet folder.")
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.option(
-    "--samples", type=click.IntRange(1, MOST_SAMPLES), help="So many of each case; default: as the scenario says."
+    "--samples",
+    type=click.IntRange(1, MOST_SAMPLES),
+    help="Number of samples of each case. Default: that of the scenario.",
 )
 @click.option(
     "--executor",
     type=click.Choice(["processes", "dask"]),
     default="processes",
     show_default=True,
-    help="What does the work: processes of this machine, or a Dask cluster that is there.",
+    help="Workers: processes of this machine, or an existing Dask cluster.",
 )
-@click.option("--scheduler", default="", metavar="ADDRESS", help="Of the Dask cluster; default: as Dask is set up.")
+@click.option(
+    "--scheduler", default="", metavar="ADDRESS", help="Address of the Dask cluster. Default: from the Dask settings."
+)
 @ON_JOBS
 @click.option(
     "--time-limit",
     type=Number(0.001, LONGEST_LIMIT),
     default=TIME_LIMIT,
     show_default=True,
-    help="Seconds that a sample may take, or a case that has none.",
+    help="Time limit of a sample, or of a case without samples [s].",
 )
-@click.option("--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="Of the summary.")
+@click.option(
+    "--format", "form", type=click.Choice(["text", "csv", "json"]), default="text", help="Format of the summary."
+)
 @click.pass_context
 def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -64,11 +68,11 @@ def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     time_limit: float,
     form: str,
 ) -> None:
-    """Judge every variant and every sample of FILE, and write a row for each; called again, it goes on where it was."""
+    """Judge every variant and every sample of FILE, and write a row for each, or continue such a file."""
     if scheduler and executor != "dask":
-        raise click.UsageError("--scheduler is of a Dask cluster: add --executor dask")
+        raise click.UsageError("--scheduler needs a Dask cluster; add --executor dask")
     if executor == "dask" and context.get_parameter_source("jobs") is not ParameterSource.DEFAULT:
-        raise click.UsageError("--jobs is of this machine: a Dask cluster has the workers that it has")
+        raise click.UsageError("--jobs does not apply to a Dask cluster, which has its own workers; remove --jobs")
     gathered, selected = selected_of(file, Selection(systems, keyword))
     if gathered.diagnostics:
         context.exit(ExitCode.INVALID)
@@ -99,7 +103,7 @@ def _playable(cases: Sequence[Case]) -> Iterator[Case]:
 def _cluster(scheduler: str) -> Iterator[Workers]:
     with dask_cluster(scheduler) as workers:
         if not workers.capacity():
-            tell("the cluster has no workers yet: waiting for some")
+            tell("the cluster has no workers yet; waiting for workers")
         yield workers
 
 
@@ -144,4 +148,4 @@ class _UnderWay:
             write("".join(f"{line}\n" for line in sweep_lines(found)))
         if self.counts.rows < self.plan.total:
             rows = f"{self.counts.rows} of {self.plan.total} rows are in {self.out}"
-            tell(f"{rows}: the same call goes on with them")
+            tell(f"{rows}; the same call continues them")

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
-PAUSE = 0.1  # [s] between two looks of a bar: to draw one takes longer than many a verdict
-NO_TERMINAL = 160  # [characters] how wide output is that goes elsewhere
+PAUSE = 0.1  # [s] least time between two updates of a bar, since drawing can take longer than a verdict
+NO_TERMINAL = 160  # [characters] width of output that does not go to a terminal
 
 
 class DisplayedResult(Protocol):
@@ -51,13 +51,13 @@ class Bar(Protocol):
 def occupy_standard_streams() -> None:
     """Open standard streams that were closed at the start as null devices.
 
-    Otherwise a pipe or file opened later would take their number and receive output, also of native libraries.
+    Otherwise a pipe or file that is opened later would get their number and their output, also of native libraries.
     """
     for number in range(3):
         try:
             os.fstat(number)
         except OSError:
-            nowhere = os.open(os.devnull, os.O_RDWR)  # the least number that is free, which is this one
+            nowhere = os.open(os.devnull, os.O_RDWR)  # gets the least free number, which is this one
             os.set_inheritable(nowhere, True)
 
 
@@ -83,7 +83,7 @@ def _print(text: str) -> None:
         silence(sys.stdout)
     except OSError as error:
         silence(sys.stdout)
-        raise click.ClickException(f"the output cannot be written: {error.strerror}") from error
+        raise click.ClickException(f"the standard output cannot be written: {error.strerror}") from error
 
 
 def tell(text: str) -> None:
@@ -164,7 +164,7 @@ def _drawn(console: "Console") -> "Progress":
     )
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    # It is refreshed by whoever waits: beside a thread for that, no worker could be a copy of this process.
+    # No automatic refresh: it needs a thread, with which workers could not be forks of this process.
     return Progress(*columns, console=console, transient=True, auto_refresh=False)
 
 

@@ -117,7 +117,7 @@ def _presence(before: bool) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class _Placing:
-    """Return the event in which a brick was placed."""
+    """The event in which a brick is placed."""
 
     number: int
     event: Object
@@ -135,11 +135,11 @@ class _Placing:
 
 
 def _by_brick(whole: Object) -> dict[str, _Placing]:
-    """Compare events by placed brick, so that one more event, or other groups, do not shift all later ones."""
+    """Return the placing event of each brick, so that an additional event does not shift all later ones."""
     placings: dict[str, _Placing] = {}
     for number, event in enumerate(_array(whole, "events"), start=1):
         if not isinstance(event, dict):
-            raise MalformedSnapshotError(f"event {number} is not an object")
+            raise MalformedSnapshotError(f"event {number} is not a JSON object")
         bricks = sorted(_object(event, "placed"))
         if not bricks and ("removed" in event or "pushed" in event):
             continue
@@ -147,7 +147,8 @@ def _by_brick(whole: Object) -> dict[str, _Placing]:
             raise MalformedSnapshotError(f"event {number} places no brick")
         for brick in bricks:
             if brick in placings:
-                raise MalformedSnapshotError(f"event {number} places {brick!r} of event {placings[brick].number} again")
+                first = placings[brick].number
+                raise MalformedSnapshotError(f"event {number} places {brick!r}, which event {first} placed already")
             placings[brick] = _Placing(number, event)
     return placings
 
@@ -234,7 +235,7 @@ def _supports(brick: str, when: str, expected: Object, got: Object) -> Differenc
             yield GoldenDifference(brick, f"rests on{when}", *shown, tolerance="exact")
 
 
-def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and what they may be
+def _value(  # noqa: PLR0913, PLR0917 -- both sides, their names and their kind
     subject: str,
     name: str,
     expected: object,
@@ -242,7 +243,7 @@ def _value(  # noqa: PLR0913, PLR0917 -- both sides, what they are called, and w
     quantity: Quantity | None = None,
     unclear: IsValue | None = None,
 ) -> Sequence[GoldenDifference]:
-    """Return the difference of two values, if any; `unclear` says which of them may be too close to call."""
+    """Return the difference of two values, if any; `unclear` tests the possible values of an unclear observation."""
     if _same(expected, got, quantity) or is_excused(expected, got, unclear):
         return ()
     tolerance = f"± {quantity.tolerance:g} {quantity.unit}".rstrip() if quantity is not None else "exact"
@@ -282,19 +283,19 @@ def _vector(  # noqa: PLR0913, PLR0917 -- as `_value`
 def _components(subject: str, key: str, holder: Object) -> Mapping[str, object]:
     values = _array(holder, key)
     if len(values) not in (0, 3):
-        raise MalformedSnapshotError(f"{key} of {subject} is not three numbers")
+        raise MalformedSnapshotError(f"{key} of {subject} must have three numbers")
     return dict(zip("xyz", values, strict=False))
 
 
 def _object(holder: Object, key: str) -> Object:
     value = holder.get(key, {})
     if not isinstance(value, dict):
-        raise MalformedSnapshotError(f"{key!r} is not an object")
+        raise MalformedSnapshotError(f"{key!r} is not a JSON object")
     return value
 
 
 def _array(holder: Object, key: str) -> list[object]:
     value = holder.get(key, [])
     if not isinstance(value, list):
-        raise MalformedSnapshotError(f"{key!r} is not an array")
+        raise MalformedSnapshotError(f"{key!r} is not a JSON array")
     return value

@@ -136,7 +136,7 @@ def _check(what: str, entry: object, known: set[str]) -> None:
         raise MalformedSnapshotError(f"{what} has an unknown key {min(entry.keys() - known)!r}")
 
 
-# Observations that may be too close to call, and the values that such an observation may have.
+# Unclear observations, which are too close to a limit to be certain, and their possible values.
 #
 # An unclear observation agrees with any value that a run can have there. Any other value is an editing mistake.
 

@@ -46,7 +46,7 @@ from stackdsl.shown_text import visible
 # compared with anything.
 
 
-ELSEWHERE: Final = "elsewhere"  # in the place of a file that is not below the project, or is none, as in a notebook
+ELSEWHERE: Final = "elsewhere"  # name of an owner outside the project, or without a file, such as a notebook
 LINE: Final = re.compile(rb'^  "kept_by": ("(?:[^"\\\n]|\\.)*"),?\r?$', re.MULTILINE)
 
 
@@ -64,7 +64,7 @@ def keeper_of(file: str, golden: Path, scenarios: Path) -> str:
 
 
 def _absolute(path: str | Path) -> str:
-    return os.path.abspath(path)  # a link is left as it is
+    return os.path.abspath(path)  # links are not resolved
 
 
 def keeper_in(content: object) -> str:
@@ -100,8 +100,8 @@ def is_kept(file: Path, golden: Path, checked: Collection[str]) -> bool:
 # Golden files: one snapshot each, read on every run, written only on request.
 
 
-WRITABLE = "make room for it, or name another directory by --golden"
-CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # as git leaves it
+WRITABLE = "make the directory writable, or choose another one with --golden"
+CONFLICT = re.compile(r"^(?:<{7}|>{7})(?: |$)", re.MULTILINE)  # conflict markers of git
 STAMP_LINE = re.compile(r'^  "stamp": \{[^\n]*\},$', re.MULTILINE)
 TEMPORARY = ".golden.tmp"  # ends the name of a file that is being written
 LEFT_NAME = re.compile(r"\.[0-9a-f]+" + re.escape(TEMPORARY))
@@ -110,7 +110,7 @@ LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
 
-LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE)  # by an update
+LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE)  # not changed by an update
 
 
 class NewerFormatError(MalformedSnapshotError):
@@ -118,7 +118,7 @@ class NewerFormatError(MalformedSnapshotError):
 
 
 class GoldenWriteRefusedError(RuntimeError):
-    """A CI run must not write golden files: the differences need a review by a person."""
+    """Golden files must not be written in CI, where nobody reviews the differences."""
 
 
 class StoredGolden(NamedTuple):
@@ -198,7 +198,7 @@ def _written(path: Path, directory: Path, text: str, result: GoldenResult, statu
 
 
 def content(path: Path, directory: Path) -> bytes | GoldenResult:
-    """All that a golden file in a directory holds, or why it cannot be read."""
+    """Return the content of a golden file in a directory, or the reason why it cannot be read."""
     file = path.as_posix()
     try:
         return read_file(path, within=directory)
@@ -266,8 +266,8 @@ def _why_not(text: str, error: Exception) -> str:
     """Return the reason why a text is no snapshot."""
     if marker := CONFLICT.search(text):
         line = text.count("\n", 0, marker.start()) + 1
-        return f"it holds two versions, with the markers of a merge from line {line} on; keep one, or write it anew"
-    return f"it holds no snapshot: {error}"
+        return f"it has a merge conflict at line {line}; keep one version, or write the file again with --update"
+    return f"it is not a valid snapshot: {error}"
 
 
 def renamed_from(snapshot: Snapshot, files: Iterable[str]) -> str:
@@ -299,16 +299,18 @@ def _parsed(text: str) -> Mapping[str, object]:
     """Return the JSON value of a golden file of this format. Raises ValueError or RecursionError."""
     value = json.loads(text, object_pairs_hook=_without_duplicates)
     if not isinstance(value, Mapping):
-        raise MalformedSnapshotError("its JSON is no object")
+        raise MalformedSnapshotError("the file is not a JSON object")
     if "\\u" in text:  # an escaped half of a surrogate pair could be read but never be printed
         json.dumps(value, ensure_ascii=False).encode("utf-8")
     was = value.get("format", "none")
     if isinstance(was, int) and not isinstance(was, bool) and was > FORMAT:
         raise NewerFormatError(
-            f"its format is {was}, which a newer version wrote; this one reads up to {FORMAT}; update stackdsl"
+            f"it has format {was} of a newer version of stackdsl, and this one reads up to {FORMAT}; update stackdsl"
         )
     if was is True or was != FORMAT:
-        raise MalformedSnapshotError(f"its format is {was}, this version reads {FORMAT}; write it anew with --update")
+        raise MalformedSnapshotError(
+            f"it has format {was}, and this version reads {FORMAT}; write it again with --update"
+        )
     return value
 
 
@@ -327,7 +329,7 @@ def is_ci(environment: Mapping[str, str]) -> bool:
 def refuse_in_ci(environment: Mapping[str, str]) -> None:
     """Raise GoldenWriteRefusedError if the environment is that of a CI run."""
     if is_ci(environment):
-        raise GoldenWriteRefusedError("golden files are not written in CI: update them locally and review the diff")
+        raise GoldenWriteRefusedError("golden files are not written in CI; update them locally and review the diff")
 
 
 def write_golden(path: Path, text: str, directory: Path) -> None:
@@ -339,9 +341,7 @@ def write_golden(path: Path, text: str, directory: Path) -> None:
     _remove_left_over(path.parent, directory)
     # A random name, not the process id: two containers that share a volume may have the same one.
     fresh = f".{token_hex(16)}{TEMPORARY}"
-    replace_file(
-        path, text.encode("utf-8"), directory, fresh=fresh, synced=True
-    )  # what people write into one that agrees stays
+    replace_file(path, text.encode("utf-8"), directory, fresh=fresh, synced=True)
 
 
 def _remove_left_over(folder: Path, directory: Path) -> None:
@@ -361,7 +361,7 @@ def obsolete(directory: Path, expected: Iterable[str], whole_set: bool, checked:
     if not whole_set:
         return ()
     names, used = set[str](), frozenset(expected)
-    # An unreadable directory is reported for each snapshot that should be in it.
+    # An unreadable directory is reported with each snapshot in it.
     with suppress(OSError):
         entries = list(directory.iterdir())
         # The target of a link belongs to another project.
@@ -381,7 +381,7 @@ def _is_golden(file: Path) -> bool:
 
 
 def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
-    """Remove golden files; those that are gone now, which are not all where the disk refuses.
+    """Remove golden files; return the removed ones. Files that cannot be removed are skipped.
 
     Raises GoldenWriteRefusedError in CI.
     """
@@ -420,11 +420,11 @@ class Pending:
     renamed_from: str  # as `golden`; empty where nothing is renamed
     failed: tuple[str, ...]  # expectations that the run did not meet
     text: str
-    file: str = ""  # of YAML that has the case, as `golden`; empty where that cannot be told
+    file: str = ""  # YAML file of the case, as `golden`; empty if it is unknown
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The golden files that accepting it writes or removes."""
+        """The golden files that `accept` writes or removes."""
         return tuple(filter(None, (self.golden, self.renamed_from)))
 
     def differences(self, goldens: "PendingStore") -> tuple[GoldenDifference, ...]:
@@ -467,9 +467,9 @@ class PendingStore:
         return content(self.home / golden, self.folder)
 
     def note(self, case: str, golden: GoldenResult, failed: tuple[str, ...], file: str = "") -> None:
-        """Keep a snapshot that differs from its golden file, drop one that agrees; `file` is the YAML of the case."""
+        """Store a snapshot that differs from its golden file, drop one that agrees; `file` is the YAML of the case."""
         key = os.path.relpath(golden.file, self.home)
-        with suppress(OSError):  # another check makes it again
+        with suppress(OSError):  # the next check stores it again
             if golden.status not in OFFERED or not golden.offered:
                 remove_file(unlinked(self.state, FOLDER) / self._file(key).name, self.home)
                 return
@@ -528,16 +528,16 @@ class PendingStore:
         return named and os.path.normpath(name) == name
 
     def accept(self, pending: Pending) -> None:
-        """Let it become the golden file; a renamed one goes from where it was.
+        """Write a pending snapshot to its golden file, and remove the file that it was renamed from.
 
-        Raises StaleError, OSError, and GoldenWriteRefusedError in CI. Whenever it is cut short, both files are whole,
-        and it can be accepted again.
+        Raises StaleError, OSError, and GoldenWriteRefusedError in CI. After an interrupt, both files are complete, and
+        the snapshot can be accepted again.
         """
         refuse_in_ci(os.environ)
         if not self._is_own(pending):
-            raise StaleError(f"{pending.golden} is no golden file of {pending.case}: check it again")
+            raise StaleError(f"{pending.golden} is not the golden file of {pending.case}: check the case again")
         if pending.is_stale(self):
-            raise StaleError(f"{pending.golden} has changed since it was compared: check {pending.case} again")
+            raise StaleError(f"{pending.golden} has changed since the check: check {pending.case} again")
         for name in pending.files:
             refuse_outside((self.home / name).parent, self.folder)
         write_golden(self.home / pending.golden, pending.text, self.folder)
@@ -546,7 +546,7 @@ class PendingStore:
         self.reject(pending)
 
     def reject(self, pending: Pending) -> None:
-        """Forget it; the golden file stays as it is. Raises OSError."""
+        """Drop a pending snapshot; the golden file is not changed. Raises OSError."""
         unlinked(self.state, FOLDER)
         remove_file(self._file(pending.golden), self.home)
 

@@ -39,11 +39,11 @@ from stackdsl.trace import (
 
 
 FORMAT = 1  # of the file; raise it whenever an older file can no longer be compared
-UNCLEAR = "unclear"  # too close to call; equal to anything
+UNCLEAR = "unclear"  # too close to a limit to be certain; equal to any value
 
 
 class MalformedSnapshotError(ValueError):
-    """A golden file contains JSON that is no snapshot; the message gives the place."""
+    """A golden file contains JSON that is not a valid snapshot. The message has the place."""
 
 
 Number: TypeAlias = float | str  # text where a number is unclear or not finite: JSON has no infinity
@@ -103,7 +103,7 @@ class RecordedBrick:
     mass_g: Number
     rests_on: Mapping[BodyId, Number] | None  # shares; None without a model that computes them
     centre_of_mass_mm: tuple[Number, ...] | None = None  # from the middle of the box around it; None if it is a box
-    volume_mm3: Number | None = None  # None of a box
+    volume_mm3: Number | None = None  # None for a box
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,14 +213,14 @@ def rubbing_of(friction: GivenFriction) -> Mapping[str, Number | str] | None:
     return {RULE: str(friction.rule), **dict(sorted(told.items()))}
 
 
-def friction_told(usual: float, told: object) -> GivenFriction:
-    """Return the friction of a scene from its entries. Raises ValueError if they are meaningless."""
-    if not isinstance(told, Mapping):
+def friction_from(usual: float, entries: object) -> GivenFriction:
+    """Return the friction of a scene from its entries. Raises ValueError if they are invalid."""
+    if not isinstance(entries, Mapping):
         return usual
     own: dict[str, float] = {}
     between: dict[tuple[str, str], float] = {}
     kinds: dict[str, str] = {}
-    for key, value in told.items():
+    for key, value in entries.items():
         if key.startswith(OWN):
             own[key.removeprefix(OWN)] = float(value)
         elif key.startswith(KIND):
@@ -228,7 +228,7 @@ def friction_told(usual: float, told: object) -> GivenFriction:
         elif key.startswith(PAIR):
             one, other = key.removeprefix(PAIR).split("/")
             between[one, other] = float(value)
-    return Friction(usual, own, between, kinds, Rule(told.get(RULE, Rule.LOWER)))
+    return Friction(usual, own, between, kinds, Rule(entries.get(RULE, Rule.LOWER)))
 
 
 # Trace -> snapshot: the observations that are relevant and clear enough to be locked.
@@ -509,7 +509,7 @@ def _differing(what: str, expected: object, got: object) -> Iterator[GoldenDiffe
 def _object(holder: Mapping[str, object], key: str) -> Mapping[str, object]:
     value = holder.get(key, {})
     if not isinstance(value, dict):
-        raise MalformedSnapshotError(f"{key!r} is not an object")
+        raise MalformedSnapshotError(f"{key!r} is not a JSON object")
     return value
 
 

@@ -37,14 +37,14 @@ def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
     """Return the result as failed, with the bricks that still move and how much longer to watch."""
     reasons = []
     if count := len(trace.moving):
-        reasons.append(f"still moving at the end of the watch: {how_many(count, 'brick')}")
+        reasons.append(f"still moving when the simulation ended: {how_many(count, 'brick')}")
     if slow := [track for track in trace.unsettled if track.brick.id not in trace.moving]:
-        causes = dict.fromkeys(track.gives_way or "it has not come to rest" for track in slow)
+        causes = dict.fromkeys(track.gives_way or "not at rest" for track in slow)
         reasons.append(
-            f"not settled at the end of the watch: {names_text([t.brick.id for t in slow])}: {'; '.join(causes)}"
+            f"not settled when the simulation ended: {names_text([t.brick.id for t in slow])}: {'; '.join(causes)}"
         )
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
-    advice = f"watch longer, such as `watch: {2 * max(1, round(watched))} s`"
+    advice = f"simulate longer, for example with `watch: {2 * max(1, round(watched))} s`"
     return ClaimResult(
         f"{result.measured}; {'; '.join(reasons)}; {advice}", -inf, "", passed=False, numbers=result.numbers
     )

@@ -74,7 +74,7 @@ def judge_share(claim: ClaimKind, ensemble: Ensemble, confidence: float) -> tupl
     between = interval(least, least + ensemble.unknown, count, error)
     decision = decided(wanted, between)
     share = f"{_percent(between.low)} .. {_percent(between.high)} %"
-    unknown = f", and {ensemble.unknown} may or may not" if ensemble.unknown else ""
+    unknown = f", and {ensemble.unknown} undecided" if ensemble.unknown else ""
     measured = f"{share} ({least} of {count} samples{unknown})"
     if decision is Decision.OPEN:
         measured = f"undecided: {measured}; {_more(wanted, ensemble, least, error)}"
@@ -106,8 +106,8 @@ def _more(wanted: Tolerance, ensemble: Ensemble, least: int, error: float) -> st
     """Return a text with the number of further samples that would decide, if the share stays the same."""
     needed = samples_needed(wanted, least / ensemble.drawn, ensemble.unknown / ensemble.drawn, error)
     if isinf(needed):
-        return "no number of samples would decide a share so close to the limit"
-    return f"some {_round(max(1, int(needed) - ensemble.drawn))} more samples would decide it"
+        return "the share is too close to the limit for any number of samples"
+    return f"about {_round(max(1, int(needed) - ensemble.drawn))} more samples would decide it"
 
 
 def samples_needed(wanted: Tolerance, share: float, unknown: float, error: float) -> float:

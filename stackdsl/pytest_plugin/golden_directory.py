@@ -1,4 +1,4 @@
-"""The directory of golden files of a test: the one configured in pytest, or otherwise that of `stackdsl check`."""
+"""Directories of golden files and scenarios of a test: the setting of pytest, or else those of `stackdsl check`."""
 
 import os
 from collections.abc import Callable
@@ -11,11 +11,13 @@ from stackdsl.project_file import Project, ProjectError, confined, project_of
 
 
 def golden_directory(config: pytest.Config, test: Path) -> Path:
-    """Return the directory of golden files for a test in this file. Fails the test if the project file is invalid."""
-    if named := config.getini("golden_directory"):
-        golden = Path(os.path.normpath(config.rootpath / str(named)))
+    """Return the directory of the golden files for a test in this file. Fail the test if the project is invalid."""
+    if configured := config.getini("golden_directory"):
+        golden = Path(os.path.normpath(config.rootpath / str(configured)))
         if not golden.is_relative_to(config.rootpath):
-            raise pytest.UsageError(f"golden_directory = {named} leads out of {config.rootpath}; name one below")
+            raise pytest.UsageError(
+                f"golden_directory = {configured} is outside of {config.rootpath}; choose a directory inside it"
+            )
         return _confined(config, golden)
     return _confined(config, _in_project(config, test, lambda project: project.golden))
 
@@ -29,7 +31,7 @@ def _confined(config: pytest.Config, golden: Path) -> Path:
 
 
 def scenario_directory(config: pytest.Config, test: Path) -> Path:
-    """Return the directory of the scenarios checked together with a test. Fails the test likewise."""
+    """Return the directory of all scenarios of the project around a test. Fail the test if the project is invalid."""
     return _in_project(config, test, lambda project: project.scenarios)
 
 
@@ -38,5 +40,5 @@ def _in_project(config: pytest.Config, test: Path, named: Callable[[Project], Pa
         project = project_of([test.parent])
     except ProjectError as error:
         pytest.fail(str(error), pytrace=False)
-    home = config.rootpath if project.root is None else Path.cwd()  # the project is displayed relative to this path
+    home = config.rootpath if project.root is None else Path.cwd()  # paths of the project are relative to it
     return Path(os.path.normpath(home / named(project)))

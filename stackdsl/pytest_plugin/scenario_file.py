@@ -1,4 +1,4 @@
-"""Scenarios as tests: a file is a collector, and each variant on each system is a test item."""
+"""Scenarios as tests: each file is a collector, and each variant on each system is an item."""
 
 import os
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
-from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning, ScenarioWarning
+from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning, ScenarioWarning
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.formats import warnings_of
 from stackdsl.report.text import report_text
@@ -30,27 +30,27 @@ if TYPE_CHECKING:
     from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
 
 Name = pytest.StashKey[dict[str, Path]]()  # file of each scenario, by name
-Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # unused golden files, by their directory
+Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without a scenario, by their directory
 
 
 class MissedError(Exception):
-    """A scenario has an unexpected outcome; the text is its report."""
+    """A scenario failed its expectations or differs from its golden file. The text is the report."""
 
 
 class ScenarioFile(pytest.File):
     """Scenarios of one YAML file."""
 
     def collect(self) -> Iterable["ScenarioItem"]:
-        """Yield one item per case. Raises CollectError with all diagnostics of the file."""
+        """Yield one item per case. Raises CollectError with all diagnostics if the file is invalid."""
         gathered = gather([self.path])
         if gathered.diagnostics:
-            raise self.CollectError("\n\n".join(diagnostic_text(found) for found in gathered.diagnostics))
+            raise self.CollectError("\n\n".join(map(diagnostic_text, gathered.diagnostics)))
         names = self.config.stash.setdefault(Name, {})
         for case in gathered.cases:
             name = case.scenario.scenario
             if (other := names.setdefault(name, self.path)) != self.path:
-                why = f"{self.path} has a scenario '{name}', and so has {other}: give one of them another name"
-                raise self.CollectError(f"{why}; golden files know scenarios by their names")
+                why = f"{self.path} and {other} both have a scenario '{name}'"
+                raise self.CollectError(f"{why}; rename one, since golden files identify scenarios by name")
             yield ScenarioItem.from_parent(self, name=case.name, case=case)
 
 
@@ -70,9 +70,9 @@ class ScenarioItem(pytest.Item):
             pytest.skip(why)
         result = self._result()
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
-            warn(OtherEngineWarning(f"compared in what no engine decides: {result.golden.note}"), stacklevel=1)
-        for found in warnings_of(result):
-            warn(ScenarioWarning(f"{found.title}: {found.text}"), stacklevel=1)
+            warn(OtherEngineWarning(f"{ENGINE_INDEPENDENT}: {result.golden.note}"), stacklevel=1)
+        for finding in warnings_of(result):
+            warn(ScenarioWarning(f"{finding.title}: {finding.text}"), stacklevel=1)
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:
@@ -96,7 +96,7 @@ class ScenarioItem(pytest.Item):
         )
 
     def _goldens(self) -> Goldens:
-        """Return the directory of golden files, unless they are ignored, and whether to write them."""
+        """Return the options for golden files."""
         if self.config.getoption("no_golden"):
             return Goldens(None)
         update = bool(self.config.getoption("update_snapshots", default=False))  # an option of syrupy
@@ -112,26 +112,26 @@ class ScenarioItem(pytest.Item):
         )
 
     def _unused(self, folder: Path, scenarios: Path) -> tuple[str, ...]:
-        """Return the golden files of the project without a scenario: one of them may have been renamed."""
+        """Return the golden files without a scenario; this scenario may have been renamed from one of them."""
         known = self.config.stash.setdefault(Unused, {})
         if folder not in known:
             known[folder] = unused_goldens(gather([scenarios]), folder) if folder.is_dir() else ()
         return known[folder]
 
     def _sampled(self) -> VariantResult:
-        """Return the result of a case with samples."""
-        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- it brings scipy
+        """Return the result of a sampled case."""
+        from stackdsl.checking.ensembles import sampled_result  # noqa: PLC0415 -- imports scipy
 
         return sampled_result(self.case, os.cpu_count() or 1, self._goldens())
 
     def repr_failure(
         self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None
     ) -> "str | TerminalRepr":
-        """Return the report of the case; a traceback only for unexpected exceptions."""
+        """Return the report of the case, or a traceback for other errors."""
         if isinstance(excinfo.value, MissedError | GoldenWriteRefusedError):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Return the position of the scenario."""
+        """Return the place of the scenario."""
         return self.path, self.case.source.key_span_of(("scenario",)).line - 1, self.name

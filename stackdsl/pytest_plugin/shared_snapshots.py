@@ -1,6 +1,6 @@
-"""Golden files for tests in Python, through syrupy: the same files, comparison and bytes as those of `stackdsl check`.
+"""Golden files for tests in Python, through syrupy: the same files, comparison and bytes as in `stackdsl check`.
 
-Files without a test are left alone: `stackdsl check` finds obsolete ones.
+Files without a test are neither reported nor removed; `stackdsl check` reports obsolete files.
 """
 
 import json
@@ -22,16 +22,16 @@ from stackdsl.goldens.file_format import canonical_text, directory_of, golden_na
 from stackdsl.goldens.golden import content_of, judge_text, refuse_in_ci, write_golden
 from stackdsl.goldens.snapshot import Identity, Snapshot
 from stackdsl.pytest_plugin.golden_directory import golden_directory
-from stackdsl.pytest_plugin.scenario_warnings import OtherEngineWarning
+from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning
 from stackdsl.results import GoldenStatus
 
 Golden = Callable[[Identity], SnapshotAssertion]
 
 
 class GoldenExtension(JSONSnapshotExtension):
-    """Stores snapshots of stackdsl in the files of `stackdsl check`; the index of an assertion is its file name."""
+    """Stores snapshots in the golden files of `stackdsl check`; the index of an assertion is the file name."""
 
-    keeper: ClassVar[str] = ""  # owner of the written files, see `stackdsl.goldens.golden`
+    keeper: ClassVar[str] = ""  # owner that written files name, see `stackdsl.goldens.golden`
 
     def serialize(
         self,
@@ -42,29 +42,30 @@ class GoldenExtension(JSONSnapshotExtension):
         matcher: PropertyMatcher | None = None,
     ) -> SerializedData:
         if not isinstance(data, Snapshot):
-            raise TypeError(f"a golden file holds a stackdsl Snapshot, not a {type(data).__name__}")
+            raise TypeError(f"a golden file needs a Snapshot of stackdsl, not {type(data).__name__}")
         return canonical_text(replace(data, kept_by=self.keeper or None))
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
         result = judge_text("", snapshot_data, json.loads(serialized_data))
         if result.status is GoldenStatus.OTHER_ENGINE:
-            warnings.warn(OtherEngineWarning(f"compared in what no engine decides: {result.note}"), stacklevel=2)
+            warnings.warn(OtherEngineWarning(f"{ENGINE_INDEPENDENT}: {result.note}"), stacklevel=2)
         return result.status in (GoldenStatus.SAME, GoldenStatus.OTHER_ENGINE)
 
     def diff_lines(self, serialized_data: SerializedData, snapshot_data: SerializedData) -> Iterator[str]:
-        """Yield one line per difference, instead of syrupy's line-by-line diff."""
+        """Yield one line per difference, instead of the line-by-line diff of syrupy."""
         if not snapshot_data:
-            yield "write it with: pytest --snapshot-update"
+            yield "there is no golden file; write it with: pytest --snapshot-update"
             return
         result = judge_text("", str(snapshot_data), json.loads(serialized_data))
         yield from filter(None, [result.note])
-        for one in result.differences:
-            yield f"{one.subject}: {one.quantity}: expected {one.expected}, got {one.got} (tolerance {one.tolerance})"
+        for each in result.differences:
+            values = f"expected {each.expected}, got {each.got} (tolerance {each.tolerance})"
+            yield f"{each.subject}: {each.quantity}: {values}"
 
     def discover_snapshots(
         self, *, test_location: PyTestLocation, ignore_extensions: list[str] | None = None
     ) -> SnapshotCollections:
-        """Return no snapshots, so that syrupy neither reports nor deletes golden files without a test."""
+        """Return none, so that syrupy neither reports nor deletes golden files that this session does not read."""
         return SnapshotCollections()
 
     @classmethod
@@ -82,11 +83,11 @@ class GoldenExtension(JSONSnapshotExtension):
     def read_snapshot_data_from_location(
         self, *, snapshot_location: str, snapshot_name: str, session_id: str
     ) -> SerializableData | None:
-        # Undecodable bytes are no JSON either, and are reported as unreadable.
-        found = content_of(snapshot_location)
-        if isinstance(found, bytes):
-            return found.decode("utf-8", "replace")
-        return None if found.status is GoldenStatus.MISSING else found.note
+        # Invalid UTF-8 is also invalid JSON, which is reported as unreadable.
+        content = content_of(snapshot_location)
+        if isinstance(content, bytes):
+            return content.decode("utf-8", "replace")
+        return None if content.status is GoldenStatus.MISSING else content.note
 
     @classmethod
     def write_snapshot_collection(
@@ -100,17 +101,17 @@ class GoldenExtension(JSONSnapshotExtension):
 
 @cache
 def _kept_by(keeper: str) -> type[GoldenExtension]:
-    """Return the extension that writes this owner into its files: syrupy makes instances only from a class."""
+    """Return an extension that writes this owner into files; it is a class, since syrupy creates the instances."""
     return type("GoldenExtension", (GoldenExtension,), {"keeper": keeper})
 
 
 def compare_with_golden(snapshot: SnapshotAssertion, directory: Path, keeper: str) -> Golden:
-    """Return a function from an identity to the file in a directory to compare a snapshot with.
+    """Return a function from an identity to the assertion on its golden file.
 
-    `keeper` is the owner of a file that the test writes.
+    `keeper` is the owner that a written file names.
     """
 
-    def kept(identity: Identity) -> SnapshotAssertion:
+    def golden(identity: Identity) -> SnapshotAssertion:
         return snapshot.use_extension(_kept_by(keeper))(name=golden_name(identity))
 
-    return kept
+    return golden

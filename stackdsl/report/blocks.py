@@ -12,9 +12,9 @@ from stackdsl.trace import NUMERICAL_COLLAPSE, UNRELIABLE
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
 
-UNBOUNDED = 10_000  # [characters] more than any table takes
+UNBOUNDED = 10_000  # [characters] wider than any table
 GAP = "  "  # between two columns
-INDENT = "    "  # of what is folded below the beginning of a row
+INDENT = "    "  # of the folded lines of a row
 ANSI = {"green": "32", "yellow": "33", "red": "31"}
 STYLES = (
     dict.fromkeys(("stands", "same", "agrees"), "green")
@@ -86,7 +86,7 @@ def plain_text(part: Line | Table, width: int) -> str | None:
     names = list(part.rows[0])
     rows = [names, *([row[name] for name in names] for row in part.rows)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    # A character that is no ASCII may be two columns wide, a line break makes a row higher, and spaces may be cut off.
+    # Non-ASCII characters may be two columns wide, line breaks make rows higher, and outer spaces may be cut off.
     if sum(widths) + len(GAP) * (len(widths) - 1) > width or not all(_is_simple(cell) for row in rows for cell in row):
         return None
     flush = [str.ljust if name in part.left else str.rjust for name in names]

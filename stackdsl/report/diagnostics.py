@@ -9,7 +9,7 @@ from typing import Final
 
 from stackdsl.diagnostics import Diagnostic, Span
 
-# A diagnostic as plain text: where, what, the line with a caret, and the remedy.
+# A diagnostic as plain text: position, message, source line with a caret, remedy.
 
 
 TAB: Final = "    "
@@ -51,7 +51,7 @@ def _character_width(character: str) -> int:
     return 2 if unicodedata.east_asian_width(character) in ("W", "F") else 1
 
 
-# What a code of a diagnostic means, as `diagnostics.md` says it: meaning, an example that gives it, and the remedy.
+# The entry of a diagnostic code in `diagnostics.md`: meaning, an example that causes it, remedy.
 
 
 CODE: Final = re.compile(r"SD\d{3}")

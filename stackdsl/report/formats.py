@@ -31,10 +31,10 @@ from stackdsl.results import (
 from stackdsl.shown_text import visible
 from stackdsl.trace import Collapse, Cost, Ensemble, PassedThrough, WrongEdges
 
-# All that failed, as single findings, worst first: for outputs that show only so many.
+# All failures and warnings as single findings, worst first, for outputs that limit their number.
 
 
-MOST_SEEN = 3  # differences of one golden file; the rest is in the text
+MOST_SEEN = 3  # shown differences of one golden file; the text report has the others
 
 
 class Rank(IntEnum):
@@ -44,7 +44,7 @@ class Rank(IntEnum):
     STOPPED = 1
     FAILED = 2
     GOLDEN = 3
-    WARNED = 4  # of what fails nothing
+    WARNED = 4  # does not fail the check
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def ranked_failures(report: Report) -> list[RankedFailure]:
     found += [finding for result in report.results for finding in ranked_failures_of(result)]
     found += [finding for result in report.results for finding in warnings_of(result)]
     found += [
-        RankedFailure(Rank.GOLDEN, "obsolete golden file", "no variant has this name", visible(file))
+        RankedFailure(Rank.GOLDEN, "obsolete golden file", "no variant uses this file", visible(file))
         for file in report.obsolete
     ]
     return sorted(found, key=lambda finding: finding.rank)
@@ -117,12 +117,12 @@ def _place(span: Span) -> tuple[str, int, int]:
     return span.file, span.line, span.column
 
 
-# The report as JUnit XML, which continuous integration reads: one suite a file, one test a case.
+# The report as JUnit XML for continuous integration: one suite per file, one test per case.
 #
-# A case of which nothing is expected counts as skipped there, which knows no other way to be neither passed nor failed.
+# A case without expectations counts as skipped, since JUnit has no other status for neither passed nor failed.
 
 
-NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # what XML 1.0 cannot hold
+NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # characters that XML 1.0 forbids
 
 
 def report_junit(report: Report) -> str:
@@ -137,7 +137,7 @@ def report_junit(report: Report) -> str:
         for result in results:
             _case(suite, result)
     _errors(root, "mistakes", [(f"{each.span}", f"{each.code} {each.message}") for each in report.diagnostics])
-    _errors(root, "golden files", [(visible(file), "obsolete: no variant has this name") for file in report.obsolete])
+    _errors(root, "golden files", [(visible(file), "obsolete: no variant uses this file") for file in report.obsolete])
     for counted in [*root, root]:
         cases = list(counted.iter("testcase"))
         counted.set("tests", str(len(cases)))
@@ -187,7 +187,7 @@ def _clean(text: str) -> str:
 
 # The report as workflow commands of GitHub, which shows them beside the lines of the files.
 #
-# It shows ten of a step and drops the others without a word, so the worst come first, and the tenth says what is left.
+# GitHub shows only ten annotations of a step. So the worst come first, and the tenth gives the number of the others.
 
 
 MOST_SHOWN = 10  # annotations of one kind that a step shows
@@ -200,7 +200,7 @@ def report_github(report: Report) -> str:
     lines = [_command(finding) for finding in shown]
     if len(found) > len(shown):
         rest = found[len(shown) :]
-        lines.append(f"::error title=stackdsl::and {len(rest)} more, which the log names")
+        lines.append(f"::error title=stackdsl::{len(rest)} more findings are listed in the log")
         lines += [_remark(finding) for finding in rest]
     return "\n".join([*lines, closing_line(report)]) + "\n"
 
@@ -228,7 +228,7 @@ def _value(text: str) -> str:
 # The report as a page of Markdown: the summary of a step of continuous integration, or a comment.
 
 
-MOST_ROWS = 200  # of each table; a page of a megabyte is shown by nobody
+MOST_ROWS = 200  # of each table; GitHub does not show pages of a megabyte
 SPECIAL = str.maketrans({character: f"\\{character}" for character in "\\`*_{}[]<>#|~"})
 
 
@@ -240,7 +240,7 @@ def report_markdown(report: Report) -> str:
 def _failed(report: Report) -> Iterator[str]:
     found = ranked_failures(report)
     if found:
-        yield from ("| where | what | |", "|---|---|---|")
+        yield from ("| place | case or code | finding |", "|---|---|---|")
         for each in found[:MOST_ROWS]:
             yield f"| {_plain(each.file)}:{each.line} | {_plain(each.title)} | {_plain(each.text)} |"
         yield from _more(len(found))
@@ -289,16 +289,15 @@ def quantity_of(written: str) -> dict[str, object]:
     return {"written": written, "number": number, "unit": unit, "si": number * factor}
 
 
-# The report as a table of comma-separated values, a row a case: what a study of parameters is plotted from.
+# The report as comma-separated values with one row per case, for example to plot a parameter study.
 #
-# A variable is a column in units of the SI; one that is a word stays as written. Units stand at the end of the names. A
-# file whose name a spreadsheet would take for a formula, or GitHub for a workflow command, is told from the folder on:
-# `./=1+1.yaml`.
+# Each variable has a column, with numbers in SI units and words as written. Column names end in the unit. A file name
+# that a spreadsheet would read as a formula, or GitHub as a workflow command, gets a leading folder: `./=1+1.yaml`.
 
 
 FIXED = ("file", "scenario", "variant", "system", "conclusion", "verdict", "collapse_level", "collapse_s", "drift_m")
-FORMULA = ("=", "+", "-", "@")  # as formulas begin in spreadsheets
-COMMAND = "::"  # as commands begin in the log of a workflow, which row by row may be shown there
+FORMULA = ("=", "+", "-", "@")  # first characters of formulas in spreadsheets
+COMMAND = "::"  # start of a workflow command in the log of GitHub, where rows may be printed
 COSTS = ("expectations", "met", "least_margin", "least_margin_unit", "golden", "wall_s", "simulated_s", "steps")
 
 
@@ -337,10 +336,10 @@ def _costs(result: VariantResult) -> list[object]:
     return [len(result.outcomes), result.met, *margin, golden, *costs]
 
 
-# The report for other programs.
+# The report as JSON for other programs.
 #
-# Keys are sorted and end in their unit, all SI. A number that is not finite is null, as is what was not measured.
-# `format` is raised when a key changes its meaning or goes; keys may be added without.
+# Keys are sorted and end in their SI unit. A number that is not finite or not measured is null. `format` increases if a
+# key changes its meaning or is removed, but not if a key is added.
 
 
 FORMAT = 1
@@ -363,7 +362,7 @@ def report_json(report: Report) -> str:
         "not_played": report.left,
     }
     text = json.dumps(whole, indent=2, sort_keys=True, allow_nan=False)
-    return text.replace("\x7f", "\\u007f") + "\n"  # the only character that ASCII has and a terminal obeys
+    return text.replace("\x7f", "\\u007f") + "\n"  # the only ASCII control character that JSON does not escape
 
 
 def _number(value: float | None) -> float | None:

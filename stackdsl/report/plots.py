@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 # Makes figures with matplotlib, as bytes, and ignores the settings file of the working directory.
 
 
-HINT: Final = "pip install 'stackdsl[plot]'"  # what brings matplotlib
+HINT: Final = "pip install 'stackdsl[plot]'"  # installs matplotlib
 
 
 def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure":
@@ -25,9 +25,9 @@ def new_figure(size: tuple[float, float], layout: str | None = None) -> "Figure"
 
     Raises ModuleNotFoundError without matplotlib.
 
-    When it is loaded, matplotlib reads `matplotlibrc` of the working directory before any other settings, and versions
-    before 3.10.9 run a part of it as Python. So it is loaded where there is no such file: settings of the user count,
-    and those of a project that somebody else sent do not.
+    On import, matplotlib reads `matplotlibrc` of the working directory before any other settings, and versions before
+    3.10.9 run a part of it as Python. So it is imported in an empty directory: the settings of the user apply, but not
+    those of a project, which may be untrusted.
     """
     with TemporaryDirectory() as empty, chdir(empty):
         import matplotlib as mpl  # noqa: PLC0415 -- an optional extra
@@ -49,11 +49,11 @@ def encoded(figure: "Figure", suffix: str) -> bytes:
 
 FRAGILITY_SIZE = (6.0, 4.0)  # [inch]
 MOST_TICKS = 8
-SMOOTH = 200  # points that the curve is drawn by
+SMOOTH = 200  # points of the drawn curve
 
 
 def drawn_fragility(name: str, fragility: Fragility, suffix: str) -> bytes:
-    """It as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
+    """Return a plot of a fragility curve as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
     figure = new_figure(FRAGILITY_SIZE)  # before any other module of matplotlib is loaded
     from matplotlib.ticker import NullFormatter  # noqa: PLC0415 -- an optional extra
 
@@ -76,27 +76,27 @@ def drawn_fragility(name: str, fragility: Fragility, suffix: str) -> bytes:
         axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(-0.02, 1.02)
     axes.set_xlabel(" ".join(filter(None, [fragility.intensity.name, f"[{unit}]" * bool(unit)])))
-    axes.set_ylabel("share that falls")
+    axes.set_ylabel("share of samples that fall")
     axes.set_title(name, fontsize=9)
     axes.legend(fontsize=8)
     figure.tight_layout()
     return encoded(figure, suffix)
 
 
-# What a structure survives by bearing, as a polar picture: what is proven to stand, and what is proven to fall.
+# The survived acceleration by bearing, as a polar plot: proven to stand, and proven to fall.
 
 
 SURVIVAL_SIZE = (5.0, 5.0)  # [inch]
 
 
 def drawn_survival(name: str, survival: Survival, suffix: str) -> bytes:
-    """It as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
+    """Return a plot of survival by bearing as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
     figure = new_figure(SURVIVAL_SIZE)
     axes = figure.subplots(subplot_kw={"projection": "polar"})
     bearings = [each.bearing for each in survival.along]
     for label, values, style in (
         ("survived", [each.survived for each in survival.along], "-"),
-        ("brings it down", [each.fails for each in survival.along], ":"),
+        ("falls", [each.fails for each in survival.along], ":"),
     ):
         axes.plot(*_closed(bearings, values), style, label=label)
     axes.set_title(f"{name}\nhorizontal acceleration [g] by bearing from +x", fontsize=9)
@@ -105,6 +105,6 @@ def drawn_survival(name: str, survival: Survival, suffix: str) -> bytes:
 
 
 def _closed(bearings: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
-    """Return a closed line around; bearings that nothing brings down are left out."""
+    """Return a closed line around; bearings without a fall are left out."""
     shown = [value if value < inf else float("nan") for value in values]
     return [*bearings, bearings[0]], [*shown, shown[0]]

@@ -41,9 +41,9 @@ from stackdsl.timeline import (
     Timeline,
 )
 from stackdsl.trace import VerdictMargins
-from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
+from stackdsl.wording import moving_text, names_text, shaking_text, touching_text
 
-# Verdicts of statics on scenarios, before anything is played.
+# Verdicts of statics on scenarios, without simulation.
 
 
 ANSWERS = {Stability.STABLE: "stands", Stability.UNSTABLE: "falls"}  # other verdicts are undecided
@@ -78,14 +78,16 @@ def statics_summary_of(case: Case) -> StaticsSummary:
         with limited(work.limit()):
             proofs = proofs_of(timeline)
     except TooMuchWorkError as error:
-        return StaticsSummary(case.scenario_name, variant, bricks, 0, OPEN, f"it takes too much work: {error}", None)
+        return StaticsSummary(
+            case.scenario_name, variant, bricks, 0, OPEN, f"the proof takes too much work: {error}", None
+        )
     verdict = proofs.verdict
     fallen = [judged for judged in proofs.judged if judged.verdict.stability is not Stability.STABLE]
     proven = sum(len(judged.bricks) for judged in proofs.judged if judged not in fallen)
     answer = ANSWERS.get(verdict.stability, OPEN)
     reason = verdict.reason if verdict.stability is not Stability.STABLE else ""
     if answer == "stands" and proven < bricks:
-        answer, reason = OPEN, f"{bricks - proven} of {bricks} bricks are left to the engine"
+        answer, reason = OPEN, f"{bricks - proven} of {bricks} bricks depend on the engine"
     first = {fallen[0].bricks[0]} if fallen else frozenset[str]()
     times = [act.time for act in timeline.actions if isinstance(act, Placement) and act.brick.id in first]
     return StaticsSummary(
@@ -122,7 +124,7 @@ def statics_text(said: Sequence[StaticsSummary], width: int, colour: bool) -> st
     blocks += [[line("Stable only if gaps count as contact", "bold"), *across]] if across else []
     counts = {answer: sum(each.answer == answer for each in said) for answer in (*ANSWERS.values(), OPEN)}
     sums = ", ".join(f"{count} {answer}" for answer, count in counts.items() if count)
-    total = f"{len(said)} variant{'s' * (len(said) != 1)}: {sums}; nothing was played"
+    total = f"{len(said)} variant{'s' * (len(said) != 1)}: {sums}; no simulation"
     return blocks_text([*blocks, [line(total)]], width, colour)
 
 
@@ -140,23 +142,23 @@ def remedy_lines(remedies: Remedies) -> Iterator[str]:
     found += [counterweight_text(remedies.counterweight)] if remedies.counterweight is not None else []
     yield from found
     if not remedies.numbers:
-        yield "no number of the file by itself, of those that were tried"
+        yield "no number of the file was found whose change alone prevents the fall"
     if remedies.counterweight is None:
-        yield "no counterweight on a brick is enough: none rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
+        yield "no counterweight helps, since no brick rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
 
 
 def _number(remedy: OtherNumber) -> str:
     number, limit = remedy.number, remedy.limit
     sign = ">=" if limit.least else "<="
-    return f"{number.name} {sign} {number.text(limit.value)}, in place of {number.text(number.number)} at {number.span}"
+    return f"{number.name} {sign} {number.text(limit.value)} instead of {number.text(number.number)} at {number.span}"
 
 
 def friction_text(remedy: MoreFriction) -> str:
     if remedy.factor == inf:
-        return "no friction is enough"
+        return "no friction coefficient is large enough"
     if remedy.alike:
         return f"friction >= {remedy.coefficient:.4g}"
-    return f"every friction times {remedy.factor:.4g}, of brick on brick {remedy.coefficient:.4g}"
+    return f"all friction coefficients times {remedy.factor:.4g} (between bricks {remedy.coefficient:.4g})"
 
 
 def counterweight_text(remedy: HeavierBrick) -> str:
@@ -166,7 +168,7 @@ def counterweight_text(remedy: HeavierBrick) -> str:
 
 def later_text(next_to_fall: Collection[BodyId]) -> str:
     """Return what still falls with a remedy."""
-    return f"; later {names_text(in_order(next_to_fall))} would fall" if next_to_fall else ""
+    return f"; then {names_text(in_order(next_to_fall))} would fall later" if next_to_fall else ""
 
 
 # Text on friction other than the usual coefficient.
@@ -179,10 +181,10 @@ def rubbing_lines(timeline: Timeline) -> Iterator[str]:
         return
     if law.own:
         own = ", ".join(f"{name} {each:g}" for name, each in sorted(law.own.items()))
-        yield f"  friction of their own: {own}; of two that touch: {law.rule}"
+        yield f"  own friction of bodies: {own}; friction of a contact: {law.rule}"
     touching = _touching(timeline, law)
     for pair, each in sorted(law.between.items()):
-        never = "" if frozenset(pair) in touching else "; no two of these touch as they are set down"
+        never = "" if frozenset(pair) in touching else "; no two of these touch when they are set down"
         yield f"  friction {each:g} between {pair[0]} and {pair[1]}{never}"
 
 
@@ -202,13 +204,13 @@ def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
     }
 
 
-# The weakest spot of a structure, in the same words in every report, and as JSON.
+# The weakest spot of a structure as text for all reports, and as JSON.
 
 
 def weakest_text(weakest: Weakest) -> str:
-    """Return text such as `weakest: L2.1; from 0.258 g towards 0 deg on, L2.1, L3.1 tip over L1.1`."""
+    """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
     bearing = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}"
-    return f"weakest: {weakest.brick}; from {weakest.acceleration:.4g} g towards {bearing} deg on, {weakest.gives_way}"
+    return f"weakest: {weakest.brick}; above {weakest.acceleration:.4g} g towards {bearing} deg, {weakest.gives_way}"
 
 
 def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
@@ -262,7 +264,7 @@ def _cost(judged: JudgedGroup) -> str:
     return f", {MICROSECONDS * judged.verdict.seconds:.0f} us{together}"
 
 
-def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
+def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
     proofs: Proofs,
     timeline: Timeline,
     count: int,
@@ -273,17 +275,17 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all that is told
     """Yield the results for all judged bricks out of `count`; `margins` are the reported ones (`TOLD`), if known."""
     verdict, judged = proofs.verdict, sum(len(judged.bricks) for judged in proofs.judged)
     if verdict.stability is not Stability.STABLE:
-        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine shows what comes of it"
+        yield f"  statics: {verdict.stability.upper()}: {verdict.reason}; the engine simulates the rest"
         yield from _fall(proofs, timeline, extent, numbers)
     elif judged < count:
-        yield f"  statics: {judged} of {count} bricks proven to stand; the engine shows what comes of the others"
+        yield f"  statics: {judged} of {count} bricks are proven to stand; the engine simulates the others"
     else:
         seconds = sum(judged.verdict.seconds for judged in proofs.judged)
         cost = f", in {1000.0 * seconds:.3g} ms" if extent.times else ""
         within = verdict.touching_within
-        yield f"  statics: every placement proven to stand{touching_text(within)}{cost}"
+        yield f"  statics: every placement is proven to stand{touching_text(within)}{cost}"
         if within > 0.0:
-            yield f"    this counts on gaps of up to {mm(within)} as contact; with `touching: exactly` it is not proven"
+            yield "    with `touching: exactly`, it is not proven to stand"
         yield from _margins(proofs, extent, margins)
 
 
@@ -293,13 +295,13 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioN
     in_doubt = verdict.stability is Stability.UNDECIDED
     yield f"    {'in doubt' if in_doubt else 'moves'}: {', '.join(in_order(verdict.moving))}"
     if side := side_text(fall_side(verdict, bricks)):
-        yield f"    it goes {side}"
+        yield f"    direction: {side}"
     if in_doubt or extent.remedies is False:
         return
     if extent.remedies is None and len(bricks) > MOST_FOR_PROGRAMS:
-        yield f"    what would mend more than {MOST_FOR_PROGRAMS} bricks takes its time; ask for it with --remedies"
+        yield f"    remedies for more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --remedies"
         return
-    yield "    what would mend it, each tried:"
+    yield "    remedies, each verified:"
     yield from (f"      {line}" for line in remedy_lines(remedies_of(numbers, timeline, proofs)))
 
 
@@ -308,17 +310,17 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
     if extent.margins is False:
         return
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
-        yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take their time; ask for them with --margins"
+        yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --margins"
         return
     margins = margins or margins_of_assembly(proofs.assembly, TOLD)
-    yield "    it would survive " + "; ".join(_margin_texts(margins))
+    yield "    it survives " + "; ".join(_margin_texts(margins))
     if margins.squeezed:
-        yield "    this counts on contacts that may be squeezed together, as hard as it takes, or may not be"
+        yield "    these margins rely on contacts whose pressure statics does not determine"
     if margins.weakest is not None:
         yield f"    {weakest_text(margins.weakest)}"
     if margins.joint is not None:
         lower, upper = margins.joint
-        yield f"    least margin of placement: {upper} on {lower}"
+        yield f"    limiting contact of the placement error: {upper} on {lower}"
     if margins.guaranteed is not None:
         yield f"    rest is {_certainty(margins)}"
 
@@ -331,16 +333,18 @@ def _certainty(margins: VerdictMargins) -> str:
 
 def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
     if margins.acceleration is not None:
-        bearing = f" towards {round(degrees(margins.bearing)) % 360} deg" if margins.bearing is not None else ""
-        yield f"{margins.acceleration:.4g} g sideways, worst{bearing}"
+        worst = (
+            f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""
+        )
+        yield f"a horizontal acceleration of {margins.acceleration:.4g} g{worst}"
     if margins.tilt is not None:
         yield f"a tilt of {degrees(margins.tilt):.4g} deg"
     if margins.friction is not None:
         yield f"friction down to {margins.friction:.4g}"
     if margins.placement == inf:  # all bricks lie on the ground, none on another brick
-        yield "every brick however far beside its place"
+        yield "any placement error of every brick"
     elif margins.placement is not None:
-        yield f"every brick {round(1000.0 * margins.placement, 6):.4g} mm beside its place"
+        yield f"a placement error of {round(1000.0 * margins.placement, 6):.4g} mm of every brick"
 
 
 # Compiled scenario as text: the world, each brick with time, place and supports, and the systems.
@@ -365,7 +369,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     yield from _world(timeline)
     count, levels = sum(not placement.hits for placement in timeline.placements), timeline.levels
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
-    yield f"  {what}, built after {timeline.built:g} s, watched until {timeline.end:g} s"
+    yield f"  {what}, finished at {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
     proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None
     yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
@@ -380,7 +384,7 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
 
 def _world(timeline: Timeline) -> Iterator[str]:
     world = timeline.world
-    yield f"  gravity {world.gravity:g} m/s2, brick on brick friction {as_friction(world.friction).usual:g}"
+    yield f"  gravity {world.gravity:g} m/s2, friction between bricks {as_friction(world.friction).usual:g}"
     yield from rubbing_lines(timeline)
     for plane in world.planes:
         normal = " ".join(f"{round(component, 4) + 0.0:g}" for component in plane.normal_W)
@@ -477,8 +481,8 @@ def _system(name: str, timeline: Timeline) -> Iterator[str]:
     if modified := system.modification.summary:
         yield f"    {modified_text(modified)}"
     if system.method is Method.PROVEN:
-        yield "    what statics proves to stand is frozen; there is no engine until something moves"
+        yield "    bricks that are proven to stand are frozen; the engine starts when a brick moves"
     elif system.method is Method.PUBLISHED:
-        yield "    the extension freezes what its model finds stable; while all is frozen, time is skipped, not stepped"
+        yield "    the extension freezes bricks that its model finds stable, and skips time while all are frozen"
     else:
-        yield "    every brick is stepped all the time"
+        yield "    the engine simulates every brick in every step"

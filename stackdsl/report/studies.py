@@ -36,7 +36,7 @@ def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
     yield name
     unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
-    yield f"  {heading:>20}  share that falls, and between which it lies ({sure})"
+    yield f"  {heading:>20}  share that falls, with its {sure} confidence interval"
     for point in fragility.points:
         yield f"  {_number(fragility, point.value):>20}  {_share(point)}  {_counts(point)}"
     yield from (f"  {line}" for line in _curve_lines(fragility, unit, sure))
@@ -45,30 +45,30 @@ def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
         judged = fragility.points[0].count
     if judged:
         each = 1000.0 * fragility.cpu_time / judged
-        yield f"  {judged} verdicts in {fragility.cpu_time:.2f} s of all processors, {each:.3g} ms each"
+        yield f"  {judged} verdicts in {fragility.cpu_time:.2f} s of CPU time, {each:.3g} ms each"
 
 
 def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
     curve = fragility.curve
     if fragility.fell_built:
-        yield f"{fragility.fell_built} samples fell while they were built; the curve is of the others"
+        yield f"{fragility.fell_built} samples fell during the build; the curve describes the others"
     if curve is None:
         yield f"no lognormal curve: {fragility.no_curve}"
     else:
         median, dispersion = _between(fragility, curve.median_within), _plain_interval(curve.dispersion_within)
-        how = "" if curve.rises else ", and fewer fall at more"
+        how = "" if curve.rises else ", decreasing: fewer samples fall at larger values"
         yield (
             f"lognormal: median {_number(fragility, curve.median)} {unit}".rstrip()
-            + f" ({median}), dispersion {curve.dispersion:.4g} ({dispersion}){how}; intervals at {sure}"
+            + f" ({median}), dispersion {curve.dispersion:.4g} ({dispersion}){how}; {sure} confidence intervals"
         )
     if fragility.half is not None:
         whose = "the samples" if fragility.intensity.kind in SHAKING else "the points"
-        yield f"half fall at {_number(fragility, fragility.half)} {unit}".rstrip() + f", by {whose} alone"
+        yield f"half fall at {_number(fragility, fragility.half)} {unit}".rstrip() + f", from {whose} alone"
     if fragility.left_out:
-        yield f"{fragility.left_out} verdicts are open, and the curve is without them"
+        yield f"{fragility.left_out} undecided verdicts are left out of the curve"
     if missed := fragility.missed:
         where = ", ".join(_number(fragility, point.value) for point in missed)
-        yield f"the curve misses the interval of {len(missed)} of {len(fragility.points)} points: {where}"
+        yield f"the curve is outside the interval of {len(missed)} of {len(fragility.points)} points: {where}"
 
 
 def _number(fragility: Fragility, value: float) -> str:
@@ -81,7 +81,7 @@ def _share(point: CurvePoint) -> str:
 
 
 def _counts(point: CurvePoint) -> str:
-    open_ones = f", {point.unknown} open" if point.unknown else ""
+    open_ones = f", {point.unknown} undecided" if point.unknown else ""
     return f"{point.fell:>6} of {point.count}{open_ones}  ({_decided(point)})"
 
 
@@ -162,7 +162,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-# What limits of scenarios were found, as text, CSV and JSON.
+# Limits of scenarios as text, CSV and JSON.
 
 
 DIGITS: Final = (6, 10)  # of a limit: at least and at most
@@ -178,8 +178,8 @@ def limit_lines(finding: FoundLimit) -> Iterator[str]:
     yield finding.case
     yield f"  {_limit(finding)}"
     if finding.end in (End.LIMIT, End.NOWHERE) and finding.why:
-        when = "" if not finding.moment else f", when what comes at {finding.moment:g} s is set down"
-        yield f"    what falls: {finding.why}{when}"
+        when = "" if not finding.moment else f", at the placement at {finding.moment:g} s"
+        yield f"    fall: {finding.why}{when}"
     if finding.end is End.OPEN:
         yield f"    undecided: {finding.why}"
     yield from (f"    {line}" for line in _remarks(finding))
@@ -191,42 +191,42 @@ def _limit(finding: FoundLimit) -> str:
         case End.LIMIT:
             return f"{asked}: {stands} stands, {_text(finding, finding.beyond)} falls"
         case End.EDGE:
-            return f"{asked}: {stands} stands, and {_text(finding, finding.beyond)} is no scenario: {finding.why}"
+            return f"{asked}: {stands} stands, {_text(finding, finding.beyond)} is invalid: {finding.why}"
         case End.NONE if finding.stands == inf:
-            return f"{asked}: no limit; it is held on all sides"
+            return f"{asked}: no limit; the structure is held on all sides"
         case End.NONE:
             way = "down" if finding.want is Want.LEAST else "up"
-            why = f"; further, {finding.why}, so say how far: --to" if finding.why else ""
-            return f"{asked}: no limit was found: it stands {way} to {stands}{why}"
+            why = f"; beyond, {finding.why}; set the end of the search with --to" if finding.why else ""
+            return f"{asked}: no limit found; it stands {way} to {stands}{why}"
         case End.NOWHERE if finding.written is None:
-            return f"{asked}: none, as it is not proven to stand by itself"
+            return f"{asked}: no limit; the structure is not proven to stand"
         case End.NOWHERE:
-            return f"{asked}: none was found: it falls with all that were tried"
+            return f"{asked}: no limit found; it falls with every value tried"
         case End.OPEN:
-            return f"{asked}: none was found: it is proven to stand with none that was tried"
+            return f"{asked}: no limit found; no value tried is proven to stand"
         case End.NO_EFFECT:
-            return f"{asked}: has no effect on what is built"
+            return f"{asked}: no effect on the structure"
         case _:
-            return f"{asked}: nothing is set down at rest that statics could judge"
+            return f"{asked}: no brick is set down at rest, so statics has nothing to judge"
 
 
 def _remarks(finding: FoundLimit) -> Iterator[str]:
     """Yield remarks on the validity of a limit."""
     if finding.written is not None:
         where = f" at {finding.place}" if finding.place else ""
-        yield f"in place of {_text(finding, finding.written)}{where}" + (f"; {finding.others}" * bool(finding.others))
+        yield f"instead of {_text(finding, finding.written)}{where}" + (f"; {finding.others}" * bool(finding.others))
     if finding.by_program and finding.written is None:
-        yield "forces prove the one, a motion the other, of what is finished"
+        yield "for the finished structure, proven by contact forces on one side and by a motion on the other"
     elif finding.written is not None and finding.end is not End.NOTHING:
-        how = "told by a program, and asked on both sides; " if finding.by_program else ""
+        how = "computed by optimization and verified on both sides; " if finding.by_program else ""
         least, most = _text(finding, finding.low), _text(finding, finding.high)
         yield f"{how}{finding.verdicts} verdict{'s' * (finding.verdicts > 1)}, from {least} to {most}"
     if finding.is_open:
-        yield "undecided between: it is too close to its limit to say more"
+        yield "values in between are undecided: they are too close to the limit"
     if finding.contradicting:
         yield f"this is not the only limit: {', and '.join(_contradicting(finding))}"
     if finding.judged < finding.bricks and finding.stands is not None:
-        yield f"of {finding.judged} of {finding.bricks} bricks: from there on an engine has a word, which is not asked"
+        yield f"for {finding.judged} of {finding.bricks} bricks; the later ones depend on an engine and are left out"
 
 
 def _contradicting(finding: FoundLimit) -> Iterator[str]:
@@ -234,7 +234,7 @@ def _contradicting(finding: FoundLimit) -> Iterator[str]:
     for answer, group in groupby(finding.contradicting, key=lambda each: each[1]):
         values = [_text(finding, value) for value, _ in group]
         ends = (
-            f" with each of {len(values)} numbers from {values[0]} to {values[-1]}"
+            f" with each of {len(values)} values from {values[0]} to {values[-1]}"
             if len(values) > 1
             else f" at {values[0]}"
         )
@@ -274,15 +274,15 @@ def _finite_in_si(value: float | None, scale: float = 1.0) -> float | None:
     return None if value is None or value == inf else scale * value
 
 
-# What margins depend on most, as text, CSV and JSON.
+# Sensitivities of margins as text, CSV and JSON.
 
 
 UNITS: Final = {MarginKind.ACCELERATION: "g", MarginKind.FRICTION: ""}
 HOW: Final = {
-    SlopeSource.CHECKED: "differences say so too",
-    SlopeSource.DUALS: "not held against differences",
-    SlopeSource.DIFFERENCES: "by differences alone",
-    SlopeSource.NONE: "there is no margin on either side",
+    SlopeSource.CHECKED: "confirmed by finite differences",
+    SlopeSource.DUALS: "not checked by finite differences",
+    SlopeSource.DIFFERENCES: "from finite differences",
+    SlopeSource.NONE: "no margin on either side",
 }
 SENSITIVITY_COLUMNS: Final = (
     "case",
@@ -303,7 +303,7 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
     yield found.case
     unit = UNITS[found.of]
     what = "least friction" if found.of is MarginKind.FRICTION else "acceleration"
-    yield f"  {what} {found.margin:.4g} {unit}".rstrip() + "; by a hundredth of each number it changes by up to:"
+    yield f"  {what} {found.margin:.4g} {unit}".rstrip() + "; largest change if a number changes by 1 %:"
     shown = [each for each in found.effects if each.counts][:most]
     width = max((len(each.what) for each in shown), default=0)
     for each in shown:
@@ -314,13 +314,13 @@ def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
     nothing = [each for each in found.effects if not each.counts]
     if nothing:
         by_forces = sum(each.source is SlopeSource.DUALS for each in nothing)
-        checked = ", none of them held against differences" if by_forces == len(nothing) else ""
-        unchecked = checked or (f", {by_forces} of them not held against differences" if by_forces else "")
-        yield f"    {len(nothing)} of {len(found.effects)} numbers do not matter{unchecked}"
+        checked = ", none of them checked by finite differences" if by_forces == len(nothing) else ""
+        unchecked = checked or (f", {by_forces} of them not checked by finite differences" if by_forces else "")
+        yield f"    {len(nothing)} of {len(found.effects)} numbers have no effect{unchecked}"
     if found.in_doubt:
-        yield "    forces or motions are not unique at the limit: what is not checked may be off; --check N checks more"
+        yield "    forces or motions at the limit are not unique: unchecked values may be wrong; --check N checks more"
     if found.judged < found.bricks:
-        yield f"  of {found.judged} of {found.bricks} bricks: from there on an engine has a word, which is not asked"
+        yield f"  for {found.judged} of {found.bricks} bricks; the later ones depend on an engine and are left out"
 
 
 def _slopes(effect: Effect, unit: str) -> str:
@@ -351,7 +351,7 @@ def _sensitivity_row(effect: Effect) -> dict[str, Any]:
     }
 
 
-# What a structure survives by bearing, as text, CSV and JSON.
+# Survived acceleration by bearing, as text, CSV and JSON.
 
 
 SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_way")
@@ -362,17 +362,17 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     yield name
     worst = survival.worst
     if worst.survived == inf:
-        yield "  survives every acceleration, in every direction: it is held on all sides"
+        yield "  survives every acceleration in every direction, since it is held on all sides"
         return
     first = survival.weakest
     if first is None:
         yield (
-            f"  survives {worst.survived:.4g} g along these bearings, which is a tilt of {degrees(worst.tilt):.4g} deg;"
+            f"  survives {worst.survived:.4g} g along these bearings, or a tilt of {degrees(worst.tilt):.4g} deg;"
             f" least towards {degrees(worst.bearing):.4g} deg"
         )
     else:
         told = degrees(tilt(first.acceleration))
-        yield f"  survives {first.acceleration:.4g} g in every direction, which is a tilt of {told:.4g} deg"
+        yield f"  survives {first.acceleration:.4g} g in every direction, or a tilt of {told:.4g} deg"
         yield f"  {weakest_text(first)}"
     for rows in _alike(survival.along):
         yield f"  {_span(rows):>20}  {_range([row.survived for row in rows]):>16} g  {rows[0].gives_way}".rstrip()
@@ -421,7 +421,7 @@ def _finite_margin(value: float) -> float | None:
     return None if value == inf else _rounded(value)
 
 
-# What came of a sweep, as text, CSV and JSON; the rows themselves are in its file.
+# Summary of a sweep as text, CSV and JSON; the rows are in its file.
 
 
 SAMPLED: Final = ("stands", "collapses", "undecided", "unfit", "failed")  # the verdicts of samples
@@ -429,9 +429,9 @@ SWEEP_COLUMNS: Final = ("case", "rows", *SAMPLED, "stands_least", "stands_most")
 VERBS: Final = {
     "stands": "stand",
     "collapses": "fall",
-    "unfit": "of which a brick found no place beside others",
+    "unfit": "without free space for a brick",
 }
-FEW: Final = 3  # reasons of failures that are told
+FEW: Final = 3  # shown reasons of failures
 
 
 def sweep_lines(cases: Sequence[SweptCase]) -> Iterator[str]:
@@ -448,14 +448,14 @@ def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
             continue
         yield f"{each.entry.name}: {each.rows} of {each.entry.count} samples, seed {each.entry.seed}: {_verdicts(each)}"
         if (stands := each.stands) is not None:
-            sure = f"{100.0 * each.entry.case.scenario.confidence:g} % sure"
+            sure = f"{100.0 * each.entry.case.scenario.confidence:g} % confidence"
             yield f"  share that stands: {100.0 * stands.low:.4g} .. {100.0 * stands.high:.4g} %, {sure}"
         if each.ways:
             yield f"  decided: {', '.join(f'{count} {way}' for way, count in each.ways.items())}"
         failed = list(each.failed.items())
         yield from (f"  failed: {why}" + (f" ({count} of them)" if count > 1 else "") for why, count in failed[:FEW])
         if len(failed) > FEW:
-            yield f"  failed: {len(failed) - FEW} more reasons, in the rows whose verdict is failed"
+            yield f"  failed: {len(failed) - FEW} more reasons in the rows with the verdict failed"
 
 
 def sweep_table(cases: Sequence[SweptCase]) -> StudyTable:
@@ -501,7 +501,7 @@ def _once(each: SweptCase) -> str:
     return f"{kind.verdict}{f' at level {kind.level}' if kind.level is not None else ''} ({kind.how})"
 
 
-# What `suggest` found: a line each, or a row each.
+# Suggested changes as text and rows.
 
 
 ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
@@ -533,16 +533,16 @@ def suggestion_text(suggestion: Suggestion) -> str:
     """Return the suggestion in words."""
     match suggestion:
         case BrickShift(brick, shift):
-            return f"move {brick} by {_shift(shift)}, with what rests on it"
+            return f"move {brick} by {_shift(shift)}, with all bricks on it"
         case SeveralShifts(shifts):
             moves = ", ".join(f"{brick} by {_shift(shift)}" for brick, shift in shifts)
-            return f"move {moves}, with what rests on each"
+            return f"move {moves}, each with all bricks on it"
         case HeavierBrick():
             return counterweight_text(suggestion)
         case MoreFriction():
             return friction_text(suggestion)
         case Propping(bricks, later):
-            props = f"prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}, which must stay"
+            props = f"permanent prop{'s' * (len(bricks) > 1)} under {', '.join(bricks)}"
             return props + later_text(later)
 
 
@@ -570,7 +570,7 @@ def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
     """Yield the number of removable bricks, and each with its proof."""
     counts = {answer: sum(p.verdict.stability is answer for p in pulls) for answer in ANSWERS}
     told = ", ".join(f"{count} {ANSWERS[answer]}" for answer, count in counts.items() if count)
-    yield f"  pulled one at a time, the rest: {told}"
+    yield f"  remaining structure after each single pull: {told}"
     width = max(len(pull.brick) for pull in pulls)
     for row in map(pull_row, pulls):
         over = "" if row["carries"] else ", carries nothing"
@@ -580,11 +580,11 @@ def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
 def longest_lines(longest: LongestOrder) -> Iterator[str]:
     """Yield the longest order of removals."""
     if longest.proven:
-        bound = "no order is longer, which is proven"
+        bound = "proven that no order is longer"
     else:
-        bound = f"no order is longer than {longest.at_most}, which is proven"
+        bound = f"proven that no order is longer than {longest.at_most}"
         bound += f" ({longest.reason})" if longest.reason else ""
-    yield f"  longest order of pulls with the rest standing each time: {len(longest.order)}; {bound}"
+    yield f"  longest order of pulls after which the rest always stands: {len(longest.order)}; {bound}"
     if longest.order:
         yield f"    {', '.join(longest.order)}"
 
@@ -593,11 +593,11 @@ def soonest_line(soonest: EarliestFall) -> str:
     """Return the order of removals with the earliest fall."""
     if not soonest.order:
         return (
-            f"  no {soonest.at_least - 1} pulls bring it down" if soonest.at_least > 1 else "  no worst case was found"
+            f"  no {soonest.at_least - 1} pulls make it fall" if soonest.at_least > 1 else "  no worst case was found"
         )
     count = len(soonest.order)
-    fewest = "no fewer do, which is proven" if soonest.at_least == count else "fewer were not all proven"
-    return f"  it falls soonest with {count} pull{'s' * (count != 1)}: {', '.join(soonest.order)}; {fewest}"
+    bound = "proven that fewer do not suffice" if soonest.at_least == count else "a shorter one may exist"
+    return f"  shortest order of pulls that makes it fall: {count} ({', '.join(soonest.order)}); {bound}"
 
 
 def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
@@ -612,14 +612,14 @@ def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str
     """Yield a building order and its props; after an interrupt, the best by then."""
     unpropped = order.without is not None and order.without.order is not None
     if interrupted:
-        yield "  interrupted: this is what was known by then"
+        yield "  interrupted: the best result so far"
     if not order.steps:
         if order.impossible:
-            yield "  none exists, which is proven"
+            yield "  proven that no order exists"
         elif order.props_at_least:
-            yield f"  none was found; one needs at least {order.props_at_least} props, which is proven"
+            yield f"  no order was found; proven that an order needs at least {order.props_at_least} props"
         else:
-            yield "  none was found, and that there is none is not proven"
+            yield "  no order was found, and it is not proven that none exists"
         return
     if unpropped:
         yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
@@ -630,15 +630,15 @@ def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str
 
 def _props(order: BuildingOrder, interrupted: bool) -> Iterator[str]:
     proven = order.without is not None and order.without.impossible
-    yield f"  no order without props {'exists, which is proven' if proven else 'was found'}"
+    yield "  proven that no order without props exists" if proven else "  no order without props was found"
     count = len(order.props)
     least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
-    what = "props so far" if interrupted else "least props"
-    yield f"  {what}: {count} in all ({least}), of which {order.props_at_once} stand at a time"
+    what = "props so far" if interrupted else "fewest props"
+    yield f"  {what}: {count} in total ({least}), at most {order.props_at_once} at a time"
 
 
 def _steps(order: BuildingOrder) -> Iterator[str]:
     for row in order_rows(order):
         prop = "  with a prop under it" if row["prop"] else ""
-        struck = f"; then no prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
+        struck = f"; then remove the prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
         yield f"  {row['step']:4}  {row['brick']}{prop}{struck}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from io import StringIO
 from typing import Any, Final, TypeAlias
 
-FORMAT: Final = 1  # of the JSON; raised when something in it changes its meaning
+FORMAT: Final = 1  # version of the JSON; increased if a key changes its meaning
 
 Row: TypeAlias = Mapping[str, Any]  # by column
 
@@ -39,7 +39,7 @@ class StudyTable:
 
 
 def rows_within(cases: Iterable[Row], key: str) -> list[Row]:
-    """Return the rows that each case has under a key, each with what the case itself says."""
+    """Return the rows that each case has under a key, each with the other keys of its case."""
     return [{**case, **row} for case in cases for row in case[key]]
 
 

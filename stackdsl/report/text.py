@@ -41,7 +41,7 @@ from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm,
 # Also the line for a run without expectations.
 
 
-TO_CLAIM = "say under `expect` what is to come of it, such as `- stands: all` or `- collapses: any`"
+TO_CLAIM = "add an expectation under `expect`, such as `- stands: all` or `- collapses: any`"
 
 
 def outcome_text(outcome: ClaimOutcome) -> str:
@@ -53,12 +53,12 @@ def outcome_text(outcome: ClaimOutcome) -> str:
 def unchecked_text(result: VariantResult) -> str:
     """Return the text for a run without expectations, which says whether it fell."""
     if result.ensemble is not None:
-        return f"nothing is expected of it; {result.ensemble.summary}"
+        return f"no expectations; {result.ensemble.summary}"
     if result.collapse is None:
-        return "nothing is expected of it"
+        return "no expectations"
     fell = result.collapse
     where = level_text(fell.level, fell.step)
-    return f"it fell at {where}, {fell.brick} at {fell.time:.3f} s, and nothing is expected of it"
+    return f"it fell at {where} ({fell.brick} at {fell.time:.3f} s), without expectations"
 
 
 def significant(value: float) -> str:
@@ -147,16 +147,16 @@ def cause_text(why: FailureCause) -> str:
 def ending_text(early: EarlyEndSummary) -> str:
     """Return the time of the end and the actions that were left out."""
     left_out = early.actions
-    undone = f"; {left_out} action{'s' * (left_out > 1)} still to come left out" if left_out else ""
-    return f"ended at {early.time:.3f} s of {early.planned:.3f} s, as all that is asked is known{undone}"
+    undone = f"; {left_out} later action{'s' * (left_out > 1)} left out" if left_out else ""
+    return f"ended at {early.time:.3f} s of {early.planned:.3f} s, as every claim is decided{undone}"
 
 
-# The report as text: mistakes first, then one row a variant, then failures one by one, then one line of sums.
+# The report as text: mistakes, a table with one row per variant, failures, and one line of totals.
 
 
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # needs no column
-TWO_KINDS = "make two scenarios of them, or add `strict: false`"
+TWO_KINDS = "split the scenario in two, or add `strict: false`"
 MOST_DIFFERENCES = 100  # shown differences of one golden file; a fallen tower has ten thousand
 LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
@@ -173,10 +173,10 @@ DISPENSABLE = (
 def report_text(
     report: Report, width: int = 120, colour: bool = False, *, verbosity: int = 0, durations: int = 0
 ) -> str:
-    """The whole report; tables keep to `width` [characters] where words let them, other lines stay whole.
+    """Return the whole report. Tables keep to `width` [characters] if words are short enough; other lines do not wrap.
 
-    What failed comes first, and what is only a note below it. `verbosity` -1 leaves out notes and the table, and 1
-    tells also what passed, and notes on which nothing depends; `durations` is how many of the slowest are named.
+    Failures come first, then notes. `verbosity` -1 leaves out notes and the table; 1 adds passed expectations and notes
+    on runs without claims. `durations` is the number of slowest cases to list.
     """
     parts = [*_failures(report, verbosity), *(_notes(report, verbosity) if verbosity >= 0 else ())]
     blocks = [*filter(None, [*parts, _slowest(report, durations)]), [line(closing_line(report))]]
@@ -193,7 +193,7 @@ def closing_line(report: Report) -> str:
         conclusions = {f"passed ({known} remembered)": passed} | conclusions
     sums = [f"{count} {conclusion}" for conclusion, count in conclusions.items() if count]
     sums += [how_many(count, what) for what, count in extras.items() if count]
-    sums += [f"{report.left} not played after a failure"] if report.left else []
+    sums += [f"{report.left} not run after a failure"] if report.left else []
     sums += ["interrupted"] if report.interrupted else []
     ran = f"{how_many(report.scenarios, 'scenario')}, {how_many(len(report.results), 'variant')}"
     return f"{ran}: {', '.join(sums) or 'nothing run'} in {report.wall_time:.1f} s"
@@ -210,9 +210,9 @@ def _failures(report: Report, verbosity: int) -> Iterator[Block]:
     yield from _unchecked(report)
     odd = dict.fromkeys(str(each) for result in report.results for each in result.warnings)
     yield titled("Warnings", list(odd))
-    yield titled("Failed as was said", list(_xfailed(report)))
-    yield titled("Passed though it was said to fail", list(_xpassed(report)))
-    yield titled("Moved at half the step and twice the iterations", list(_moved(report)))
+    yield titled("Expected failures (xfail)", list(_xfailed(report)))
+    yield titled("Unexpected passes (xfail)", list(_xpassed(report)))
+    yield titled("Changes at half the time step and twice the iterations", list(_moved(report)))
     yield from (_differences(result) for result in report.results)
     yield titled("Golden files", list(_golden_files(report)))
     yield titled("Passed expectations", list(_met(report)) if verbosity > 0 else [])
@@ -232,13 +232,13 @@ def _notes(report: Report, verbosity: int) -> Iterator[Block]:
     yield titled("Ended early", [f"{name}: {ending_text(end)}" for name, end in early if name in shown])
     yield titled("Numerical collapses", [f"{r.name}: {r.numerical}" for r in report.results if r.numerical])
     yield titled("Stable only if gaps count as contact", [gaps_text(r) for r in noted if r.touching_within])
-    yield titled("Energy from nowhere", [f"{result.name}: {energy_fault(result.energy_gained)}" for result in gained])
+    yield titled("Energy added by the engine", [f"{r.name}: {energy_fault(r.energy_gained)}" for r in gained])
     yield titled("Wrong edge normals", list(wrong_edges(noted)))
-    yield titled("Frictions that an engine could not have", list(wrong_frictions(noted)))
+    yield titled("Wrong friction in the engine", list(wrong_frictions(noted)))
     yield titled("Thrown bricks that passed through others", list(passed_through(report.results)))
-    yield titled("Other than known from outside", list(_missed(report, lambda result: result.truths)))
+    yield titled("Different from the reference (truth)", list(_missed(report, lambda result: result.truths)))
     yield titled(
-        "Golden files of another engine, compared in what no engine decides",
+        "Golden files of another engine, compared only in results that do not depend on the engine",
         list(_noted(report, GoldenStatus.OTHER_ENGINE)),
     )
     yield titled("Golden files made with other versions", list(_stamps(report)))
@@ -316,7 +316,7 @@ def _moved(report: Report) -> Iterator[str]:
     for result in report.results:
         yield from (f"{result.name}: {change_text(change)}" for change in result.moved)
     if report.results and all(result.refinement is not None and not result.moved for result in report.results):
-        yield "nothing"
+        yield "no changes"
 
 
 def _blocked(report: Report) -> Block:
@@ -353,7 +353,7 @@ def _failed(report: Report) -> Iterator[str]:
 
 def _unchecked(report: Report) -> Iterator[Block]:
     """Yield runs without expectations that fell, with their causes; with `--strict` all runs without expectations."""
-    for title, must_claim in (("Unchecked, which --strict lets fail", True), ("Fell unchecked", False)):
+    for title, must_claim in (("Unchecked cases, failed by --strict", True), ("Unchecked cases that fell", False)):
         told = [r for r in report.results if r.unchecked and r.must_claim is must_claim and (r.fell or must_claim)]
         yield titled(f"{title}: {TO_CLAIM}", [text for result in told for text in _unchecked_lines(result)])
 
@@ -375,8 +375,8 @@ def _xpassed(report: Report) -> Iterator[str]:
     for result in report.results:
         if result.xfail is not None and result.passed:
             mixed = any(each.scenario == result.scenario and each.xfail and not each.passed for each in report.results)
-            sure = f"other variants of it fail: {TWO_KINDS}" if mixed else "remove `xfail`"
-            advice = sure if result.strict else "it is not strict, so this fails nothing"
+            sure = f"other variants fail: {TWO_KINDS}" if mixed else "remove `xfail`"
+            advice = sure if result.strict else "`xfail` is not strict, so this does not fail the check"
             yield f"{result.file}: {result.name}: {result.xfail}: {advice}"
 
 
@@ -416,12 +416,12 @@ def _golden_files(report: Report) -> Iterator[str]:
         if golden.status in (*GOLDEN_FAILURES, GoldenStatus.WRITTEN) and alone:
             yield f"{golden.file}: {golden.status}" + (f": {golden.note}" if golden.note else "")
     yield from (f"{visible(file)}: removed" for file in report.removed)
-    yield from (f"{visible(file)}: obsolete, no variant has this name" for file in report.obsolete)
+    yield from (f"{visible(file)}: obsolete, no variant uses this file" for file in report.obsolete)
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
-        what = "1 of these fails" if failing == 1 else f"{failing} of these fail"
-        yield f"{what} what is expected, and would be accepted only by --update --accept-failing"
+        what = "1 of these results fails" if failing == 1 else f"{failing} of these results fail"
+        yield f"{what} expectations; only --update --accept-failing would accept {'it' if failing == 1 else 'them'}"
     if report.accept:
-        yield f"accept{', and remove what is obsolete,' if report.obsolete else ''} with: {report.accept}"
+        yield f"accept{', and remove obsolete files,' if report.obsolete else ''} with: {report.accept}"
 
 
 def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:
@@ -453,7 +453,7 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = "" if trace.collapse is None else _collapse(trace.collapse)
-    cost = f"{trace.cost.simulated_time:g} s played in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
+    cost = f"{trace.cost.simulated_time:g} s simulated in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
     came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
     yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     yield from (f"warning: {odd}" for odd in result.warnings)
@@ -488,7 +488,7 @@ def _collapse(collapse: Collapse) -> str:
 def claim_lines(result: VariantResult) -> Iterator[str]:
     """Yield each claim with its measured value, and the causes of failures."""
     if result.xfail is not None:
-        yield f"{'passed, though it was' if result.passed else 'failed, as was'} said to fail: {result.xfail}"
+        yield f"{'unexpected pass' if result.passed else 'expected failure'} (xfail): {result.xfail}"
     for outcome in result.outcomes:
         yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
     if result.why is not None:

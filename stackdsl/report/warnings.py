@@ -8,7 +8,7 @@ from stackdsl.results import VariantResult
 from stackdsl.trace import Collapse, Ensemble, PassedThrough, WrongEdges
 from stackdsl.wording import mm
 
-# What to say of contacts that an engine gave a wrong normal.
+# Warnings about contacts with a wrong normal in the engine.
 
 
 def wrong_edges_text(wrong: WrongEdges, collapse: Collapse | None) -> str:
@@ -28,19 +28,19 @@ def wrong_edges(results: Iterable[VariantResult]) -> Iterator[str]:
 def _doubt(wrong: WrongEdges, collapse: Collapse | None) -> str:
     """Return the doubtful results; an error seen only after a collapse cannot have caused it."""
     if collapse is not None and wrong.first > collapse.time:
-        return "where this debris comes to lie is not to be trusted"
-    return "unless proven, whether these bricks stand or fall is not to be trusted"
+        return "the final place of this debris cannot be trusted"
+    return "the verdict on these bricks cannot be trusted unless it is proven"
 
 
-# What to say of frictions that an engine could not have.
+# Warnings about friction that the engine cannot represent.
 
 
 def wrong_friction_text(wrong: WrongFriction) -> str:
     """Return the pair, the error of friction, its time, and the doubtful results."""
     bodies = f"{wrong.first} and {wrong.second}"
-    pair = f"{bodies} had {wrong.actual:.3g} in place of {wrong.requested:.3g} at {wrong.time:.1f} s"
-    reason = "an engine with one factor a body has none that does for all that touched"
-    return f"{reason}: {pair}; what is proven stays so"
+    pair = f"{bodies} had {wrong.actual:.3g} instead of {wrong.requested:.3g} at {wrong.time:.1f} s"
+    reason = "the engine has one coefficient per body, which cannot match all contacts"
+    return f"{reason}: {pair}; proofs are not affected"
 
 
 def wrong_frictions(results: Iterable[VariantResult]) -> Iterator[str]:
@@ -50,15 +50,15 @@ def wrong_frictions(results: Iterable[VariantResult]) -> Iterator[str]:
             yield f"{result.name}: {wrong_friction_text(result.wrong_friction)}"
 
 
-# What to say of a scene that was played with other constants than it is written with.
+# Notes on scenes that were played with other constants than those of the file.
 
 
 def modified_text(modified: str) -> str:
     """Return the changed constants, and the scene that the result describes."""
-    return f"played with {modified}, so nothing is said of the scene as written; lengths are told as written"
+    return f"played with {modified}, so the result is that of a changed scene; lengths refer to the original"
 
 
-# What became of many samples, in a few words.
+# Outcomes of samples in a few words.
 
 
 def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
@@ -69,10 +69,10 @@ def ensemble_lines(ensemble: Ensemble) -> Iterator[str]:
     if ensemble.undecided:
         parts.append(f"{ensemble.undecided} undecided")
     if ensemble.unfit:
-        parts.append(f"{ensemble.unfit} of which a brick found no place beside others")
+        parts.append(f"{ensemble.unfit} without free space for a brick")
     yield f"{ensemble.drawn} of {ensemble.planned} samples drawn, seed {ensemble.seed}: {', '.join(parts)}"
     ways = ", ".join(f"{count} {way}" for way, count in sorted(ensemble.ways.items(), key=lambda each: -each[1]))
-    cost = f"{ensemble.cpu_time:.2f} s of all processors, {1000.0 * ensemble.cpu_time / ensemble.drawn:.3g} ms a sample"
+    cost = f"{ensemble.cpu_time:.2f} s of CPU time, {1000.0 * ensemble.cpu_time / ensemble.drawn:.3g} ms per sample"
     yield f"decided: {ways}; {cost}"
 
 
@@ -92,20 +92,21 @@ def levels_told(fell: Mapping[int, int]) -> str:
     for level in sorted(fell):
         seen += fell[level]
         if 2 * seen >= total:
-            return f" at levels {low} to {high}, half of them by level {level}"
+            return f" at levels {low} to {high} (median {level})"
     raise AssertionError("half of them fell by the last level")
 
 
-# What to say of a thrown brick that passed through another one.
+# Warnings about thrown bricks that passed through others.
 
 
 def passed_text(passed: PassedThrough) -> str:
     """Return both bricks of a tunnelling, its cause, and the doubtful results."""
     seen = (
-        f"{passed.brick} passed through {passed.through} by {passed.time:.3f} s, {mm(passed.travel)} from look to look"
+        f"{passed.brick} passed through {passed.through} before {passed.time:.3f} s, "
+        f"moving {mm(passed.travel)} between two observations"
     )
-    why = "the engine's steps are too long for that speed"
-    return f"{seen}: {why}, and what the hit does is not to be trusted; throw it more slowly, or play it on `exact`"
+    why = "the time step of the engine is too long for that speed"
+    return f"{seen}: {why}, so the effect of the hit cannot be trusted; throw it more slowly, or use `exact`"
 
 
 def passed_through(results: Iterable[VariantResult]) -> Iterator[str]:

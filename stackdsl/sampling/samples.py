@@ -225,10 +225,8 @@ class Draws:
 # Samples with uncertain variables: each has its own values and is compiled separately.
 
 
-WITHIN = (
-    "limit the distribution, such as {normal: 0.5 ± 0.2, least: 0.1}, or use a bounded one, such as a lognormal one"
-)
-ELSEWHERE = "limit the distribution to values that can be built, such as 5 mm ± 1 mm"
+WITHIN = "limit the distribution, such as {normal: 0.5 ± 0.2, least: 0.1}, or use a positive one, such as lognormal"
+ELSEWHERE = "limit the distribution to values with which the scenario can be built, such as 5 mm ± 1 mm"
 
 
 class InvalidSampleError(Exception):
@@ -292,7 +290,11 @@ def timeline_at(variant: Variant, setting: Setting, pick: Pick = middle) -> Time
     if timeline is not None:
         return _with_errors(timeline, setting.errors)
     diagnostics = [*diagnostics_of([(sample.source, mistaken)]), *mistakes]
-    first = diagnostics[0] if diagnostics else Diagnostic("SD104", sample.source.span_of(()), "it cannot be built")
+    first = (
+        diagnostics[0]
+        if diagnostics
+        else Diagnostic("SD104", sample.source.span_of(()), "the scenario cannot be built")
+    )
     if not setting.fixed:
         return first
     fixed = ", ".join(f"{name} = {value}" for name, value in setting.fixed.items())

@@ -96,7 +96,7 @@ class SearchVariable:
             raise SearchError(f"{mistake.message}; write, for example, {self.text(self.number, 4)}") from mistake
         if unit_text(amount) != _si_unit(self.unit) and amount.magnitude != 0:
             example = self.text(self.number, 4)
-            raise SearchError(f"'{written}' is no value of '{self.name}'; write, for example, {example}")
+            raise SearchError(f"'{written}' has the wrong unit for '{self.name}'; write, for example, {example}")
         return float(amount.magnitude / in_si(self.unit)) if self.unit else float(amount.magnitude)
 
 
@@ -119,7 +119,7 @@ def search_variable_of(case: Case, name: str, wants_more: bool) -> SearchVariabl
         return _friction(case.timeline, wants_more)
     if match := _MASS.fullmatch(name):
         return _mass(case.timeline, match["brick"], wants_more)
-    raise SearchError(f"there is no number '{name}'; {_instead(name, [*names_in(case), *BUILT_IN])}")
+    raise SearchError(f"unknown number '{name}'; {_instead(name, [*names_in(case), *BUILT_IN])}")
 
 
 def is_shaken(case: Case, name: str) -> bool:
@@ -135,7 +135,7 @@ def names_in(case: Case) -> tuple[str, ...]:
 
 
 def _instead(name: str, names: list[str]) -> str:
-    return did_you_mean(name, names) or f"there are {', '.join(names)}"
+    return did_you_mean(name, names) or f"the numbers are {', '.join(names)}"
 
 
 def _all(case: Case, scenario_numbers: ScenarioNumbers) -> Iterator[ScenarioNumber]:
@@ -153,7 +153,7 @@ def _variable(scenario_numbers: ScenarioNumbers, name: str) -> SearchVariable:
     if number is None:
         value = scenario_numbers.variables()[name]
         if _is_of_time(value):
-            raise SearchError(f"'{name}' is {value}: statics does not depend on times or speeds")
+            raise SearchError(f"'{name}' is {value}; statics does not depend on times or speeds, so it has no limit")
         raise SearchError(f"'{name}' is the word '{value}'; only a number has a limit")
     return _of_number(scenario_numbers, number)
 
@@ -183,12 +183,9 @@ def _others_of(scenario_numbers: ScenarioNumbers, number: ScenarioNumber) -> str
     """Return a note on numbers that are related to this one; empty if none are."""
     if "cases" in scenario_numbers.variant.written.values and number.name in _cases(scenario_numbers):
         others = [f"{name} = {value}" for name, value in _cases(scenario_numbers).items() if name != number.name]
-        return f"the rest of its case stays: {', '.join(others)}" if others else ""
-    return (
-        "the file computes it from other numbers; here it is set directly"
-        if _is_computed(scenario_numbers, number)
-        else ""
-    )
+        return f"other values of its case are unchanged: {', '.join(others)}" if others else ""
+    is_computed = _is_computed(scenario_numbers, number)
+    return "computed from other numbers in the file; set directly here" if is_computed else ""
 
 
 def _half_a_turn(unit: str) -> Range:
@@ -234,7 +231,7 @@ def _friction(timeline: Timeline, wants_more: bool) -> SearchVariable:
         "",
         lambda value: (with_friction(timeline, value / number), ()),
         Range(0.0, COEFFICIENT.most),
-        others="" if alike else "all coefficients in proportion",
+        others="" if alike else "all coefficients change in proportion",
         guess=guess,
     )
 
@@ -243,7 +240,7 @@ def _mass(timeline: Timeline, brick: str, wants_more: bool) -> SearchVariable:
     """Return the mass of a brick. Raises SearchError if there is no brick of this name."""
     masses = {each.brick.id: each.brick.mass for each in timeline.placements}
     if brick not in masses:
-        raise SearchError(f"there is no brick '{brick}'; {did_you_mean(brick, list(masses))}".rstrip("; "))
+        raise SearchError(f"unknown brick '{brick}'; {did_you_mean(brick, list(masses))}".rstrip("; "))
     unit = "kg" if masses[brick] >= 1.0 else "g"
     scale = 1.0 if unit == "kg" else GRAM
 
@@ -349,7 +346,7 @@ def find_in(
     if request.want is not Want.MOST and is_shaken(case, request.name):
         return _shaken(case, name, request)
     if request.bearing is not None:
-        raise SearchError("only the tilt or acceleration of the finished structure can have a bearing")
+        raise SearchError("a bearing applies only to the tilt or acceleration of the finished structure; remove it")
     variable = search_variable_of(case, request.name, request.want is not Want.LEAST)
     within = _range(variable, request)
     built = len(case.timeline.placements)
@@ -385,7 +382,7 @@ def _is_whole(variable: SearchVariable, request: LimitRequest, trials: VerdictCa
     if request.want is Want.MOST:
         if not variable.is_whole:
             number = variable.text(variable.number)
-            raise SearchError(f"'{variable.name}' is {number}, no whole number: use --largest in place of --most")
+            raise SearchError(f"'{variable.name}' is {number}, not a whole number; use --largest instead of --most")
         return True
     return variable.is_whole and trials(variable.number + 0.5).answer is TrialVerdict.NO_SCENARIO
 
@@ -457,10 +454,10 @@ def _why(end: End, beyond: Tried | None, trials: VerdictCache) -> str:
 def _shaken(case: Case, name: str, request: LimitRequest) -> FoundLimit:
     """Return the limit of tilt or acceleration of the finished structure, proven by forces and by a motion."""
     if request.want is Want.LEAST:
-        raise SearchError(f"the {request.name} of the finished structure has no least value: use --largest")
+        raise SearchError(f"the {request.name} of the finished structure has no least value; use --largest")
     if request.low or request.high:
         raise SearchError(
-            f"the {request.name} of the finished structure is computed at once: leave out --from and --to"
+            f"the {request.name} of the finished structure is computed without a search; remove --from and --to"
         )
     proofs = proofs_of(case.timeline)
     assembly, unit = proofs.assembly, SHAKEN_UNITS[request.name]

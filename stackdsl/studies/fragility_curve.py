@@ -83,7 +83,7 @@ def fit_to_outcomes(values: Array, fell: Array, confidence: float) -> Lognormal:
     deviations = float(ndtri(0.5 + 0.5 * confidence))
     # If the same samples fall at all intensities, the slope and its error are only rounding.
     if abs(b) <= LEVEL or abs(b) <= deviations * sqrt(covariance[1, 1]):
-        raise UndeterminedError("the share of collapse does not change with it beyond chance")
+        raise UndeterminedError("the share of collapse does not change significantly with the intensity")
     # ln median = middle - width a / b, and dispersion = width / |b|; the errors follow from the first derivatives.
     of_median = width * np.array([-1.0 / b, a / b**2])
     spreads = (sqrt(of_median @ covariance @ of_median), sqrt(covariance[1, 1]) / abs(b))
@@ -139,15 +139,15 @@ def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
     if len(values) < FEWEST_POINTS:
         raise UndeterminedError("one intensity above zero is too few for a curve; take more points")
     if fallen.sum() in (0, count.sum()):
-        which = "none falls at any point" if not fallen.any() else "all fall at each point"
-        raise UndeterminedError(f"{which} above zero; take points on both sides of the change")
+        which = "no sample falls" if not fallen.any() else "all samples fall"
+        raise UndeterminedError(f"{which} at any point above zero; take points on both sides of the change")
     some_fell, some_stood = values[fallen > 0], values[fallen < count]
     for before, after in ((some_stood, some_fell), (some_fell, some_stood)):
         if before.max() <= after.min():
             if before.max() == after.min():
-                raise UndeterminedError(f"all changes at {{}}, {STEEP}", float(after.min()))
+                raise UndeterminedError(f"the share jumps at {{}}, {STEEP}", float(after.min()))
             raise UndeterminedError(
-                f"all changes between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
+                f"the share jumps between {{}} and {{}}, {STEEP}", float(before.max()), float(after.min())
             )
 
 

@@ -103,7 +103,7 @@ def intensity_of(name: str, variant: Variant, timeline: Timeline) -> Intensity:
         case IntensityKind.JITTER:
             return _of_jitter(timeline)
     known = [*(kind.value for kind in IntensityKind if kind is not IntensityKind.VARIABLE), *names]
-    raise NoIntensityError(f"there is no variable '{name}'; {did_you_mean(name, known)}")
+    raise NoIntensityError(f"unknown variable '{name}'; {did_you_mean(name, known)}")
 
 
 def _of_variable(name: str, variant: Variant) -> Intensity:
@@ -115,7 +115,7 @@ def _of_variable(name: str, variant: Variant) -> Intensity:
         try:
             amount = constant(distribution(written).middle)
         except InputError:
-            raise NoIntensityError(f"the variable '{name}' is {written!r}, which is no quantity") from None
+            raise NoIntensityError(f"the variable '{name}' is {written!r}, not a number or quantity") from None
     return Intensity(IntensityKind.VARIABLE, name, unit_text(amount), float(amount.magnitude))
 
 

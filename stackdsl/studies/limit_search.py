@@ -26,7 +26,7 @@ class TrialVerdict(StrEnum):
     STANDS = "stands"  # proven for each step of the build that statics can judge
     FALLS = "falls"  # proven by a checked motion
     OPEN = "undecided"
-    NO_SCENARIO = "is no scenario"
+    NO_SCENARIO = "is invalid"
     TOO_LARGE = "is not tried"  # too many bricks
 
 
@@ -90,7 +90,7 @@ class VerdictCache:
             return Tried(value, TrialVerdict.NO_SCENARIO, why)
         bricks = sum(not each.hits for each in timeline.placements)
         if bricks > self.largest:
-            return Tried(value, TrialVerdict.TOO_LARGE, f"it has {bricks} bricks")
+            return Tried(value, TrialVerdict.TOO_LARGE, f"the scenario has {bricks} bricks")
         proofs = proofs_of(timeline, names_smallest=False)
         verdict = proofs.assembly.verdict()
         judged = sum(len(each.bricks) for each in proofs.judged)

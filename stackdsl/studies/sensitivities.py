@@ -119,7 +119,7 @@ def sensitivities_of(
     _refuse(proofs)
     margins = _Margins(proofs.assembly, of)
     if not margins.limits:
-        raise SearchError(f"it has no limit of {of.value}, so there are no sensitivities")
+        raise SearchError(f"the structure has no limit of {of.value}, so there are no sensitivities")
     numbers = [*_places(proofs.assembly), *_masses(proofs.assembly), *_joints(proofs.assembly), *_variables(case)]
     effects = []
     for done, number in enumerate(numbers):

@@ -191,7 +191,7 @@ class Sweep:
         try:
             future = submit_to(self.executor, Task(judged_piece, arguments, self.plan.time_limit))
         except Exception as error:  # the executor was shut down, its processes died, or its cluster ended
-            raise SweepError(f"the executor takes no more work: {_text(error)}") from error
+            raise SweepError(f"the executor accepts no more work: {_text(error)}") from error
         self._under_way[future] = job
         future.add_done_callback(self._ended.put)
 
@@ -224,8 +224,8 @@ class Sweep:
             return
         judged = result.value
         if isinstance(judged, OtherProgram):
-            digests = f"it has the digest {judged.digest[:12]}, and this one {job.lane.entry.program[:12]}"
-            raise SweepError(f"the worker on {judged.where} has another program: {digests}; {SAME}")
+            digests = f"its digest is {judged.digest[:12]}, the one here is {job.lane.entry.program[:12]}"
+            raise SweepError(f"the worker on {judged.where} has a different program: {digests}; {SAME}")
         if result.status is TaskStatus.DONE and isinstance(judged, JudgedSamples):
             self._ahead -= job.lane.done(job.piece, job.first, judged)
         elif result.status is TaskStatus.NOT_RUN:
@@ -236,7 +236,7 @@ class Sweep:
     def _lost(self, job: Job, error: BaseException) -> None:
         """Submit a job again after a failure of the executor. Raises SweepError after several attempts."""
         if isinstance(error, ImportError | AttributeError):  # the worker cannot unpickle an object of this program
-            raise SweepError(f"a worker has another program: {error}; {SAME}") from error
+            raise SweepError(f"a worker has a different program: {error}; {SAME}") from error
         if job.attempt >= ATTEMPTS:
             message = f"the executor failed {ATTEMPTS} times with the same samples: {_text(error)}"
             raise SweepError(message) from error
@@ -287,7 +287,7 @@ class Sweep:
         if count > MOST_FAILED:
             index, kind, _ = failed[0]
             example = f"one of {self.plan.entries[index].name}: {kind.how}"
-            raise SweepError(f"{count} samples failed; {example}; fix the cause and write to a new file")
+            raise SweepError(f"{count} samples failed, {example}; fix the cause and write to a new file")
 
 
 def _text(error: BaseException) -> str:
@@ -365,7 +365,7 @@ def rows_file(path: Path, plan: SweepPlan) -> JsonLines | ParquetFolder:
     try:
         form = FORMS[path.suffix.lower()]
     except KeyError:
-        raise RowsError(f"{path}: write to a file that ends in .jsonl, or to a folder that ends in .parquet") from None
+        raise RowsError(f"{path}: the name must end in .jsonl for a file, or in .parquet for a folder") from None
     return form(path, plan)
 
 

@@ -255,14 +255,14 @@ def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float
     `samples` replaces the numbers of samples in the scenarios.
     """
     if not cases:
-        raise NothingToSweepError("there is nothing to sweep")
+        raise NothingToSweepError("no cases to sweep")
     if samples is not None and not any(case.is_sampled for case in cases):
         remedy = "add `samples: 1000`, and `uncertain` or `jitter`"
-        raise NothingToSweepError(f"'{cases[0].name}' has no samples to draw: {remedy}")
+        raise NothingToSweepError(f"'{cases[0].name}' has no samples; {remedy}")
     names = [case.name for case in cases]
     twice = next((name for name in names if names.count(name) > 1), None) if len(set(names)) < len(names) else None
     if twice is not None:
-        raise NothingToSweepError(f"there are several cases called '{twice}': rows need different names of cases")
+        raise NothingToSweepError(f"several cases are called '{twice}', but rows need unique names; rename one")
     counts = [(samples or case.scenario.samples or 1) if case.is_sampled else 1 for case in cases]
     return SweepPlan(tuple(map(PlannedCase, cases, counts)), time_limit)
 

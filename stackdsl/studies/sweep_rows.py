@@ -88,9 +88,9 @@ def refuse_other(line: bytes, plan: SweepPlan, path: object) -> int:
         after = header["after"]
         cases = {entry["case"]: entry for entry in header["cases"]}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RowsError(f"{path} is no file of a sweep: its first line is no header; {_ELSE}") from error
+        raise RowsError(f"{path} is not the file of a sweep: its first line is not a header; {_ELSE}") from error
     if differing:
-        raise RowsError(f"{path} is of another sweep: {_difference(differing, header, cases, plan)}; {_ELSE}")
+        raise RowsError(f"{path} belongs to another sweep: {_difference(differing, header, cases, plan)}; {_ELSE}")
     return int(after)
 
 
@@ -101,27 +101,27 @@ def _difference(
     differing: list[str], header: dict[str, object], cases: dict[str, dict[str, object]], plan: SweepPlan
 ) -> str:
     if "stackdsl" in differing or "rows" in differing:
-        return f"stackdsl {header.get('stackdsl')} wrote it, and this is {plan.header['stackdsl']}"
+        return f"it was written by stackdsl {header.get('stackdsl')}, and this is {plan.header['stackdsl']}"
     for entry in plan.entries:
         was = cases.get(entry.name)
         if was is None:
             return f"it has no case '{entry.name}', but {', '.join(cases)}"
         if was.get("seed") != entry.seed:
-            return f"'{entry.name}' had seed {was.get('seed')}, and has {entry.seed} now"
+            return f"'{entry.name}' had the seed {was.get('seed')}, and has {entry.seed} now"
         if was.get("scenario") != entry.header["scenario"]:
-            return f"'{entry.name}' has been changed since"
+            return f"'{entry.name}' has changed since"
     if len(cases) != len(plan.entries):
         removed = [name for name in cases if name not in {entry.name for entry in plan.entries}]
         return f"it also has {', '.join(removed)}"
     if "cases" in differing:
         return "its cases have another order, or other values of their parameters"
-    return "another program wrote it: the code of stackdsl, Python, numpy, scipy, clarabel or the engine has changed"
+    return "it was written by a different program: stackdsl, Python, numpy, scipy, clarabel or the engine has changed"
 
 
 # Locks of files, held by one process and not inherited by its forks.
 
 
-IN_USE: Final = "another sweep writes to it now: wait for that, or write to another file"
+IN_USE: Final = "another sweep is writing to it; wait for its end, or write to another file"
 _HELD: Final[set[int]] = set()  # descriptors of locked files
 
 
@@ -235,7 +235,7 @@ class JsonLines:
                 break  # incomplete, as the sweep before was killed
             sample, index = next(order, (-1, 0))
             if sample < 0:
-                raise RowsError(f"{self.path} has more rows than the {self.plan.total} of this sweep: {_MORE}")
+                raise RowsError(f"{self.path} has more rows than the {self.plan.total} of this sweep; {_MORE}")
             start = heads[index] + number_of(self.plan.entries[index], sample)
             tail = line[len(start) :]
             if tail not in kinds:
@@ -253,8 +253,8 @@ class JsonLines:
 
     def _wrong(self, place: int, index: int, sample: int) -> str:
         name = self.plan.entries[index].name
-        error = f"{self.path}:{place}: this should be the row of sample {sample} of {name}"
-        cause = "the file was changed, or its cases had other numbers of samples"
+        error = f"{self.path}:{place}: expected the row of sample {sample} of {name}"
+        cause = "the file was changed, or its cases had different numbers of samples"
         return f"{error}: {cause}; write to another file, or remove this one"
 
 
@@ -268,7 +268,9 @@ def _opened(path: Path, *folders: Path) -> int:
         return open_user_file(path, os.O_RDWR | os.O_CREAT, *folders)
     except OSError as error:
         if error.strerror == NOT_REGULAR:
-            raise RowsError(f"{path} is no regular file, so a sweep cannot be resumed from it") from error
+            raise RowsError(
+                f"{path} is not a regular file, so a sweep cannot continue it; write to another file"
+            ) from error
         raise RowsError(f"{path} cannot be written: {error.strerror}") from error
 
 
@@ -361,9 +363,9 @@ class ParquetFolder:
         except (OSError, pa.ArrowException) as error:
             raise RowsError(f"{self.path} cannot be read or extended: {error}") from error
         except (KeyError, TypeError, ValueError) as error:
-            raise RowsError(f"{self.path} has no rows of this sweep: write to another folder") from error
+            raise RowsError(f"{self.path} has no rows of this sweep; write to another folder") from error
         if end != after:
-            raise RowsError(f"{self.path} lacks the rows from {end} on: write to another folder, or remove this one")
+            raise RowsError(f"{self.path} lacks the rows from {end} on; write to another folder, or remove this one")
         tail = JsonLines(self.path / TAIL, self.plan, locked=False)
         self.counts.merge(tail.counts)
         return tail
@@ -389,8 +391,8 @@ class ParquetFolder:
             line, end, _ = read_file(self.path / TAIL, LONGEST, self.path).partition(b"\n")
         except FileNotFoundError:
             if any(self.path.iterdir()):
-                error = f"{self.path} has files and no {TAIL}, so it is no folder of a sweep"
-                raise RowsError(f"{error}: write to another folder") from None
+                error = f"{self.path} has files but no {TAIL}, so it is not the folder of a sweep"
+                raise RowsError(f"{error}; write to another folder") from None
             return 0
         return refuse_other(line + end, self.plan, self.path / TAIL) if end else 0
 

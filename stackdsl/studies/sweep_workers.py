@@ -41,8 +41,8 @@ NAMED: Final = (
     "give the address of its scheduler: --scheduler tcp://HOST:8786, DASK_SCHEDULER_ADDRESS, or Dask's own settings"
 )
 MENDED: Final = (
-    "check that it runs (`dask scheduler`) and that --scheduler tcp://HOST:8786 has its address; without --executor "
-    "dask, processes of this machine do the work"
+    "check that it runs (`dask scheduler`) and that --scheduler tcp://HOST:8786 has its address, or remove --executor "
+    "dask to use processes of this machine"
 )
 PATIENCE: Final = 10.0  # [s] for a scheduler to answer
 
@@ -77,7 +77,7 @@ def _client(scheduler: str) -> "Client":
 
     address = scheduler or dask.config.get("scheduler-address", None)
     if not address:
-        raise NoClusterError(f"no Dask cluster is named; {NAMED}")
+        raise NoClusterError(f"no address of a Dask cluster; {NAMED}")
     try:
         return Client(resolve_address(address), timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:  # a time-out is an OSError

@@ -20,7 +20,7 @@ from stability.model import BodyId, BodyState, Brick, Plane, Pose, Vec3
 from stackdsl.diagnostics import Span
 from stackdsl.disk import read_file
 from stackdsl.goldens.file_format import directory_of
-from stackdsl.goldens.snapshot import friction_told
+from stackdsl.goldens.snapshot import friction_from
 from stackdsl.project_file import confined
 from stackdsl.results import GoldenDifference, GoldenResult
 from stackdsl.simulation.recording import Recorder, Recording
@@ -152,7 +152,7 @@ def _world(content: Json) -> FixedWorld:
         for name, plane in content["planes"].items()
     )
     return FixedWorld(
-        _finite(content["gravity"]), friction_told(_finite(content["friction"]), content.get("rubbing")), planes
+        _finite(content["gravity"]), friction_from(_finite(content["friction"]), content.get("rubbing")), planes
     )
 
 

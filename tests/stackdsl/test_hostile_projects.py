@@ -625,7 +625,7 @@ except SystemExit:
 def test_the_input_is_not_taken_for_the_file_of_what_waits(stackdsl_in: Stackdsl, project: Path, name: str) -> None:
     forged(project, file=name)
     asked = stackdsl_in(project, "golden", "status", keys="scenario: [")
-    assert ("is gone" in asked.out, "1 waiting" in asked.out) == (False, True)
+    assert ("is gone" in asked.out, "1 pending" in asked.out) == (False, True)
 
 
 @pytest.mark.parametrize("kept_by", ["../home/secret.json", "l/secret.json"])

@@ -52,9 +52,9 @@ def test_two_mistakes_in_one_line_are_two() -> None:
 
 
 def test_what_is_no_value_is_told_with_its_key() -> None:
-    with pytest.raises(TypeError, match=r"`build\[1\]`: a scenario holds"):
+    with pytest.raises(TypeError, match=r"`build\[1\]` must be a string"):
         Scenario("column", build=[column(), NOTHING])
-    with pytest.raises(TypeError, match=r"`column\.step`: a scenario holds"):
+    with pytest.raises(TypeError, match=r"`column\.step` must be a string"):
         column(step=object())
 
 
@@ -64,9 +64,9 @@ SCENARIO = Scenario("column", build=[column()])
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: play("column.yaml"), "expected a case, of `Scenario.cases` or `gather`, not str"),  # type: ignore[arg-type]
-        (lambda: play(SCENARIO), "a scenario plays itself, by its `play`"),  # type: ignore[arg-type]
-        (lambda: SCENARIO.play(3), "expected the text of a variant, .* not int"),  # type: ignore[arg-type]
+        (lambda: play("column.yaml"), "expected a case from `Scenario.cases` or `gather`, not str"),  # type: ignore[arg-type]
+        (lambda: play(SCENARIO), "call the `play` method of the scenario"),  # type: ignore[arg-type]
+        (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
         (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as stands\(.all.\)"),  # type: ignore[arg-type]
     ],
 )
@@ -81,5 +81,5 @@ def test_a_table_has_columns_and_prints() -> None:
     assert table.column("level").tolist() == [1, 2, 3]
     assert table.column("z") * 1000 == pytest.approx([3.9, 11.7, 19.5])
     assert str(table).splitlines()[1].split()[:3] == ["L1.1", "1", "frozen"]
-    with pytest.raises(LookupError, match="there is no column 'height'; there are name, level"):
+    with pytest.raises(LookupError, match="unknown column 'height'; the columns are name, level"):
         table.column("height")

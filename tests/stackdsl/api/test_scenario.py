@@ -125,7 +125,7 @@ def test_values_of_other_types_are_refused_where_they_are_written() -> None:
 def test_a_case_of_several_is_named() -> None:
     scenario = Scenario("stacks", matrix={"n": [2, 3]}, build=[with_levels("${n}")])
     assert len(scenario.play("n=3").trace.tracks) == 3
-    with pytest.raises(LookupError, match="in 2 of the cases: n=2,exact, n=3,exact"):
+    with pytest.raises(LookupError, match="matches 2 of the variants n=2,exact, n=3,exact"):
         scenario.play()
     assert [len(run.trace.tracks) for run in scenario.play_all()] == [2, 3]
 

@@ -74,10 +74,10 @@ def test_what_falls_less_at_more_has_a_falling_curve() -> None:
 @pytest.mark.parametrize(
     ("fell", "words"),
     [
-        ([0, 0, 0, 0], "none falls"),
-        ([1, 1, 1, 1], "all fall"),
-        ([0, 0, 1, 1], "all changes between"),
-        ([1, 1, 0, 0], "all changes between"),
+        ([0, 0, 0, 0], "no sample falls"),
+        ([1, 1, 1, 1], "all samples fall"),
+        ([0, 0, 1, 1], "the share jumps between"),
+        ([1, 1, 0, 0], "the share jumps between"),
     ],
 )
 def test_what_the_data_do_not_determine_is_told(fell: list[float], words: str) -> None:

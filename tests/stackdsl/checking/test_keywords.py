@@ -29,7 +29,7 @@ MISTAKES = {
     "tower)": "'and' or 'or' is expected instead of ')' at column 6",
     "()": "a word is expected instead of ')' at column 2",
     "tower and 'wall": "the quote at column 11 is not closed",
-    "(" * 70 + "a" + ")" * 70: "nested more than 64 deep",
+    "(" * 70 + "a" + ")" * 70: "nested more than 64 levels deep",
 }
 
 

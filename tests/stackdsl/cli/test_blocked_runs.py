@@ -68,7 +68,7 @@ def blocked(text: str) -> tuple[Case, Blocked]:
 @pytest.mark.parametrize(
     ("text", "place", "told", "remedy"),
     [
-        (SLIDES, (9, 13), ("'late' cannot be placed at 0.045 s", "'upper' has moved"), "pull 'upper' out before"),
+        (SLIDES, (9, 13), ("'late' cannot be placed at 0.045 s", "'upper' has moved"), "pull out 'upper' before"),
         (PUSHED, (7, 5), ("'thrown-2' cannot be placed at 1 s", "'near' has moved"), "throw it from elsewhere"),
         (BUILT, (4, 14), ("'second' cannot be placed at 2 s", "'first' has moved"), "place it elsewhere"),
     ],

@@ -213,9 +213,7 @@ def test_a_failing_case_is_accepted_only_with_accept_failing(stackdsl: Stackdsl,
     for options in ([], ["--update"]):
         result = stackdsl("check", *options)
         assert (result.code, locked.read_text()) == (1, was)
-        assert (
-            "1 of these fails what is expected, and would be accepted only by --update --accept-failing" in result.out
-        )
+        assert "1 of these results fails expectations; only --update --accept-failing would accept it" in result.out
         assert "accept with" not in result.out
     assert stackdsl("check", "--accept-failing").code == 4
     assert stackdsl("check", "--update", "--accept-failing").code == 1

@@ -44,13 +44,13 @@ def test_a_line_of_a_file_means_the_scenario_there(stackdsl: Stackdsl) -> None:
 def test_the_first_failure_is_the_last_that_is_played(stackdsl: Stackdsl) -> None:
     result = stackdsl("check", "scene.yaml", "-x", "--jobs", "1")
     assert result.code == 1
-    assert "1 failed, 2 not played after a failure" in result.out
+    assert "1 failed, 2 not run after a failure" in result.out
     assert json.loads(stackdsl("check", "scene.yaml", "-x", "--jobs", "1", "--format", "json").out)["not_played"] == 2
 
 
 @pytest.mark.usefixtures("folder")
 def test_failed_plays_the_last_failures_until_they_pass(stackdsl: Stackdsl, folder: Path) -> None:
-    assert "nothing failed" in stackdsl("check", "scene.yaml", "--failed", "--list").err
+    assert "no recorded failures" in stackdsl("check", "scene.yaml", "--failed", "--list").err
     stackdsl("check", "scene.yaml")
     assert listed(stackdsl, "--failed") == NAMES[:1]
     stackdsl("check", "scene.yaml", "-k", "good")  # of which nothing is said of the others
@@ -69,7 +69,7 @@ def test_changed_plays_the_cases_without_a_remembered_pass(stackdsl: Stackdsl, f
     for _ in range(2):
         stackdsl("check", "scene.yaml")
     nothing = stackdsl("check", "scene.yaml", "--changed")
-    assert (nothing.code, nothing.out, "nothing has changed" in nothing.err) == (0, "", True)
+    assert (nothing.code, nothing.out, "no selected case has changed" in nothing.err) == (0, "", True)
 
 
 def test_parts_are_disjoint_whole_and_the_same_in_any_order(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_statics_alone_play_nothing(stackdsl: Stackdsl, folder: Path) -> None:
     write(folder, GOOD + "---\n" + GOOD.replace("good", "far").replace("levels: 3", "levels: 12, step: 12 mm"))
     result = stackdsl("check", "scene.yaml", "--statics")
     assert result.code == 0
-    assert "2 variants: 1 stands, 1 falls; nothing was played" in result.out
+    assert "2 variants: 1 stands, 1 falls; no simulation" in result.out
     said = json.loads(stackdsl("check", "scene.yaml", "--statics", "--format", "json").out)["variants"]
     # N planks stand while N d is at most a plank, 117.6 mm: nine of them do, and the tenth comes at 9 s.
     assert [(each["statics"], each["proven"], each["time_s"]) for each in said] == [

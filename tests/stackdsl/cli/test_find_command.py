@@ -52,9 +52,9 @@ def test_find_prints_both_sides_of_the_limit(stackdsl: Stackdsl, tmp_path: Path)
     lines = [line.strip() for line in told.out.splitlines()]
     assert lines[0] == "leaning[kind=kapla]"  # of which the step is no part
     assert sides(lines[1], "largest step: (.+) mm stands, (.+) mm falls") == pytest.approx([9.8, 9.8], rel=1e-6)
-    assert lines[2].startswith("what falls: L2.1, L3.1")
+    assert lines[2].startswith("fall: L2.1, L3.1")
     assert "tip over L1.1" in lines[2]
-    assert lines[3] == "in place of 14 mm at leaning.yaml:3:16"
+    assert lines[3] == "instead of 14 mm at leaning.yaml:3:16"
     assert "most count: 8 stands, 9 falls" in lines  # 117.6 mm / 14 mm
 
 
@@ -88,14 +88,14 @@ def test_find_refuses_a_name_of_no_number_with_the_reason(stackdsl: Stackdsl, tm
     write(tmp_path, COLUMN, "leaning.yaml")
     refused = stackdsl("find", "leaning.yaml", "--largest", "stepp", "--largest", "kind")
     assert refused.code == ExitCode.USAGE
-    assert "leaning[step=12 mm,kind=kapla]: there is no number 'stepp'; did you mean 'step'?" in refused.err
+    assert "leaning[step=12 mm,kind=kapla]: unknown number 'stepp'; did you mean 'step'?" in refused.err
     assert "'kind' is the word 'kapla'; only a number has a limit" in refused.err
-    assert "say what to find, such as --largest step" in stackdsl("find", "leaning.yaml").err
+    assert "no number to find; add, for example, --largest step" in stackdsl("find", "leaning.yaml").err
 
 
 def test_nothing_is_asked_of_what_is_thrown(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, THROWN, "thrown.yaml")
-    assert "largest far: has no effect on what is built" in stackdsl("find", "thrown.yaml", "--largest", "far").out
+    assert "largest far: no effect on the structure" in stackdsl("find", "thrown.yaml", "--largest", "far").out
 
 
 @pytest.mark.parametrize(
@@ -113,4 +113,4 @@ def test_find_refuses_a_range_that_is_no_number(stackdsl: Stackdsl, tmp_path: Pa
     command, *options = asked
     refused = stackdsl(command, "leaning.yaml", *options, "nan")
     assert refused.code == ExitCode.USAGE
-    assert "'nan' is no number that means anything" in refused.err
+    assert "'nan' is not a finite number" in refused.err

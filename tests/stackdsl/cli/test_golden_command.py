@@ -40,7 +40,7 @@ def test_a_difference_waits_is_accepted_and_then_the_same(stackdsl: Stackdsl, tm
     assert stackdsl("golden", "accept").code == 0
     assert locked.read_text() != was
     assert stackdsl("check", CI="true").code == 0
-    assert stackdsl("golden", "status").out.strip() == "0 waiting"
+    assert stackdsl("golden", "status").out.strip() == "0 pending"
 
 
 def test_a_case_that_is_named_without_an_option_is_answered_by_the_option(stackdsl: Stackdsl) -> None:
@@ -81,7 +81,7 @@ def test_a_renamed_case_is_not_accepted_under_its_old_name(stackdsl: Stackdsl, t
     assert "has no case good[exact]" in stackdsl("golden", "review", keys="a").err
     assert locked.read_text() == was
     assert stackdsl("check").code == 3  # the old golden file is obsolete
-    assert stackdsl("golden", "status").out.strip() == "0 waiting"
+    assert stackdsl("golden", "status").out.strip() == "0 pending"
 
 
 def test_a_known_failure_is_accepted_without_accept_failing(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
@@ -94,7 +94,7 @@ def test_a_rejected_difference_leaves_the_golden_file(stackdsl: Stackdsl, tmp_pa
     was = locked.read_text()
     change(tmp_path, MOVED)
     stackdsl("check")
-    assert "stays as it is" in stackdsl("golden", "reject").out
+    assert "is unchanged" in stackdsl("golden", "reject").out
     assert (locked.read_text(), stackdsl("golden", "status").code) == (was, 0)
 
 
@@ -117,7 +117,7 @@ def test_a_failing_case_is_accepted_only_with_accept_failing(stackdsl: Stackdsl,
     assert stackdsl("check").code == 1
     refused = stackdsl("golden", "accept")
     assert (refused.code, "--accept-failing" in refused.err, locked.read_text()) == (3, True, was)
-    assert "A accepts it all the same" in stackdsl("golden", "review", keys="aq").err
+    assert "press A to accept it anyway" in stackdsl("golden", "review", keys="aq").err
     assert locked.read_text() == was
     assert stackdsl("golden", "review", keys="A").code == 0
     assert locked.read_text() != was
@@ -187,7 +187,7 @@ def test_the_markers_of_a_merge_are_called_so(stackdsl: Stackdsl, tmp_path: Path
     text = locked.read_text()
     locked.write_text(f"<<<<<<< ours\n{text}=======\n{text}>>>>>>> theirs\n")
     told = stackdsl("check")
-    assert (told.code, "two versions, with the markers of a merge from line 1 on" in told.out) == (3, True)
+    assert (told.code, "a merge conflict at line 1" in told.out) == (3, True)
     assert stackdsl("golden", "accept").code == 0
     assert locked.read_text() == text
 

@@ -32,7 +32,7 @@ def test_import_lists_moved_and_ignored_parts_at_the_head(stackdsl: Stackdsl, tm
     told = [
         "3 boxes in order.json, written to 1 mm",
         "1 of 3 boxes was lowered, by at most 4 mm (box-3)",
-        "not taken: orderID, description, shippingGroup, palletType, approach",
+        "left out: orderID, description, shippingGroup, palletType, approach",
     ]
     assert printed.err.splitlines() == told
     assert printed.out.splitlines()[:3] == [f"# {line}" for line in told]
@@ -57,7 +57,7 @@ def test_boxes_inside_one_another_and_in_the_air_are_told_in_their_places_as_che
     told = [line for line in printed.err.splitlines() if line.startswith("load.csv:")]
     assert [line.partition(" SD")[2] for line in told] == refused
     assert [line.split()[:2] for line in told] == [["load.csv:3:1:", "SD201"], ["load.csv:4:1:", "SD202"]]
-    assert "has 2 mistakes for which `check` will refuse it" in printed.err
+    assert "the scenario has 2 mistakes, so `check` will refuse it" in printed.err
     assert "--settle 'within 5 mm'" in printed.err
     assert "SD202" not in stackdsl("import", "load.csv", "--point", "corner", "--settle", "down").err
 

@@ -113,7 +113,7 @@ def test_a_full_disk_is_no_fault_of_ours(tmp_path: Path, command: str) -> None:
         process = started(tmp_path, *arguments, stdout=full.fileno())
         _, err = process.communicate(timeout=AMPLE)
     assert process.returncode == 4
-    assert "the output cannot be written: No space left on device" in err
+    assert "the standard output cannot be written: No space left on device" in err
     assert "fault" not in err
     assert "ignored" not in err
 

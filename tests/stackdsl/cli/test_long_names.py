@@ -27,12 +27,12 @@ def test_explain_refuses_names_of_no_file_and_no_code(stackdsl: Stackdsl, name: 
 
 def test_a_file_whose_name_is_too_long_is_not_there_to_be_watched(stackdsl: Stackdsl) -> None:
     done = stackdsl("run", "--watch", f"{LONG}.yaml")
-    assert (done.code, "is not there to be watched" in done.err) == (ExitCode.USAGE, True)
+    assert (done.code, "does not exist" in done.err) == (ExitCode.USAGE, True)
 
 
 def test_a_new_scenario_is_not_written_to_a_folder_whose_name_is_too_long(stackdsl: Stackdsl) -> None:
     done = stackdsl("new", "b", "--to", LONG)
-    assert (done.code, "cannot be made: File name too long" in done.err) == (ExitCode.USAGE, True)
+    assert (done.code, "cannot be created: File name too long" in done.err) == (ExitCode.USAGE, True)
 
 
 def test_a_project_whose_directory_has_a_name_that_is_too_long_is_told_so(stackdsl: Stackdsl, tmp_path: Path) -> None:

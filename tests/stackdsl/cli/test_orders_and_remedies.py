@@ -69,11 +69,11 @@ def test_a_tower_of_three_levels_gives_four_blocks(stackdsl: Stackdsl, tmp_path:
     write(tmp_path, TOWER, "tower.yaml")
     told = stackdsl("pull", "tower.yaml")
     assert told.code == ExitCode.OK
-    assert "pulled one at a time, the rest: 9 stands" in told.out
+    assert "remaining structure after each single pull: 9 stands" in told.out
     assert "L3.1  stands" in told.out
     assert "carries nothing" in told.out
-    assert "longest order of pulls with the rest standing each time: 4; no order is longer, which is proven" in told.out
-    assert "it falls soonest with 2 pulls" in told.out
+    assert "longest order of pulls after which the rest always stands: 4; proven that no order is longer" in told.out
+    assert "shortest order of pulls that makes it fall: 2 (" in told.out
     found = json.loads(stackdsl("pull", "tower.yaml", "--format", "json").out)["cases"][0]
     assert (found["at_most"], found["proven"], len(found["rows"])) == (4, True, 9)
 
@@ -100,7 +100,7 @@ def test_a_leaning_column_is_mended_by_the_least_shift(stackdsl: Stackdsl, tmp_p
     write(tmp_path, LEANING, "leaning.yaml")
     told = stackdsl("suggest", "leaning.yaml")
     assert told.code == ExitCode.OK
-    assert "move L2.1 by 8.701 mm towards -x, with what rests on it" in told.out
+    assert "move L2.1 by 8.701 mm towards -x, with all bricks on it" in told.out
     assert "move L3.1 by 17.41 mm towards -x" in told.out
     rows = json.loads(stackdsl("suggest", "leaning.yaml", "--format", "json").out)["cases"][0]["rows"]
     assert [row["kind"] for row in rows] == ["counterweight", "props", "shift", "shift"]
@@ -111,7 +111,7 @@ def test_nothing_is_mended_that_stands(stackdsl: Stackdsl, tmp_path: Path) -> No
     write(tmp_path, TOWER, "tower.yaml")
     told = stackdsl("suggest", "tower.yaml")
     assert (told.code, told.out) == (ExitCode.OK, "")
-    assert "nothing to mend" in told.err
+    assert "nothing to repair" in told.err
 
 
 def test_an_order_that_is_interrupted_is_told_with_what_is_proven(
@@ -126,9 +126,9 @@ def test_an_order_that_is_interrupted_is_told_with_what_is_proven(
     file = str(write(tmp_path, "scenario: vee\nbuild:\n  - card_house: {levels: 1, angle: 70 deg}\n"))
     found = CliRunner().invoke(order_command, [file])
     assert found.exit_code == ExitCode.INTERRUPTED
-    assert "interrupted: this is what was known by then" in found.output
-    assert "no order without props exists, which is proven" in found.output
-    assert "props so far: 2 in all (at least 0 are needed)" in found.output
+    assert "interrupted: the best result so far" in found.output
+    assert "proven that no order without props exists" in found.output
+    assert "props so far: 2 in total (at least 0 are needed)" in found.output
     told = json.loads(CliRunner().invoke(order_command, [file, "--format", "json"]).stdout)["cases"][0]
     assert (told["interrupted"], told["props"], len(told["rows"])) == (True, ["L1.2", "L1.1"], 2)
 
@@ -138,7 +138,7 @@ def test_suggest_mends_a_fall_after_a_removal(tmp_path: Path) -> None:
     told = CliRunner().invoke(suggest_command, [str(write(tmp_path, PULLED, "pulled.yaml"))])
     assert told.exit_code == ExitCode.OK
     assert "move lintel by 18.31 mm towards -x" in told.output
-    assert "prop under lintel, which must stay" in told.output
+    assert "permanent prop under lintel" in told.output
 
 
 def test_a_limit_that_is_a_round_number_is_suggested_as_such(tmp_path: Path) -> None:

@@ -60,7 +60,8 @@ def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(f
     (falls / "two.yaml").write_text(GOOD.replace("expect:", "systems: [exact, thesis]\nexpect:"), encoding="utf-8")
     result = stackdsl("picture", "two.yaml", "-o", "a.svg", "--at", "0.5")
     assert (
-        "drawing good[exact], the first of 2: choose another by --system or -k, such as -k 'good[thesis]'" in result.err
+        "drawing good[exact], the first of 2; choose another with --system or -k, such as -k 'good[thesis]'"
+        in result.err
     )
     again = stackdsl("picture", "two.yaml", "-o", "b.svg", "--at", "0.5", "-k", "good[thesis]")
     assert "drawing" not in again.err
@@ -70,10 +71,10 @@ def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(f
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("a.svg", "--at", "1", "--strip", "3"), "leave one of them out"),
-        (("a.gif", "--at", "1"), "leave out --at and --strip"),
-        (("a.gif", "--view", "front", "--view", "plan"), "give one --view"),
-        (("a.svg", "--strip", "3", "--view", "front", "--view", "plan"), "give one --view"),
+        (("a.svg", "--at", "1", "--strip", "3"), "remove one of the two"),
+        (("a.gif", "--at", "1"), "remove --at and --strip"),
+        (("a.gif", "--view", "front", "--view", "plan"), "give only one --view"),
+        (("a.svg", "--strip", "3", "--view", "front", "--view", "plan"), "give only one --view"),
         (("a.svg", "--at", "1e6"), "good[exact] ends at"),
     ],
 )
@@ -87,14 +88,14 @@ def test_picture_refuses_options_that_it_would_ignore(
 
 
 def test_picture_says_if_there_are_no_forces_at_a_time(stackdsl: Stackdsl) -> None:
-    assert "no forces at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "5.2").err
+    assert "no forces are drawn at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "5.2").err
     assert "no forces at" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
 
 
 def test_a_name_that_means_no_picture_is_refused(stackdsl: Stackdsl) -> None:
     result = stackdsl("picture", "falls.yaml", "-o", "a.txt")
     assert result.code == 4
-    assert "a.txt: write to a file that ends in .svg, .png, .gif, .webp, .mp4" in result.err
+    assert "a.txt: the file name must end in .svg, .png, .gif, .webp, .mp4" in result.err
 
 
 def test_a_film_is_made_where_there_is_ffmpeg(falls: Path, stackdsl: Stackdsl) -> None:

@@ -18,7 +18,7 @@ def test_a_new_project_is_checked_and_green(stackdsl: Stackdsl, stackdsl_in: Sta
     assert json.loads((home / ".vscode" / "settings.json").read_text())["yaml.schemas"]
     workflow = yaml.safe_load((home / ".github" / "workflows" / "stackdsl.yml").read_text())
     assert workflow["jobs"]["check"]["steps"][-1]["run"] == "stackdsl check scenarios --strict"
-    assert "then: stackdsl check, which writes the first golden file" in begun.out
+    assert "then stackdsl check, which writes the first golden file" in begun.out
     first = stackdsl_in(home, "check")
     assert first.code == 0, first.text
     assert list((home / "golden").rglob("*.json"))
@@ -33,7 +33,7 @@ def test_the_workflow_installs_what_is_installed_here(
     runs = [step.get("run", "") for step in workflow["jobs"]["check"]["steps"]]
     assert "pip install stackdsl" not in runs  # which no index has
     assert any(run == f"pip install {requirement()}" for run in runs)
-    assert ("note: stackdsl is on no package index" in told.out) == (requirement() == VENDORED)
+    assert ("note: stackdsl is not on a package index" in told.out) == (requirement() == VENDORED)
     origin = {"url": "https://example.org/s.git", "vcs_info": {"vcs": "git", "commit_id": "0a1b"}}
     monkeypatch.setattr(type(distribution("stackdsl")), "read_text", lambda self, name: json.dumps(origin))
     assert requirement() == "'stackdsl @ git+https://example.org/s.git@0a1b'"
@@ -41,14 +41,14 @@ def test_the_workflow_installs_what_is_installed_here(
 
 def test_a_command_that_is_misspelt_is_named(stackdsl: Stackdsl) -> None:
     told = stackdsl("chek")
-    assert (told.code, "there is no command 'chek'; did you mean 'check'?" in told.err) == (4, True)
+    assert (told.code, "unknown command 'chek'; did you mean 'check'?" in told.err) == (4, True)
 
 
 def test_a_line_beyond_the_end_of_a_file_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("scenario: a\nbuild:\n  - column: {levels: 2}\n")
     told = stackdsl("check", "a.yaml:4", "--list")
     assert (told.code, told.out) == (4, "")
-    assert "a.yaml has 3 lines, so there is none numbered 4" in told.err
+    assert "a.yaml has only 3 lines, so line 4 does not exist" in told.err
     assert stackdsl("check", "a.yaml:3", "--list").code == 0
 
 
@@ -84,7 +84,7 @@ def test_nothing_is_written_over(stackdsl: Stackdsl, tmp_path: Path) -> None:
     (tmp_path / "stackdsl.toml").write_text("# mine\n")
     told = stackdsl("init")
     assert told.code == 0
-    assert "left   stackdsl.toml" in told.out
+    assert "kept   stackdsl.toml" in told.out
     assert (tmp_path / "stackdsl.toml").read_text() == "# mine\n"
     assert (tmp_path / "scenarios" / "first-column.yaml").exists()
 
@@ -100,12 +100,12 @@ def test_doctor_tells_what_is_there_and_what_is_not(stackdsl: Stackdsl, tmp_path
     told = stackdsl("doctor")
     assert told.code == 0, told.text
     assert "ok     numpy " in told.out
-    assert "note   there is no directory scenarios here; begin one by: stackdsl init" in told.out
+    assert "note   there is no directory scenarios here; create one with: stackdsl init" in told.out
     stackdsl("init")
     (tmp_path / "scenario.schema.json").write_text("{}")
     again = stackdsl("doctor")
     assert "ok     1 files in scenarios" in again.out
-    assert "scenario.schema.json is of another version; write it anew by: stackdsl schema >" in again.out
+    assert "scenario.schema.json is from another version of stackdsl; update it with: stackdsl schema >" in again.out
 
 
 def test_doctor_looks_where_the_project_says_from_wherever_it_is_called(

@@ -31,7 +31,7 @@ def test_run_writes_arrays_and_a_page_where_it_is_asked_to(good: Path, stackdsl:
 
 
 def test_one_page_holds_all_systems_of_a_file_and_arrays_hold_one_run(good: Path, stackdsl: Stackdsl) -> None:
-    assert "choose one by --system or -k" in stackdsl("run", "two.yaml", "--record", "run.npz").err
+    assert "choose one with --system or -k" in stackdsl("run", "two.yaml", "--record", "run.npz").err
     assert not (good / "run.npz").exists()
     assert stackdsl("run", "two.yaml", "--html", "run.html").code == 0
     page = (good / "run.html").read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def test_a_name_that_means_another_form_is_refused(
 ) -> None:
     result = stackdsl("run", "good.yaml", option, name)
     assert result.code == 4
-    assert f"{name}: call it {meant}" in result.err
+    assert f"write {meant}" in result.err
 
 
 def test_a_place_that_cannot_be_written_is_told(good: Path, stackdsl: Stackdsl) -> None:

@@ -62,7 +62,7 @@ def test_the_reason_is_told(stackdsl: Stackdsl, tmp_path: Path) -> None:
     assert "later: other[exact]" in result.out
     assert "column[exact]: the statics are wrong: collapses: expected any, measured nothing fell" in result.out
     assert "1 skipped, 1 xfailed" in result.out
-    assert "failed, as was said to fail: the statics are wrong" in stackdsl("run", "a.yaml").out
+    assert "expected failure (xfail): the statics are wrong" in stackdsl("run", "a.yaml").out
 
 
 def test_a_known_failure_writes_its_golden_at_the_first_run(stackdsl: Stackdsl, tmp_path: Path) -> None:
@@ -88,5 +88,5 @@ def test_a_known_failure_with_passing_variants_is_a_failure(stackdsl: Stackdsl, 
     text = f"scenario: both\nmatrix: {{count: [9, 10]}}\nbuild:\n{column}expect: [{{stands: all}}]\nxfail: too long\n"
     write(tmp_path, text, "both.yaml")
     told = stackdsl("check", "both.yaml", "--no-golden").out
-    assert "other variants of it fail: make two scenarios of them, or add `strict: false`" in told
+    assert "other variants fail: split the scenario in two, or add `strict: false`" in told
     assert "remove `xfail`" not in told

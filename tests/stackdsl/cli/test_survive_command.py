@@ -33,8 +33,8 @@ def test_survive_finds_tipping_along_y_and_sliding_along_x(stackdsl: Stackdsl, t
     assert told.code == ExitCode.OK
     lines = told.out.splitlines()
     assert lines[0] == "tall"
-    assert f"survives 0.4 g in every direction, which is a tilt of {degrees(atan(0.4)):.4g} deg" in lines[1]
-    assert lines[2] == "  weakest: carton; from 0.4 g towards 90 deg on, carton tips over ground"
+    assert f"survives 0.4 g in every direction, or a tilt of {degrees(atan(0.4)):.4g} deg" in lines[1]
+    assert lines[2] == "  weakest: carton; above 0.4 g towards 90 deg, carton tips over ground"
     assert [line.split(" g  ")[1] for line in lines[3:]] == ["carton slides on ground", "carton tips over ground"] * 2
 
 
@@ -55,13 +55,13 @@ def test_survive_of_a_falling_structure_says_that_it_does_not_stand(stackdsl: St
     told = stackdsl("survive", "falls.yaml")
     assert (told.code, told.out) == (ExitCode.OK, "")
     assert "UNSTABLE" in told.err
-    assert "what does not stand survives nothing" in told.err
+    assert "only a stable structure has margins" in told.err
 
 
 def test_survive_plots_if_matplotlib_is_installed(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, TALL, "tall.yaml")
     refused = stackdsl("survive", "tall.yaml", "--plot", "tall.txt")
-    assert "tall.txt: write to a file that ends in .svg or .png" in refused.err
+    assert "tall.txt: the file name must end in .svg or .png" in refused.err
     pytest.importorskip("matplotlib")
     assert stackdsl("survive", "tall.yaml", "--bearings", "8", "--plot", "tall.svg").code == ExitCode.OK
     assert "horizontal acceleration" in (tmp_path / "tall.svg").read_text()

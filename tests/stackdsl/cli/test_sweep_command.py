@@ -45,7 +45,7 @@ def test_sweep_writes_a_row_a_sample_and_prints_the_share_that_stands(stackdsl: 
         f"shaky[exact]: 400 of 400 samples, seed 3: {stood} stand, {400 - stood} fall at levels "
     )
     sure = interval(stood, stood, 400, 0.05)
-    assert f"share that stands: {100 * sure.low:.4g} .. {100 * sure.high:.4g} %, 95 % sure" in told.out
+    assert f"share that stands: {100 * sure.low:.4g} .. {100 * sure.high:.4g} %, 95 % confidence" in told.out
     more = stackdsl("sweep", "shaky.yaml", "--out", "rows.jsonl", "--samples", "500", "--format", "csv")
     assert more.err == "rows.jsonl has 400 of 500 rows\n"
     (row,) = csv.DictReader(more.out.splitlines())
@@ -75,11 +75,11 @@ def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl,
         assert (told.code, told.out) == (ExitCode.USAGE, "")
         return told.err
 
-    assert "mine.jsonl is no file of a sweep" in refused("shaky.yaml", "-o", "mine.jsonl")
+    assert "mine.jsonl is not the file of a sweep" in refused("shaky.yaml", "-o", "mine.jsonl")
     assert (tmp_path / "mine.jsonl").read_text() == "mine\n"
-    assert "rows.csv: write to a file that ends in .jsonl" in refused("shaky.yaml", "-o", "rows.csv")
+    assert "rows.csv: the name must end in .jsonl" in refused("shaky.yaml", "-o", "rows.csv")
     assert "has no samples" in refused("steps.yaml", "-o", "rows.jsonl", "--samples", "5")
-    assert "--scheduler is of a Dask cluster" in refused("shaky.yaml", "-o", "rows.jsonl", "--scheduler", "x:1")
+    assert "--scheduler needs a Dask cluster" in refused("shaky.yaml", "-o", "rows.jsonl", "--scheduler", "x:1")
     assert "--jobs is of this machine" in refused("shaky.yaml", "-o", "r.jsonl", "--jobs", "1", "--executor", "dask")
     stackdsl("sweep", "shaky.yaml", "-o", "rows.jsonl", "--samples", "5")
     write(tmp_path, SHAKY.replace("seed: 3", "seed: 4"), "shaky.yaml")
@@ -101,5 +101,5 @@ def test_ctrl_c_keeps_the_rows_and_says_how_to_go_on(tmp_path: Path) -> None:
     assert "Traceback" not in err
     rows = out.read_bytes().count(b"\n") - 1
     assert out.read_bytes().endswith(b"}\n")
-    assert f"{rows} of 100000000 rows are in rows.jsonl: the same call goes on with them" in err
+    assert f"{rows} of 100000000 rows are in rows.jsonl; the same call continues them" in err
     assert told.startswith(f"shaky[exact]: {rows} of 100000000 samples, seed 3: ")

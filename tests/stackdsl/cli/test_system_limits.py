@@ -34,23 +34,23 @@ def test_a_directory_that_is_gone_is_told(tmp_path: Path) -> None:
     folder.mkdir()
     done = run(folder, "check", before=folder.rmdir)
     assert (done.returncode, done.stdout) == (ExitCode.USAGE, "")
-    assert done.stderr.strip() == "the directory that this was called from is gone: change to another"
+    assert done.stderr.strip() == "the working directory does not exist any more: change to another directory"
 
 
 def test_too_few_files_that_may_be_open_are_told(tmp_path: Path) -> None:
     write(tmp_path, GOOD, "scenarios/good.yaml")
     done = run(tmp_path, "check", before=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (8, 8)))
     assert done.returncode == ExitCode.CRASHED
-    assert "too many files are open: raise the limit" in done.stderr
+    assert "too many open files: raise the limit" in done.stderr
     assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(
     ("error", "words"),
     [
-        (OSError(EMFILE, "Too many open files"), "too many files are open"),
-        (OSError(ENOMEM, "Cannot allocate memory"), "too little memory"),
-        (MemoryError(), "too little memory"),
+        (OSError(EMFILE, "Too many open files"), "too many open files"),
+        (OSError(ENOMEM, "Cannot allocate memory"), "out of memory"),
+        (MemoryError(), "out of memory"),
         (OSError(ENOSPC, "No space left on device", "golden/a.json"), "the disk is full: golden/a.json"),
         (OSError("something else"), ""),
         (ValueError("a fault of ours"), ""),

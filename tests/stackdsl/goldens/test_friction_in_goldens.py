@@ -5,7 +5,7 @@ import json
 from stability.contact_law import Friction, Rule
 from stackdsl.goldens.comparison import compare
 from stackdsl.goldens.file_format import canonical_text
-from stackdsl.goldens.snapshot import friction_told, rubbing_of, scene_of
+from stackdsl.goldens.snapshot import friction_from, rubbing_of, scene_of
 from stackdsl.timeline import FixedWorld
 from tests.stackdsl.goldens.changes import STANDS, changed, put
 
@@ -14,7 +14,7 @@ LAW = Friction(0.5, {"sheet": 0.1}, {("sheet", "ground"): 0.6, ("L1.1", "sheet")
 
 def test_a_friction_law_is_read_back_from_a_golden_file() -> None:
     told = json.loads(json.dumps(rubbing_of(LAW)))
-    again = friction_told(0.5, told)
+    again = friction_from(0.5, told)
     assert isinstance(again, Friction)
     assert {frozenset(pair): each for pair, each in again.between.items()} == {
         frozenset(pair): each for pair, each in LAW.between.items()
@@ -24,7 +24,7 @@ def test_a_friction_law_is_read_back_from_a_golden_file() -> None:
 
 def test_a_single_friction_coefficient_is_locked_as_one_number() -> None:
     assert rubbing_of(0.5) is None
-    assert friction_told(0.5, None) == 0.5
+    assert friction_from(0.5, None) == 0.5
     assert "rubbing" not in canonical_text(STANDS)
 
 

@@ -192,10 +192,10 @@ def test_a_brick_that_has_not_come_to_rest_does_not_stand() -> None:
     falling = replace(STANDING, tracks={**STANDING.tracks, "L3.1": track("L3.1", 3, state=BrickState.UNSETTLED)})
     found = outcome("stands: all", falling)
     assert not found.passed
-    assert found.measured.startswith("L3.1 has not come to rest; not settled at the end of the watch: L3.1")
+    assert found.measured.startswith("L3.1 has not come to rest; not settled when the simulation ended: L3.1")
     height = outcome("height: 15.6 mm ± 0.5 mm", falling)
     assert not height.passed
-    assert height.measured.startswith("15.6 mm; not settled at the end of the watch")
+    assert height.measured.startswith("15.6 mm; not settled when the simulation ended")
 
 
 def test_a_brick_that_only_tilts_is_judged_by_its_angle() -> None:
@@ -301,7 +301,7 @@ def test_a_verdict_across_gaps_is_stable_and_says_how_wide_they_are(width: float
         f"verdict: {claim}", replace(STANDING, statics=Verdict(Stability.STABLE, gaps=(AcrossGaps(width),)))
     )
     assert found.passed is passed
-    assert found.measured == ("stable, as touching within 0.05 mm" if width else "stable")
+    assert found.measured == ("stable, if gaps up to 0.05 mm count as contact" if width else "stable")
 
 
 def test_the_verdict_of_a_falling_structure_is_neither_guaranteed_nor_possible() -> None:

@@ -53,10 +53,8 @@ def test_in_the_middle_of_a_cascade_no_count_passes_but_one_that_nothing_can_cha
     assert len(trace.moving) > 3
     counts = [outcome_of(f"falls: {{count: {count}}}", trace, 20) for count in range(21)]
     assert not any(count.passed for count in counts)
-    told = (
-        f"{fallen(trace)} bricks fell; still moving at the end of the watch: {len(trace.moving)} bricks; watch longer"
-    )
-    assert counts[fallen(trace)].measured == f"{told}, such as `watch: 2 s`"
+    told = f"{fallen(trace)} bricks fell; still moving when the simulation ended: {len(trace.moving)} bricks"
+    assert counts[fallen(trace)].measured == f"{told}; simulate longer, for example with `watch: 2 s`"
     assert outcome_of("falls: {count: '>= 3'}", trace, 20).passed
     assert outcome_of("falls: {count: 3 .. 20}", trace, 20).passed
     assert not outcome_of("falls: {count: 3 .. 19}", trace, 20).passed
@@ -115,7 +113,7 @@ def test_a_brick_still_moving_leaves_claims_about_it_open(claim: str, passes: bo
     assert outcome(claim, FALLEN).passed
     found = outcome(claim, MOVING)
     assert found.passed is passes
-    assert ("still moving at the end of the watch: 1 brick;" in found.measured) is not passes
+    assert ("still moving when the simulation ended: 1 brick;" in found.measured) is not passes
     assert (found.margin == -inf) is not passes
 
 

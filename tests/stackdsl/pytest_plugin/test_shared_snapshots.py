@@ -111,7 +111,7 @@ def test_a_directory_outside_of_the_root_of_the_tests_is_refused(
     pytester.makeini(f"[pytest]\ngolden_directory = {named}")
     result = pytester.runpytest("--snapshot-update")
     assert result.ret != 0
-    assert "leads out of" in result.stdout.str() + result.stderr.str()
+    assert "is outside of" in result.stdout.str() + result.stderr.str()
     assert not outside.exists()
 
 
@@ -164,5 +164,5 @@ def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:
     )
     result = pytester.runpytest("--snapshot-update")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*a golden file holds a stackdsl Snapshot, not a dict*"])
+    result.stdout.fnmatch_lines(["*a golden file needs a Snapshot of stackdsl, not dict*"])
     assert not file.exists()

@@ -23,13 +23,13 @@ def test_each_placement_has_the_stage_that_proved_it() -> None:
     placed = [line for line in lines if " at (" in line]
     assert len(placed) == 4
     assert all(line.endswith(" load core") for line in placed)
-    assert "  statics: every placement proven to stand" in lines
+    assert "  statics: every placement is proven to stand" in lines
 
 
 def test_the_cost_of_proofs_is_printed_on_demand() -> None:
     lines = explained("- four_stack: {levels: 2}\n  every: 1 s", margins=False, times=True)
     assert all(" load core, " in line and line.endswith(" us") for line in lines if " at (" in line)
-    assert any("every placement proven to stand, in " in line and line.endswith(" ms") for line in lines)
+    assert any("every placement is proven to stand, in " in line and line.endswith(" ms") for line in lines)
 
 
 def test_two_runs_say_the_same() -> None:
@@ -46,7 +46,7 @@ def test_an_explanation_names_falling_bricks_with_the_reason() -> None:
     lines = explained("- column: {levels: 3, step: 45 mm}")  # two planks' centre is 67 mm out, beyond 58.8 mm
     assert [line.split("  ")[-1].split(",")[0] for line in lines if " at (" in line][1:] == ["falls: tipping"] * 2
     assert any("UNSTABLE" in line and "over L1.1" in line for line in lines)
-    assert "    it goes towards +x, its weight 8.7 mm beyond the edge" in lines
+    assert "    direction: towards +x, its weight 8.7 mm beyond the edge" in lines
     assert not any("survive" in line for line in lines)
 
 
@@ -59,50 +59,50 @@ def test_every_brick_that_moves_is_named_as_people_count() -> None:
 def test_an_explanation_of_a_fall_has_remedies() -> None:
     #   Ten planks stand up to a step of a tenth of the length of one.
     lines = explained("- column: {levels: 10, step: 12 mm}")
-    mended = lines[lines.index("    what would mend it, each tried:") + 1 :]
+    mended = lines[lines.index("    remedies, each verified:") + 1 :]
     assert mended[:3] == [
-        "      levels <= 9, in place of 10 at scene.yaml:3:22",
-        "      step <= 11.76 mm, in place of 12 mm at scene.yaml:3:32",
-        "      no friction is enough",
+        "      levels <= 9 instead of 10 at scene.yaml:3:22",
+        "      step <= 11.76 mm instead of 12 mm at scene.yaml:3:32",
+        "      no friction coefficient is large enough",
     ]
 
 
 def test_remedies_for_many_bricks_are_left_out_unless_requested() -> None:
     build = "- column: {levels: 61, step: 2 mm}"  # 122 mm, more than the length of a plank
-    assert any("ask for it with --remedies" in line for line in explained(build))
-    assert not any("mend" in line for line in explained(build, remedies=False))
+    assert any("add --remedies" in line for line in explained(build))
+    assert not any("remed" in line for line in explained(build, remedies=False))
 
 
 def test_the_weakest_spot_and_the_joint_of_the_least_margin_of_placement_are_told() -> None:
     #   The lowest joint of a leaning column carries the most, furthest out: three planks whose centre is 56 mm out and
     #   11.7 mm up turn about an edge that is 58.8 mm out.
     lines = explained("- column: {levels: 4, step: 28 mm}")
-    assert "    weakest: L2.1; from 0.2393 g towards 0 deg on, L2.1, L3.1, L4.1 tip over L1.1" in lines
-    assert "    least margin of placement: L2.1 on L1.1" in lines
+    assert "    weakest: L2.1; above 0.2393 g towards 0 deg, L2.1, L3.1, L4.1 tip over L1.1" in lines
+    assert "    limiting contact of the placement error: L2.1 on L1.1" in lines
 
 
 def test_the_placement_margin_on_the_ground_alone_is_infinite() -> None:
-    assert any(line.endswith("every brick however far beside its place") for line in explained("- column: {levels: 1}"))
+    assert any(line.endswith("any placement error of every brick") for line in explained("- column: {levels: 1}"))
 
 
 def test_margins_follow_the_placements() -> None:
     #   a plank flat on the ground: slides at mu g, at any tilt beyond the angle of friction, and needs no friction
     lines = explained("- column: {levels: 1}", "friction: 0.1")
     survived = next(line for line in lines if "survive" in line)
-    assert "0.1 g sideways" in survived
+    assert "a horizontal acceleration of 0.1 g" in survived
     assert "a tilt of 5.711 deg" in survived
     assert "friction down to 0" in survived
 
 
 def test_margins_of_many_bricks_are_left_out_until_asked_for() -> None:
     lines = explained("- column: {levels: 301}")
-    assert any("ask for them with --margins" in line for line in lines)
+    assert any("add --margins" in line for line in lines)
     assert not any("survive" in line for line in explained("- column: {levels: 2}", margins=False))
 
 
 def test_from_a_dropped_brick_on_nothing_is_judged() -> None:
     lines = explained("- column: {levels: 1}\n- bricks: [{at: [0 mm, 0 mm, 1 m], drop: true}]")
-    assert any("1 of 2 bricks proven to stand" in line for line in lines)
+    assert any("1 of 2 bricks are proven to stand" in line for line in lines)
 
 
 def test_a_removal_has_a_line_of_its_own_and_makes_room() -> None:
@@ -110,7 +110,7 @@ def test_a_removal_has_a_line_of_its_own_and_makes_room() -> None:
     lines = explained("- column: {levels: 3}", impacts, margins=False)
     assert any(line.split() == ["0.000", "s", "L2.1,", "L3.1", "pulled", "out"] for line in lines)
     assert any("  new " in line and "on L1.1  load core" in line for line in lines)
-    assert any("every placement proven to stand" in line for line in lines)
+    assert any("every placement is proven to stand" in line for line in lines)
 
 
 def test_the_ground_and_the_walls_are_named_that_a_brick_stands_on_and_touches() -> None:
@@ -183,9 +183,9 @@ def test_frictions_of_bricks_and_pairs_are_told_with_those_that_never_touch() ->
         "- bricks: [{name: base, brick: sheet, on: ground}, {name: low, on: base}]", SLIP_SHEET, remedies=False
     )
     assert lines[1:5] == [
-        "  gravity 9.81 m/s2, brick on brick friction 0.5",
-        "  friction of their own: sheet 0.1; of two that touch: lower",
-        "  friction 0.3 between carton and ground; no two of these touch as they are set down",
+        "  gravity 9.81 m/s2, friction between bricks 0.5",
+        "  own friction of bodies: sheet 0.1; friction of a contact: lower",
+        "  friction 0.3 between carton and ground; no two of these touch when they are set down",
         "  friction 0.6 between sheet and ground",
     ]
 
@@ -194,4 +194,4 @@ def test_how_rough_a_sheet_would_have_to_be_is_told() -> None:
     #   A carton on a sheet stands up to a slope whose tangent is their friction: tan 12 deg is 0.21256.
     lines = explained(SLIPPING, SLIP_SHEET)
     (told,) = [line.strip() for line in lines if "friction of sheet" in line]
-    assert told.startswith("friction of sheet >= 0.2126, in place of 0.1 at scene.yaml:")
+    assert told.startswith("friction of sheet >= 0.2126 instead of 0.1 at scene.yaml:")

@@ -213,7 +213,7 @@ def test_annotations_come_worst_first_and_the_tenth_says_what_is_left() -> None:
     assert len(shown) == 10
     assert f"title={MISTAKE.code}" in shown[0]
     assert "crashed" in shown[1]
-    assert "and 6 more" in shown[-1]
+    assert "6 more findings" in shown[-1]
     assert "golden/slant/thesis.json: different" in text.splitlines()[-2]
     assert len([line for line in report_github(report(*many[:10])).splitlines() if line.startswith("::error")]) == 10
 
@@ -245,9 +245,9 @@ def test_several_formats_are_written_at_once(stackdsl: Stackdsl, tmp_path: Path)
 @pytest.mark.parametrize(
     ("formats", "told"),
     [
-        (["json", "text"], "cannot both go to the output"),
+        (["json", "text"], "cannot both go to the standard output"),
         (["jsno"], "'jsno' is not one of 'text', 'json'"),
-        (["json="], "names no file"),
+        (["json="], "has no file name"),
     ],
 )
 def test_formats_that_cannot_be_had_are_wrong_usage(

@@ -182,11 +182,11 @@ LINES = {
     ),
     "to accept and to remove": (
         replace(report(obsolete=("golden/gone/x.json",)), accept="stackdsl check --update"),
-        "  accept, and remove what is obsolete, with: stackdsl check --update",
+        "  accept, and remove obsolete files, with: stackdsl check --update",
     ),
     "obsolete": (
         report(obsolete=("golden/gone/x.json",)),
-        "  golden/gone/x.json: obsolete, no variant has this name",
+        "  golden/gone/x.json: obsolete, no variant uses this file",
     ),
     "removed": (report(removed=("golden/gone/x.json",)), "  golden/gone/x.json: removed"),
     "stamps": (
@@ -234,7 +234,7 @@ def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
     seen = report(replace(PASSED, wrong_edges=wrong), PASSED)
     told = (
         "wrong edge normals in 3 contacts (worst: L3.1 on L2.2, 28 deg off at 12.3 s); "
-        "unless proven, whether these bricks stand or fall is not to be trusted"
+        "the verdict on these bricks cannot be trusted unless it is proven"
     )
     assert report_text(seen).count(told) == 1
     assert [result["wrong_edges"] for result in json.loads(report_json(seen))["results"]] == [
@@ -246,8 +246,8 @@ def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
 def test_a_friction_that_an_engine_could_not_have_is_told() -> None:
     seen = report(replace(PASSED, wrong_friction=WrongFriction("top", "left", 0.1, 0.167, 1.26)), PASSED)
     told = (
-        "an engine with one factor a body has none that does for all that touched: "
-        "top and left had 0.167 in place of 0.1 at 1.3 s; what is proven stays so"
+        "the engine has one coefficient per body, which cannot match all contacts: "
+        "top and left had 0.167 instead of 0.1 at 1.3 s; proofs are not affected"
     )
     assert report_text(seen).count(told) == 1
     assert [result["wrong_friction"] for result in json.loads(report_json(seen))["results"]] == [
@@ -258,7 +258,7 @@ def test_a_friction_that_an_engine_could_not_have_is_told() -> None:
 
 def test_a_verdict_that_counts_on_gaps_says_so() -> None:
     seen = report(replace(PASSED, touching_within=5e-5), PASSED)
-    assert report_text(seen).count("stable, as touching within 0.05 mm") == 1
+    assert report_text(seen).count("stable, if gaps up to 0.05 mm count as contact") == 1
     assert [result["touching_within_m"] for result in json.loads(report_json(seen))["results"]] == [5e-5, None]
 
 
@@ -266,7 +266,8 @@ def test_a_thrown_brick_that_passed_through_another_is_told_on_every_run() -> No
     passed = PassedThrough("shot", "L3.2", 6.0167, 0.0596)
     seen = report(replace(PASSED, passed_through=passed, outcomes=(), truths=()), PASSED)  # nothing is claimed of it
     told = (
-        "shot passed through L3.2 by 6.017 s, 59.6 mm from look to look: the engine's steps are too long for that speed"
+        "shot passed through L3.2 before 6.017 s, moving 59.6 mm between two observations: "
+        "the time step of the engine is too long for that speed"
     )
     assert report_text(seen).count(told) == 1
     assert [result["passed_through"] for result in json.loads(report_json(seen))["results"]] == [
@@ -293,7 +294,7 @@ def test_an_unreliable_run_is_counted_apart_and_told_in_every_format() -> None:
 
 def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> None:
     seen = report(replace(PASSED, modified="gravity 1 m/s2"), PASSED)
-    told = "played with gravity 1 m/s2, so nothing is said of the scene as written; lengths are told as written"
+    told = "played with gravity 1 m/s2, so the result is that of a changed scene; lengths refer to the original"
     assert report_text(seen).count(told) == 1
     assert [result["modified"] for result in json.loads(report_json(seen))["results"]] == ["gravity 1 m/s2", None]
 
@@ -301,7 +302,7 @@ def test_a_scene_that_was_played_with_other_constants_is_told_with_them() -> Non
 def test_a_run_that_ended_before_its_time_says_why_and_what_it_left_out() -> None:
     early = EarlyEndSummary(9.25, 14.0, 1)
     seen = report(replace(PASSED, early_end=early), PASSED)
-    told = "ended at 9.250 s of 14.000 s, as all that is asked is known; 1 action still to come left out"
+    told = "ended at 9.250 s of 14.000 s, as every claim is decided; 1 later action left out"
     assert told not in report_text(seen)  # nothing hangs on it
     assert report_text(seen, verbosity=1).count(f"slant[step=11mm,thesis]: {told}") == 1
     ends = [result["early_end"] for result in json.loads(report_json(seen))["results"]]
@@ -321,9 +322,9 @@ def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> N
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
         "wrong edge normals in 1 contact (L3.1 on L2.2, 28 deg off at 3.0 s); "
-        "where this debris comes to lie is not to be trusted"
+        "the final place of this debris cannot be trusted"
     )
-    assert "whether these bricks stand or fall" in wrong_edges_text(wrong, Collapse(2.5, 3, "L3.1"))
+    assert "the verdict on these bricks cannot be trusted" in wrong_edges_text(wrong, Collapse(2.5, 3, "L3.1"))
 
 
 def test_names_of_others_do_not_steer_the_terminal() -> None:

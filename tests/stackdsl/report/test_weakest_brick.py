@@ -118,6 +118,6 @@ def test_all_that_tell_of_one_fall_tell_the_same_motion() -> None:
     assert len(run["fall"]["bricks"]) == 7
     assert [event["reason"] for event in run["events"] if event["kind"] == "woken"] == [falls]
     lines = margined(case).lines
-    assert f"statics: UNSTABLE: {falls}; the engine shows what comes of it" in lines
-    assert "it goes towards +x, its weight 21.2 mm beyond the edge" in lines
+    assert f"statics: UNSTABLE: {falls}; the engine simulates the rest" in lines
+    assert "direction: towards +x, its weight 21.2 mm beyond the edge" in lines
     assert not any("L4.1, L5.1, L6.1, L7.1, L8.1 tip over" in line.replace(falls, "") for line in lines)

@@ -384,8 +384,8 @@ def test_a_plank_that_slides_slower_than_the_watch_shows_does_not_stand(
     assert trace.moving == ()
     assert outcome.passed == (slope == GENTLE)
     assert trace.verdict is (RunVerdict.STANDS if slope == GENTLE else RunVerdict.UNSETTLED)
-    assert ("not settled at the end of the watch: a: a slides on ground" in outcome.measured) == (slope == STEEP)
-    assert ("watch longer, such as `watch: 4 s`" in outcome.measured) == (slope == STEEP)
+    assert ("not settled when the simulation ended: a: a slides on ground" in outcome.measured) == (slope == STEEP)
+    assert ("simulate longer, for example with `watch: 4 s`" in outcome.measured) == (slope == STEEP)
 
 
 def test_where_levels_restart_the_step_that_falls_is_named() -> None:

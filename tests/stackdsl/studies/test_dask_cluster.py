@@ -39,7 +39,7 @@ def test_what_no_cluster_can_be_had_for_is_told(stackdsl: Stackdsl, tmp_path: Pa
     assert "without --executor dask processes of this machine do the work" in nowhere.err
     unnamed = stackdsl("sweep", "column.yaml", "-o", "rows.jsonl", "--executor", "dask")
     assert unnamed.code == ExitCode.USAGE
-    assert "no Dask cluster is named; say where its scheduler is: --scheduler tcp://HOST:8786" in unnamed.err
+    assert "no address of a Dask cluster; give the address of its scheduler: --scheduler tcp://HOST:8786" in unnamed.err
 
 
 def test_without_dask_it_is_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,7 +67,7 @@ def test_of_the_values_of_a_case_one_is_other_and_the_rest_stays() -> None:
     slow, fast = (find(case, largest="step") for case in cases(CASES))
     assert told(slow) == pytest.approx(117.6 / 8.0, rel=1e-6)
     assert told(fast) == pytest.approx(117.6 / 6.0, rel=1e-6)
-    assert slow.others == "the rest of its case stays: name = slow, levels = 8"
+    assert slow.others == "other values of its case are unchanged: name = slow, levels = 8"
 
 
 def test_of_what_is_uncertain_the_middle_is_in_place() -> None:
@@ -86,9 +86,9 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
     (case,) = cases(COLUMN)
     found = find(case, largest="step", from_="0.1 cm", to="5 mm")
     assert (found.end, found.stands, found.beyond) == (End.NONE, 5.0, None)
-    with pytest.raises(SearchError, match="'5' is no value of 'step'; write, for example, 12 mm"):
+    with pytest.raises(SearchError, match="'5' has the wrong unit for 'step'; write, for example, 12 mm"):
         find(case, largest="step", to="5")
-    with pytest.raises(SearchError, match="'5 kg' is no value of 'step'"):
+    with pytest.raises(SearchError, match="'5 kg' has the wrong unit for 'step'"):
         find(case, largest="step", to="5 kg")
     with pytest.raises(SearchError, match="the range from 5 mm to 1 mm is empty"):
         find(case, largest="step", from_="5 mm", to="1 mm")
@@ -102,10 +102,10 @@ def test_the_search_keeps_to_where_somebody_says() -> None:
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("stepp", "there is no number 'stepp'; did you mean 'step'?"),
+        ("stepp", "unknown number 'stepp'; did you mean 'step'?"),
         ("kind", "'kind' is the word 'kapla'; only a number has a limit"),
-        ("wait", "'wait' is 1 s: statics does not depend on times or speeds"),
-        ("mass of L99.1", "there is no brick 'L99.1'"),
+        ("wait", "'wait' is 1 s; statics does not depend on times or speeds"),
+        ("mass of L99.1", "unknown brick 'L99.1'"),
     ],
 )
 def test_find_refuses_a_name_of_no_number_with_the_reason(name: str, why: str) -> None:
@@ -116,15 +116,15 @@ def test_find_refuses_a_name_of_no_number_with_the_reason(name: str, why: str) -
 
 def test_what_cannot_be_asked_so_is_told_with_why() -> None:
     (case,) = cases(COLUMN)
-    with pytest.raises(SearchError, match="no whole number: use --largest in place of --most"):
+    with pytest.raises(SearchError, match="not a whole number; use --largest instead of --most"):
         find(case, most="step")
-    with pytest.raises(SearchError, match="only the tilt or acceleration of the finished structure can have a bearing"):
+    with pytest.raises(SearchError, match="a bearing applies only to the tilt or acceleration"):
         find(case, largest="step", bearing=1.0)
     with pytest.raises(SearchError, match="the tilt of the finished structure has no least value"):
         find(case, least="tilt")
     with pytest.raises(TypeError, match="one of largest, least and most"):
         find(case, largest="step", least="step")
-    with pytest.raises(ValueError, match="within is a share"):
+    with pytest.raises(ValueError, match="within must be from"):
         find(case, largest="step", within=0.0)
 
 

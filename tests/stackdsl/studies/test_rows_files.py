@@ -27,8 +27,8 @@ def out(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("other", "why"),
     [
-        (plan(samples=20, seed=2), r"'shaky[exact]' had seed 1, and has 2 now"),
-        (plan(SHAKY.replace("8 mm", "9 mm"), 20), r"'shaky[exact]' has been changed since"),
+        (plan(samples=20, seed=2), r"'shaky[exact]' had the seed 1, and has 2 now"),
+        (plan(SHAKY.replace("8 mm", "9 mm"), 20), r"'shaky[exact]' has changed since"),
         (plan(SHAKY.replace("shaky", "steady"), 20), r"it has no case 'steady[exact]', but shaky[exact]"),
         (plan(samples=10), "has more rows than the 10 of this sweep"),
     ],
@@ -43,11 +43,11 @@ def test_a_file_of_another_sweep_is_refused_and_left_as_it_is(out: Path, other: 
 def test_a_file_of_another_version_or_program_is_refused(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = out.read_text()
     out.write_text(text.replace('"stackdsl": "0', '"stackdsl": "9', 1))
-    with pytest.raises(RowsError, match=r"stackdsl 9\S+ wrote it, and this is 0"):
+    with pytest.raises(RowsError, match=r"written by stackdsl 9\S+, and this is 0"):
         JsonLines(out, plan(samples=20))
     program = str(plan(samples=20).header["program"])
     out.write_text(text.replace(program, "0" * 64, 1))
-    with pytest.raises(RowsError, match="another program wrote it"):
+    with pytest.raises(RowsError, match="written by a different program"):
         JsonLines(out, plan(samples=20))
 
 
@@ -63,7 +63,7 @@ def test_a_comment_or_what_is_expected_makes_no_other_sweep_of_it(out: Path) -> 
 )
 def test_a_sweep_never_overwrites_a_foreign_file(tmp_path: Path, text: bytes) -> None:
     (tmp_path / "mine.jsonl").write_bytes(text)
-    with pytest.raises(RowsError, match="is no file of a sweep"):
+    with pytest.raises(RowsError, match="is not the file of a sweep"):
         JsonLines(tmp_path / "mine.jsonl", plan())
     assert (tmp_path / "mine.jsonl").read_bytes() == text
 
@@ -71,10 +71,10 @@ def test_a_sweep_never_overwrites_a_foreign_file(tmp_path: Path, text: bytes) ->
 def test_a_row_that_was_changed_is_told_by_its_line(out: Path) -> None:
     lines = out.read_text().splitlines(keepends=True)
     out.write_text("".join([*lines[:5], lines[6], lines[5], *lines[7:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: this should be the row of sample 4 of shaky\[exact\]"):
+    with pytest.raises(RowsError, match=r"rows.jsonl:6: expected the row of sample 4 of shaky\[exact\]"):
         JsonLines(out, plan(samples=20))
     out.write_text("".join([*lines[:5], lines[5].replace("verdict", "vardict"), *lines[6:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: this should be the row of sample 4"):
+    with pytest.raises(RowsError, match=r"rows.jsonl:6: expected the row of sample 4"):
         JsonLines(out, plan(samples=20))
 
 
@@ -112,10 +112,10 @@ def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(o
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(RowsError, match="cannot be written: Is a directory"):
         JsonLines(tmp_path, plan())
-    with pytest.raises(RowsError, match=r"ends in .jsonl, or to a folder that ends in .parquet"):
+    with pytest.raises(RowsError, match=r"must end in .jsonl for a file, or in .parquet for a folder"):
         swept(plan(), tmp_path / "rows.csv")
     os.mkfifo(tmp_path / "pipe.jsonl")
-    with pytest.raises(RowsError, match="is no regular file"):
+    with pytest.raises(RowsError, match="is not a regular file"):
         JsonLines(tmp_path / "pipe.jsonl", plan())
 
 
@@ -136,11 +136,11 @@ def test_rows_that_the_disk_has_no_room_for_are_told_and_come_with_the_next_call
 
 
 def test_a_scenario_that_cannot_be_swept_is_refused() -> None:
-    with pytest.raises(NothingToSweepError, match="there is nothing to sweep"):
+    with pytest.raises(NothingToSweepError, match="no cases to sweep"):
         plan_of([])
     with pytest.raises(NothingToSweepError, match=r"'once\[exact\]' has no samples"):
         plan_of(cases("scenario: once\nbuild: [column: {{levels: 2}}]\n"), samples=5)
-    with pytest.raises(NothingToSweepError, match=r"several cases called 'shaky\[exact\]'"):
+    with pytest.raises(NothingToSweepError, match=r"several cases are called 'shaky\[exact\]'"):
         plan_of([*cases(), *cases()])
 
 

@@ -83,7 +83,7 @@ def test_a_counterweight_holds_by_its_moment() -> None:
 def test_sensitivities_need_a_standing_structure_with_a_margin() -> None:
     with pytest.raises(SearchError, match="UNSTABLE: top tips over base; only a structure that stands has a margin"):
         of(ON_END.replace("X", "110"))
-    with pytest.raises(SearchError, match="it has no limit of friction"):
+    with pytest.raises(SearchError, match="the structure has no limit of friction"):
         of(SLAB, "friction")
 
 
@@ -97,17 +97,20 @@ def test_where_differences_contradict_forces_text_and_json_tell_that_the_rest_ma
         "vee", MarginKind.ACCELERATION, 0.5, [contradicted, Effect("x of b", "mm", 100.0, 0.0, 0.0, last)]
     )
     text = "\n".join(sensitivity_lines(found, 15))
-    assert ("not unique at the limit: what is not checked may be off" in text) is in_doubt
-    assert ("1 of 2 numbers do not matter, none of them held against differences" in text) is in_doubt
+    assert ("at the limit are not unique: unchecked values may be wrong" in text) is in_doubt
+    assert ("1 of 2 numbers have no effect, none of them checked by finite differences" in text) is in_doubt
     assert sensitivity_table([found]).details[0]["in_doubt"] is in_doubt
 
 
 def test_sensitivities_are_reported_as_text_csv_and_json() -> None:
     found = of(ON_END.replace("X", "80"), check=1)
     lines = list(sensitivity_lines(found, most=1))
-    assert lines[1] == "  acceleration 0.6667 g; by a hundredth of each number it changes by up to:"
-    assert lines[2] == "    x of base      0.0667 g  +0.03333 g/mm; differences say so too"
-    assert lines[3:] == ["    and 1 more", "    6 of 8 numbers do not matter, none of them held against differences"]
+    assert lines[1] == "  acceleration 0.6667 g; largest change if a number changes by 1 %:"
+    assert lines[2] == "    x of base      0.0667 g  +0.03333 g/mm; confirmed by finite differences"
+    assert lines[3:] == [
+        "    and 1 more",
+        "    6 of 8 numbers have no effect, none of them checked by finite differences",
+    ]
     table = sensitivity_table([found])
     assert table.csv().startswith("case,margin,what,unit,size,less,more,by_a_hundredth")
     told = table.details[0]

@@ -210,7 +210,7 @@ def always(case: bytes, first: int, count: int, program: str) -> JudgedSamples |
 def test_a_sweep_of_which_everything_fails_ends_and_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sweeping, "judged_piece", always)
     monkeypatch.setattr(sweeping, "MOST_FAILED", 5)
-    with pytest.raises(SweepError, match=r"samples failed; one of shaky\[exact\]: RuntimeError: no such luck"):
+    with pytest.raises(SweepError, match=r"samples failed, one of shaky\[exact\]: RuntimeError: no such luck"):
         swept(plan(), tmp_path / "rows.jsonl")
 
 
@@ -223,7 +223,7 @@ def test_a_worker_with_another_program_is_refused_by_the_name_of_its_machine(
 ) -> None:
     monkeypatch.setattr(sweeping, "judged_piece", elsewhere)
     monkeypatch.setattr(platform, "node", lambda: "node7")
-    with pytest.raises(SweepError, match="the worker on node7 has another program: it has the digest"):
+    with pytest.raises(SweepError, match="the worker on node7 has a different program: its digest is"):
         swept(plan(), tmp_path / "rows.jsonl")
 
 
@@ -257,7 +257,9 @@ def test_lost_pieces_are_sent_again_a_limited_number_of_times(tmp_path: Path) ->
     assert (tmp_path / "rows.jsonl").read_bytes() == (tmp_path / "whole.jsonl").read_bytes()
     with pytest.raises(SweepError, match="failed 3 times with the same samples: OSError: the network is down"):
         sweep(plan(), tmp_path / "lost.jsonl", lambda: nullcontext(Workers(Fails(1000), lambda: 1)))
-    with pytest.raises(SweepError, match="a worker has another program: No module named 'stackdsl'; install the same"):
+    with pytest.raises(
+        SweepError, match="a worker has a different program: No module named 'stackdsl'; install the same"
+    ):
         sweep(plan(), tmp_path / "lacks.jsonl", lambda: nullcontext(Workers(Lacks(), lambda: 1)))
 
 
@@ -269,7 +271,9 @@ def test_what_becomes_of_a_cluster_is_told(tmp_path: Path) -> None:
         sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(Here(), gone)))
     broken = ThreadPoolExecutor(1)
     broken.shutdown()
-    with pytest.raises(SweepError, match="the executor takes no more work: RuntimeError: cannot schedule new futures"):
+    with pytest.raises(
+        SweepError, match="the executor accepts no more work: RuntimeError: cannot schedule new futures"
+    ):
         sweep(plan(), tmp_path / "rows.jsonl", lambda: nullcontext(Workers(broken, lambda: 1)))
 
 
