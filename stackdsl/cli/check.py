@@ -134,7 +134,7 @@ OPTIONS: Final = (
     ),
     click.option("--golden", type=FilePath, help="Directory of golden files. Default: that of the project."),
     click.option("--no-golden", is_flag=True, help="Neither compare nor write golden files."),
-    click.option("--cache/--no-cache", default=True, help="Skip the run of cases with a recorded pass, or run all."),
+    click.option("--cache/--no-cache", default=True, help="Whether to skip cases with a recorded pass."),
     ON_JOBS,
     click.option(
         "--time-limit",

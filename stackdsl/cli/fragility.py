@@ -79,9 +79,7 @@ class _Asked:
 @ON_SYSTEMS
 @ON_KEYWORD
 @ON_JOBS
-@click.option(
-    "--cache/--no-cache", default=True, help="Reuse the results of an interrupted call, or judge all samples anew."
-)
+@click.option("--cache/--no-cache", default=True, help="Whether to reuse the results of an interrupted call.")
 @ON_FORM
 @ON_PLOT
 @click.pass_context

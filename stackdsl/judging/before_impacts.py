@@ -57,7 +57,7 @@ def falls_before_impacts(
     where = f"{level_text(fell.level, fell.step)} at {gave_way:.3f} s"
     measured = (
         f"it gave way at {where}, before {first.name} at {first.begins:g} s: {names_text(in_order(fallen))}; claims "
-        "about the impact are then meaningless; if it is meant to fall, add a claim such as `collapses: any`"
+        "about the impact are then meaningless; if the fall is intended, add a claim such as `collapses: any`"
     )
     margin = gave_way - first.met
     yield ClaimOutcome(f"until {first.name}", "that it stands", measured, margin, "s", passed=False, span=first.span)

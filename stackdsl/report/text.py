@@ -196,7 +196,7 @@ def closing_line(report: Report) -> str:
     sums += [f"{report.left} not run after a failure"] if report.left else []
     sums += ["interrupted"] if report.interrupted else []
     ran = f"{how_many(report.scenarios, 'scenario')}, {how_many(len(report.results), 'variant')}"
-    return f"{ran}: {', '.join(sums) or 'nothing run'} in {report.wall_time:.1f} s"
+    return f"{ran}: {', '.join(sums) or 'no cases run'} in {report.wall_time:.1f} s"
 
 
 def _failures(report: Report, verbosity: int) -> Iterator[Block]:

@@ -89,7 +89,7 @@ def test_picture_refuses_options_that_it_would_ignore(
 
 def test_picture_says_if_there_are_no_forces_at_a_time(stackdsl: Stackdsl) -> None:
     assert "no forces are drawn at" in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "5.2").err
-    assert "no forces at" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
+    assert "no forces are drawn" not in stackdsl("picture", "falls.yaml", "-o", "a.svg", "--forces", "--at", "4.5").err
 
 
 def test_a_name_that_means_no_picture_is_refused(stackdsl: Stackdsl) -> None:

@@ -80,7 +80,9 @@ def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl,
     assert "rows.csv: the name must end in .jsonl" in refused("shaky.yaml", "-o", "rows.csv")
     assert "has no samples" in refused("steps.yaml", "-o", "rows.jsonl", "--samples", "5")
     assert "--scheduler needs a Dask cluster" in refused("shaky.yaml", "-o", "rows.jsonl", "--scheduler", "x:1")
-    assert "--jobs is of this machine" in refused("shaky.yaml", "-o", "r.jsonl", "--jobs", "1", "--executor", "dask")
+    assert "--jobs does not apply to a Dask cluster" in refused(
+        "shaky.yaml", "-o", "r.jsonl", "--jobs", "1", "--executor", "dask"
+    )
     stackdsl("sweep", "shaky.yaml", "-o", "rows.jsonl", "--samples", "5")
     write(tmp_path, SHAKY.replace("seed: 3", "seed: 4"), "shaky.yaml")
     assert "'shaky[exact]' had seed 3, and has 4 now" in refused("shaky.yaml", "-o", "rows.jsonl")

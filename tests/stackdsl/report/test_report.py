@@ -85,7 +85,7 @@ SUMS = {
     ),
     "mistakes": (report(diagnostics=(MISTAKE, MISTAKE)), "0 scenarios, 0 variants: 2 mistakes in 12.3 s"),
     "interrupted": (report(PASSED, NOT_RUN, interrupted=True), "1 passed, 1 not run, interrupted in 12.3 s"),
-    "nothing": (report(), "0 scenarios, 0 variants: nothing run in 12.3 s"),
+    "nothing": (report(), "0 scenarios, 0 variants: no cases run in 12.3 s"),
 }
 
 

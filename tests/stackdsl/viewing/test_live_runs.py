@@ -79,4 +79,4 @@ def test_margins_come_in_words() -> None:
     found = margined(case_of(COLUMN.format(levels=3)))
     assert any("it survives" in line for line in found.lines)
     assert any(line.startswith(f"weakest: {found.weakest}; ") for line in found.lines)
-    assert any("least margin of placement" in line for line in found.lines)
+    assert any("limiting contact of the placement error" in line for line in found.lines)
