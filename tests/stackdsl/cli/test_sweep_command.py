@@ -85,7 +85,7 @@ def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl,
     )
     stackdsl("sweep", "shaky.yaml", "-o", "rows.jsonl", "--samples", "5")
     write(tmp_path, SHAKY.replace("seed: 3", "seed: 4"), "shaky.yaml")
-    assert "'shaky[exact]' had seed 3, and has 4 now" in refused("shaky.yaml", "-o", "rows.jsonl")
+    assert "'shaky[exact]' had the seed 3, and has 4 now" in refused("shaky.yaml", "-o", "rows.jsonl")
 
 
 def test_ctrl_c_keeps_the_rows_and_says_how_to_go_on(tmp_path: Path) -> None:
