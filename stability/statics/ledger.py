@@ -56,7 +56,7 @@ class Ledger:
         self._by_core, self._groups, self._group_of, self._touching = (JournaledDict(self.journal) for _ in range(4))
 
     def prove_by_core(self, brick: BodyId) -> None:
-        """Enter a brick whose weight lies in its load core."""
+        """Record the proof of a brick whose weight acts inside its load core."""
         self._by_core[brick] = None
 
     def enter(self, group: ProofGroup) -> None:

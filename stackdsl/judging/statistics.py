@@ -106,7 +106,7 @@ def _more(wanted: Tolerance, ensemble: Ensemble, least: int, error: float) -> st
     """Return a text with the number of further samples that would decide, if the share stays the same."""
     needed = samples_needed(wanted, least / ensemble.drawn, ensemble.unknown / ensemble.drawn, error)
     if isinf(needed):
-        return "the share is too close to the limit for any number of samples"
+        return "the share is so close to the limit that no number of samples would decide it"
     return f"about {_round(max(1, int(needed) - ensemble.drawn))} more samples would decide it"
 
 

@@ -13,7 +13,7 @@ from stackdsl.wording import mm
 
 def wrong_edges_text(wrong: WrongEdges, collapse: Collapse | None) -> str:
     """Return the number of wrong normals, the worst one, its time and error, and the doubtful results."""
-    worst = f"{wrong.upper} on {wrong.lower}, {degrees(wrong.angle):.0f} deg off at {wrong.time:.1f} s"
+    worst = f"{wrong.upper} on {wrong.lower}, wrong by {degrees(wrong.angle):.0f} deg at {wrong.time:.1f} s"
     contacts = f"1 contact ({worst})" if wrong.contacts == 1 else f"{wrong.contacts} contacts (worst: {worst})"
     return f"wrong edge normals in {contacts}; {_doubt(wrong, collapse)}"
 

@@ -192,7 +192,7 @@ def test_a_forged_pending_golden_is_not_accepted(stackdsl: Stackdsl, project: Pa
     before = (project / "golden/good/exact.json").read_bytes()
     forged(project, **changed)
     if changed != {"renamed_from": "golden/a/exact.json"}:
-        assert stackdsl("golden", "status").out == "0 waiting\n"
+        assert stackdsl("golden", "status").out == "0 pending\n"
     stackdsl("golden", "accept")
     assert (project / "golden/good/exact.json").read_bytes() == before
     assert [path.name for path in (project / "golden").iterdir() if not path.is_symlink()] == ["good"]
@@ -755,7 +755,7 @@ def test_no_page_outside_is_served_and_no_link_out_is_watched(stackdsl: Stackdsl
     refused = stackdsl("check", "--watch", "--html", "report")
     assert (refused.code != 0, "a link leads out of" in refused.err, "open http" in refused.text) == (True, True, False)
     refused = stackdsl("check", "--watch")
-    assert (refused.code, "report is a link out of what is watched" in refused.err) == (4, True)
+    assert (refused.code, "report is a link out of the watched folder" in refused.err) == (4, True)
 
 
 def test_file_names_in_advice_are_quoted_for_a_shell() -> None:

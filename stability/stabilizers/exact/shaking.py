@@ -1,9 +1,9 @@
 """Shaking ground: bricks stay frozen as long as the ground acceleration is within their proven range.
 
 The accelerations that a structure withstands form a convex set around 0 (`analysis/acceleration_margin.py`), so a proof
-in both directions covers all accelerations between. Beyond it all connected bricks wake, as a brick that slides on top
-loads those below less, and they are judged again when all are at rest. Frozen bricks move with the ground, and states
-are relative to it.
+in both directions covers all accelerations between. Outside of the proven range all connected bricks wake, because a
+brick that slides on top changes the load of those below. They are judged again when all of them are at rest. Frozen
+bricks move with the ground, and states are relative to it.
 """
 
 from collections.abc import Mapping

@@ -270,7 +270,7 @@ class StackStability(Stabilizer):
     def _newly_stable(
         self, awake: Collection[BodyId], states: Mapping[BodyId, BodyState]
     ) -> list[tuple[StackedBrick, LeaningBrick | None]]:
-        """Return the slow bricks that rest stably or lean on the stack of before this pass."""
+        """Return the slow bricks that rest stably, or lean, on the stack as it was before this pass."""
         now = self.engine.time()
         potential = [brick for brick in awake if self._stillness.may_be_judged(brick, now)]
         masses = self.engine.masses()

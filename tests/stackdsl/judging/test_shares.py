@@ -111,7 +111,7 @@ def test_an_undecided_share_says_how_many_more_samples_it_takes() -> None:
 def test_no_number_of_samples_proves_that_all_stand() -> None:
     finding, found = judge_share(Stands(share=">= 100 %"), ensemble(1000, {}), 0.95)
     assert found is Decision.OPEN
-    assert "too close to the limit for any number of samples" in finding.measured
+    assert "so close to the limit that no number of samples" in finding.measured
     assert samples_needed(Stands(share=">= 100 %").share, 1.0, 0.0, 0.01) == inf  # type: ignore[arg-type]
 
 

@@ -233,7 +233,7 @@ def test_wrong_edge_normals_are_told_with_the_worst_of_them() -> None:
     wrong = WrongEdges(contacts=3, upper="L3.1", lower="L2.2", angle=radians(28.0), time=12.34, first=0.5)
     seen = report(replace(PASSED, wrong_edges=wrong), PASSED)
     told = (
-        "wrong edge normals in 3 contacts (worst: L3.1 on L2.2, 28 deg off at 12.3 s); "
+        "wrong edge normals in 3 contacts (worst: L3.1 on L2.2, wrong by 28 deg at 12.3 s); "
         "the verdict on these bricks cannot be trusted unless it is proven"
     )
     assert report_text(seen).count(told) == 1
@@ -321,7 +321,7 @@ def test_bricks_still_moving_are_counted_in_the_table_and_named_in_json() -> Non
 def test_wrong_edge_normals_after_a_collapse_put_only_its_debris_in_doubt() -> None:
     wrong = WrongEdges(contacts=1, upper="L3.1", lower="L2.2", angle=radians(28.0), time=3.0, first=2.0)
     assert wrong_edges_text(wrong, Collapse(1.0, 3, "L3.1")) == (
-        "wrong edge normals in 1 contact (L3.1 on L2.2, 28 deg off at 3.0 s); "
+        "wrong edge normals in 1 contact (L3.1 on L2.2, wrong by 28 deg at 3.0 s); "
         "the final place of this debris cannot be trusted"
     )
     assert "the verdict on these bricks cannot be trusted" in wrong_edges_text(wrong, Collapse(2.5, 3, "L3.1"))

@@ -82,7 +82,7 @@ def test_once_shut_down_it_takes_no_more_and_ends_what_is_under_way(tmp_path: Pa
     under_way = [executor.submit_task(Task(wait_for, (tmp_path / "never",), AMPLE)) for _ in range(2)]
     executor.shutdown(cancel_futures=True)
     assert all(future.cancelled() or future.result().status is TaskStatus.NOT_RUN for future in under_way)
-    with pytest.raises(RuntimeError, match="was shut down"):
+    with pytest.raises(RuntimeError, match="is shut down"):
         executor.submit(square, 2)
 
 
