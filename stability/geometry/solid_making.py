@@ -269,7 +269,7 @@ def prism(outline: Sequence[tuple[float, float]], depth: float, centre_of_mass: 
 
 
 def _admitted(points: Sequence[tuple[float, ...]], count: int, noun: str, coordinates: str) -> list[tuple[Any, ...]]:
-    """Return points that have `count` coordinates each. Raises TypeError for other values, ValueError if out of range."""
+    """Return points of `count` coordinates each. Raises TypeError for other values, ValueError if out of range."""
     points = listed(points, f"{noun}, each {coordinates}")
     for number, point in enumerate(points, start=1):
         _admit_place(f"point {number} is", point, count, f"write {coordinates}")
