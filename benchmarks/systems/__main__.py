@@ -15,7 +15,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.markdown import Markdown
 
-from benchmarks.figures.data import load, save
+from benchmarks.figures.data import file_of, load, save
 from benchmarks.figures.pages import ROOT, render
 from benchmarks.figures.recording import parser
 from benchmarks.systems.bench import Bench, bench, jobs_of
@@ -64,6 +64,10 @@ def main() -> None:
     arguments.add_argument("--cases", action="store_true", help="print the kept runs, case by case, and play none")
     chosen = arguments.parse_args()
     if chosen.cases:
+        if not file_of(CASES).exists():
+            arguments.error(
+                f"no {file_of(CASES).name} in docs/data: run `make bench`, or copy the file of a release there"
+            )
         Console().print(Markdown("".join(cases_text(load(CASES)))))
         return
     if chosen.write and find_spec("matplotlib") is None:

@@ -20,6 +20,11 @@ PICTURE = f"{NAME}.svg"
 MEBIBYTE = 2.0**20
 OWN_STEP = (1.0, 0.0)  # of a system, and of an assessor without steps
 ASSESSORS = ("cra", "rbe")
+SHOWN = tuple(
+    f"{case}, {assessor}"
+    for case in ("hard-far-four-stack", "slant-tower", "slant-tower-flush")
+    for assessor in ASSESSORS
+)  # runs in tables of pages; all other runs are in the file of cases only
 ERRORS = {"levels": "levels", "creep": "creep_mm", "mm": "length_mm", "deg": "angle_deg", "seconds": "time_s"}
 
 
@@ -37,6 +42,7 @@ def data_of(bench: Bench) -> tuple[Data, Data]:
         "systems": by_system(bench.points),
         "assessors": assessors(cases),
         "bench": {"whole": _whole(bench)},
+        "shown": {name: run for name, run in cases.items() if name in SHOWN},
     }
     made_with = dict(sorted(bench.versions.items()))
     return (
