@@ -7,11 +7,11 @@ from math import inf
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.judging.proofs import Survival
-from stackdsl.studies.fragility_curve import Fragility, spaced
-
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from stackdsl.judging.proofs import Survival
+    from stackdsl.studies.fragility_curve import Fragility
 
 
 # Makes figures with matplotlib, as bytes, and ignores the settings file of the working directory.
@@ -52,7 +52,7 @@ MOST_TICKS = 8
 SMOOTH = 200  # points of the drawn curve
 
 
-def drawn_fragility(name: str, fragility: Fragility, suffix: str) -> bytes:
+def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
     """Return a plot of a fragility curve as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
     figure = new_figure(FRAGILITY_SIZE)  # before any other module of matplotlib is loaded
     from matplotlib.ticker import NullFormatter  # noqa: PLC0415 -- an optional extra
@@ -65,6 +65,8 @@ def drawn_fragility(name: str, fragility: Fragility, suffix: str) -> bytes:
     above = [max(0.0, point.within.high - point.share) for point in known]
     axes.errorbar(values, shares, yerr=[below, above], fmt="o", markersize=4, capsize=3, label="samples")
     if fragility.curve is not None:
+        from stackdsl.studies.fragility_curve import spaced  # noqa: PLC0415 -- imports scipy
+
         smooth = [float(value) for value in spaced(known[0].value, known[-1].value, SMOOTH)]
         curve = [fragility.share(value) for value in smooth]
         label = f"lognormal, median {shown(fragility.curve.median):.4g} {unit}".rstrip()
@@ -89,7 +91,7 @@ def drawn_fragility(name: str, fragility: Fragility, suffix: str) -> bytes:
 SURVIVAL_SIZE = (5.0, 5.0)  # [inch]
 
 
-def drawn_survival(name: str, survival: Survival, suffix: str) -> bytes:
+def drawn_survival(name: str, survival: "Survival", suffix: str) -> bytes:
     """Return a plot of survival by bearing as `.svg` or `.png`. Raises ModuleNotFoundError without matplotlib."""
     figure = new_figure(SURVIVAL_SIZE)
     axes = figure.subplots(subplot_kw={"projection": "polar"})
