@@ -34,7 +34,7 @@ from stackdsl.simulation.systems import Method
 from stackdsl.studies.fragility import CurveResult, FragilityPlan
 from stackdsl.studies.fragility import draw as draw_samples
 from stackdsl.studies.fragility_curve import Fragility, spaced
-from stackdsl.studies.fragility_intensity import SHAKING, Intensity, IntensityKind, NoIntensityError, intensity_of
+from stackdsl.studies.fragility_intensity import Intensity, IntensityKind, NoIntensityError, intensity_of
 
 MOST_POINTS = 1000
 USUAL = 1000  # most samples at each point without --samples
@@ -143,7 +143,7 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
             intensity = intensity_of(asked.over, case.variant, case.timeline)
         except NoIntensityError as error:
             raise click.UsageError(f"--over {asked.over}: {error}") from error
-        shakes = intensity.kind in SHAKING
+        shakes = intensity.is_shaking
         if shakes and system_named(case.system).method is not Method.PROVEN:
             tell(f"{case.name}: skipped: only statics computes survived intensities, '{case.system}' does not")
             continue
@@ -156,7 +156,7 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
 
 def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
     written = case.scenario
-    if asked.bearing is not None and intensity.kind not in SHAKING:
+    if asked.bearing is not None and not intensity.is_shaking:
         raise click.UsageError("--bearing applies only to acceleration and tilt; remove it")
     return FragilityPlan(
         case,
@@ -173,10 +173,10 @@ def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
 def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
     """Return the values of the points in SI; none if they follow from the survived capacities."""
     ends = [_end(key, text, intensity) for key, text in (("--from", asked.first), ("--to", asked.last))]
-    if ends == [None, None] and intensity.kind in SHAKING:
+    if ends == [None, None] and intensity.is_shaking:
         return ()
     written = intensity.written
-    if intensity.kind in SHAKING and ends[0] is None:
+    if intensity.is_shaking and ends[0] is None:
         ends[0] = 0.0
     if None in ends and (written is None or written <= 0.0):
         raise click.UsageError(f"--over {asked.over}: give --from and --to, since the file has no value above zero")

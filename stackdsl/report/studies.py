@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from math import atan2, ceil, degrees, hypot, inf, log10
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from stability.analysis.acceleration_margin import tilt
 from stability.analysis.building_order import BuildingOrder
@@ -13,16 +13,17 @@ from stability.analysis.repair import BrickShift, Propping, SeveralShifts
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
-from stackdsl.judging.statistics import Interval
 from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json, weakest_text
 from stackdsl.report.study_table import StudyTable, rows_within
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
-from stackdsl.studies.fragility_curve import CurvePoint, Fragility
-from stackdsl.studies.fragility_intensity import SHAKING
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
-from stackdsl.studies.sweep import SweptCase
+
+if TYPE_CHECKING:  # these import scipy
+    from stackdsl.judging.statistics import Interval
+    from stackdsl.studies.fragility_curve import CurvePoint, Fragility
+    from stackdsl.studies.sweep import SweptCase
 
 # A fragility curve as text, CSV and JSON.
 
@@ -31,7 +32,7 @@ PERCENT = 100.0
 FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "low", "high", "decided")
 
 
-def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
+def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
     """Yield points, curve and remarks on them."""
     yield name
     unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
@@ -41,14 +42,14 @@ def fragility_lines(name: str, fragility: Fragility) -> Iterator[str]:
         yield f"  {_number(fragility, point.value):>20}  {_share(point)}  {_counts(point)}"
     yield from (f"  {line}" for line in _curve_lines(fragility, unit, sure))
     judged = sum(point.count for point in fragility.points)
-    if fragility.intensity.kind in SHAKING and fragility.points:
+    if fragility.intensity.is_shaking and fragility.points:
         judged = fragility.points[0].count
     if judged:
         each = 1000.0 * fragility.cpu_time / judged
         yield f"  {judged} verdicts in {fragility.cpu_time:.2f} s of CPU time, {each:.3g} ms each"
 
 
-def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
+def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
     curve = fragility.curve
     if fragility.fell_built:
         yield f"{fragility.fell_built} samples fell during the build; the curve describes the others"
@@ -62,7 +63,7 @@ def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
             + f" ({median}), dispersion {curve.dispersion:.4g} ({dispersion}){how}; {sure} confidence intervals"
         )
     if fragility.half is not None:
-        whose = "the samples" if fragility.intensity.kind in SHAKING else "the points"
+        whose = "the samples" if fragility.intensity.is_shaking else "the points"
         yield f"half fall at {_number(fragility, fragility.half)} {unit}".rstrip() + f", from {whose} alone"
     if fragility.left_out:
         yield f"{fragility.left_out} undecided verdicts are left out of the curve"
@@ -71,33 +72,33 @@ def _curve_lines(fragility: Fragility, unit: str, sure: str) -> Iterator[str]:
         yield f"the curve is outside the interval of {len(missed)} of {len(fragility.points)} points: {where}"
 
 
-def _number(fragility: Fragility, value: float) -> str:
+def _number(fragility: "Fragility", value: float) -> str:
     return f"{fragility.intensity.shown(value):.4g}"
 
 
-def _share(point: CurvePoint) -> str:
+def _share(point: "CurvePoint") -> str:
     within = point.within
     return f"{PERCENT * point.share:6.2f} %  {PERCENT * within.low:6.2f} .. {PERCENT * within.high:6.2f} %"
 
 
-def _counts(point: CurvePoint) -> str:
+def _counts(point: "CurvePoint") -> str:
     open_ones = f", {point.unknown} undecided" if point.unknown else ""
     return f"{point.fell:>6} of {point.count}{open_ones}  ({_decided(point)})"
 
 
-def _decided(point: CurvePoint) -> str:
+def _decided(point: "CurvePoint") -> str:
     return ", ".join(f"{count} {way}" for way, count in sorted(point.ways.items(), key=lambda each: -each[1]))
 
 
-def _between(fragility: Fragility, within: Interval) -> str:
+def _between(fragility: "Fragility", within: "Interval") -> str:
     return f"{_number(fragility, within.low)} .. {_number(fragility, within.high)}"
 
 
-def _plain_interval(within: Interval) -> str:
+def _plain_interval(within: "Interval") -> str:
     return f"{within.low:.4g} .. {within.high:.4g}"
 
 
-def fragility_table(curves: Sequence[tuple[str, Fragility]]) -> StudyTable:
+def fragility_table(curves: "Sequence[tuple[str, Fragility]]") -> StudyTable:
     """Return a row for each point; JSON has the curve as well, `null` where there is none."""
     rows = [
         {"case": name, "over": fragility.intensity.name, **_fragility_row(fragility, point)}
@@ -108,7 +109,7 @@ def fragility_table(curves: Sequence[tuple[str, Fragility]]) -> StudyTable:
     return StudyTable(("case", "over", *FRAGILITY_COLUMNS), rows, details)
 
 
-def as_values(fragility: Fragility) -> dict[str, Any]:
+def as_values(fragility: "Fragility") -> dict[str, Any]:
     """Return a fragility curve as plain values."""
     curve = fragility.curve
     fitted = None
@@ -138,11 +139,11 @@ def as_values(fragility: Fragility) -> dict[str, Any]:
     }
 
 
-def _ends(within: Interval) -> tuple[float, float]:
+def _ends(within: "Interval") -> tuple[float, float]:
     return within.low, within.high
 
 
-def _fragility_row(fragility: Fragility, point: CurvePoint) -> dict[str, Any]:
+def _fragility_row(fragility: "Fragility", point: "CurvePoint") -> dict[str, Any]:
     share = point.share if point.count > point.unknown else None
     low, high = map(_rounded, _ends(point.within))
     return {
@@ -434,12 +435,12 @@ VERBS: Final = {
 FEW: Final = 3  # shown reasons of failures
 
 
-def sweep_lines(cases: Sequence[SweptCase]) -> Iterator[str]:
+def sweep_lines(cases: "Sequence[SweptCase]") -> Iterator[str]:
     """Yield a line for each case, with evidence and failures below. Rows may come with a project."""
     yield from map(visible, _lines(cases))
 
 
-def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
+def _lines(cases: "Sequence[SweptCase]") -> Iterator[str]:
     for each in cases:
         if not each.rows:
             continue
@@ -458,7 +459,7 @@ def _lines(cases: Sequence[SweptCase]) -> Iterator[str]:
             yield f"  failed: {len(failed) - FEW} more reasons in the rows with the verdict failed"
 
 
-def sweep_table(cases: Sequence[SweptCase]) -> StudyTable:
+def sweep_table(cases: "Sequence[SweptCase]") -> StudyTable:
     """Return a row for each case; JSON has levels and ways as well. A case without samples has no share."""
     details = [*map(_sweep_case, cases)]
     rows = [
@@ -472,7 +473,7 @@ def sweep_table(cases: Sequence[SweptCase]) -> StudyTable:
     return StudyTable(SWEEP_COLUMNS, rows, details)
 
 
-def _sweep_case(each: SweptCase) -> dict[str, Any]:
+def _sweep_case(each: "SweptCase") -> dict[str, Any]:
     share = each.stands
     return {
         "case": each.entry.name,
@@ -487,7 +488,7 @@ def _sweep_case(each: SweptCase) -> dict[str, Any]:
     }
 
 
-def _verdicts(each: SweptCase) -> str:
+def _verdicts(each: "SweptCase") -> str:
     parts = []
     for verdict, count in each.verdicts.items():
         levels = levels_told(each.fell) if verdict == "collapses" else ""
@@ -495,7 +496,7 @@ def _verdicts(each: SweptCase) -> str:
     return ", ".join(parts)
 
 
-def _once(each: SweptCase) -> str:
+def _once(each: "SweptCase") -> str:
     """Return the result of a case that is played once."""
     kind = next(iter(each.kinds))
     return f"{kind.verdict}{f' at level {kind.level}' if kind.level is not None else ''} ({kind.how})"

@@ -28,7 +28,7 @@ from stackdsl.sampling.samples import (
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.studies.fragility_curve import CurveSettings, Fragility, curve_of_capacities, curve_of_outcomes, spaced
-from stackdsl.studies.fragility_intensity import SHAKING, Capacity, Intensity, capacities_of
+from stackdsl.studies.fragility_intensity import Capacity, Intensity, capacities_of
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 
@@ -92,7 +92,7 @@ class FragilityPlan:
     @property
     def shakes(self) -> bool:
         """Whether each sample has a capacity, as the intensity is a tilt or an acceleration."""
-        return self.intensity.kind in SHAKING
+        return self.intensity.is_shaking
 
     @property
     def work(self) -> int:

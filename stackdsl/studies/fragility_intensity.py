@@ -55,6 +55,11 @@ class Intensity:
     written: float | None = None  # the value in the scenario; None if it has none
 
     @property
+    def is_shaking(self) -> bool:
+        """Whether the intensity shakes or tilts the scene, so that each sample has a capacity."""
+        return self.kind in SHAKING
+
+    @property
     def shown_unit(self) -> str:
         """The unit in which its values are shown."""
         return "g" if self.kind is IntensityKind.ACCELERATION else UNITS.get(self.unit, self.unit)
@@ -72,7 +77,7 @@ class Intensity:
         if self.kind is IntensityKind.JITTER:
             assert self.written is not None
             return Setting(errors=value / self.written)
-        if self.kind in SHAKING:
+        if self.is_shaking:
             return Setting()
         number: Plain = quantity_text(Fraction(repr(value)), self.unit) if self.unit else value
         return Setting(fixed={self.name: number})
