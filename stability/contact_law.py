@@ -33,9 +33,9 @@ class ContactLaw(ABC):
     then it is the law of many points at once.
     """
 
-    # Whether the set contains all sums of its forces; otherwise proofs with this law must not be added.
+    # True if the set contains all sums of its forces. Otherwise proofs with this law must not be added.
     is_cone: ClassVar[bool]
-    # Whether the set is a Coulomb cone with its tip at `least_normal`, which solvers need.
+    # True if the set is a Coulomb cone with its tip at `least_normal`. Solvers support no other law.
     is_shifted_cone: ClassVar[bool] = False
 
     friction: Numbers  # Coulomb coefficient: increase of the greatest friction per normal force

@@ -21,7 +21,7 @@ class Source(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Whether a structure stands, or the level at which it falls."""
+    """Verdict on a structure: it stands, or it falls at a level."""
 
     stands: bool
     source: Source

@@ -123,7 +123,7 @@ def _remember(case: Listed, result: VariantResult, config: CheckConfig) -> None:
 
 
 def _uses_cache(case: Listed, config: CheckConfig) -> bool:
-    """Whether the result of a case may be cached. A file without a digest was not read completely."""
+    """Return True if the result of a case may be cached. A file without a digest was not read completely."""
     return config.memory.used and not config.refine and bool(config.digests.get(case.file))
 
 

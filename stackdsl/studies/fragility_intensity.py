@@ -56,7 +56,7 @@ class Intensity:
 
     @property
     def is_shaking(self) -> bool:
-        """Whether the intensity shakes or tilts the scene, so that each sample has a capacity."""
+        """True if the intensity shakes or tilts the scene. Each sample has a capacity then."""
         return self.kind in SHAKING
 
     @property

@@ -71,7 +71,7 @@ class Shaking:
 
     @property
     def shakes(self) -> bool:
-        """Whether the ground shakes now."""
+        """True while the ground shakes."""
         return self._motion is not None and self.engine.time() < self._motion.ends
 
     def has_just_ended(self) -> bool:

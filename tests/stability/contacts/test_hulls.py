@@ -77,7 +77,7 @@ def test_two_boxes_touch_across_the_same_gaps_as_boxes_and_as_hulls(share: float
         a, b = pair_apart(rng, share)
         as_boxes = contact_between(a, b, 0.5, Tolerances())
         as_hulls = contact_between(as_hull(a), as_hull(b), 0.5, Tolerances())
-        # Which edges coincide within the tolerances is decided by axes for boxes, and by corners for hulls.
+        # Within the tolerances, boxes compare their axes to find coinciding edges, and hulls compare their corners.
         assert (as_boxes is None) == (as_hulls is None)
         if as_boxes is not None and as_hulls is not None:
             assert (as_boxes.lower, as_boxes.upper) == (as_hulls.lower, as_hulls.upper)

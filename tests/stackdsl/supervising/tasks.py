@@ -69,7 +69,7 @@ def return_something_unreadable() -> object:
 
 @dataclass(frozen=True)
 class ReadOnceThere:
-    """Is read by a worker once a file is there, as what has to be imported is once it is."""
+    """Argument that blocks its worker until a file exists, like the import of a slow module."""
 
     file: Path
 
