@@ -114,6 +114,7 @@ replay:         ## bundle the program of replay pages anew, from the versions in
 
 pictures: $(READY) ## draw the scenes of the publication anew, for docs/method.md, and replay pages, in Debian's Chromium
 	$(BIN)/python -m benchmarks.figures.strips
+	$(BIN)/python -m benchmarks.figures.gallery
 	$(BIN)/python -m benchmarks.figures.replays
 
 changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md

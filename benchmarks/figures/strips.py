@@ -16,7 +16,7 @@ from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.simulation.recording import Recorder
 from stackdsl.viewing.drawing import VIEWS
-from stackdsl.viewing.pictures import building, picture, strip
+from stackdsl.viewing.pictures import building, panels_at, picture, strip
 from stackdsl.viewing.run_view import view_of
 
 FOLDER: Final = ROOT / "docs" / "pictures"
@@ -74,6 +74,8 @@ def drawn(one: Strip) -> str:
     case, recorder = case_of(one), Recorder()
     trace = play_case(case.timeline, case.system, recorder=recorder)
     run = view_of(case, trace, recorder.recording(), judged(case, trace))
+    if one.panels == 1:
+        return picture(run, panels_at(run, [VIEWS[one.view]], None, False), width=2.0 * WIDTH)
     panels = building if one.built else strip
     return picture(run, panels(run, VIEWS[one.view], one.panels), width=WIDTH)
 
