@@ -133,13 +133,15 @@ function build(player: Player): Heard {
       say(caption, viewer.stages[place]?.run.told.name ?? "");
       caption.style.left = place ? "50.5%" : ".5rem";
     });
-    const key = `${player.mode} ${player.shown} ${marks?.size}`;
+    const entries = viewer.stages[0].colours.legend(player.mode, player.time);
+    if (viewer.stages.length > 1) entries.push({ text: marks ? "differs from the golden file" : "position differs from the other run", colour: DIFFERENT });
+    const key = entries.map(({ text, count, colour }) => `${text} ${count} ${colour.getHexString()}`).join();
     if (key !== legendOf) {
       legendOf = key;
-      const entries = viewer.stages[0].colours.legend(player.mode);
-      if (viewer.stages.length > 1) entries.push([marks ? "differs from the golden file" : "position differs from the other run", DIFFERENT]);
       legend.hidden = entries.length === 0;
-      legend.replaceChildren(...entries.map(([text, code]) => part("div", {}, swatch(`#${code.getHexString()}`), document.createTextNode(text))));
+      legend.replaceChildren(
+        ...entries.map(({ text, count, colour }) => part("div", {}, swatch(`#${colour.getHexString()}`), document.createTextNode([text, count].filter(Boolean).join(" ")))),
+      );
     }
     colour.value = player.mode;
     view.value = viewer.from;

@@ -21,6 +21,9 @@ import type { Forces, Run } from "./run";
 export type Overlay = "contacts" | "forces" | "paths" | "graph" | "motion";
 export const OVERLAYS: Overlay[] = ["contacts", "forces", "paths", "graph", "motion"];
 
+// What is drawn only at times at which a proof holds.
+export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "forces", "paths", "graph"]);
+
 const UP = new Vector3(0, 1, 0);
 const shaft = new CylinderGeometry(1, 1, 1, 8, 1, true).translate(0, 0.5, 0);
 const tip = new ConeGeometry(1, 1, 10).translate(0, -0.5, 0);
