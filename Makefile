@@ -4,6 +4,7 @@ PYTHON ?= python3.11
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+READY_DEV := $(VENV)/.ready-dev
 # Where this is set, every process that a check or a test starts would compile the whole program anew, half a second each.
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -13,27 +14,35 @@ export PYTHONDONTWRITEBYTECODE :=
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
 
-# What a set-up installs are files that requirements.lock has the digests of, and what of it is built, is so with what is in
-# it: setuptools comes first, and nothing is fetched for a build. Python compiles the few modules that are imported.
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-compile
+# What a set-up installs are files that a lock has the digests of, and what of it is built, is so with what is in it:
+# setuptools comes first, and nothing is fetched for a build. Python compiles the few modules that are imported.
+PIP_INSTALL := $(BIN)/python -m pip install --disable-pip-version-check --no-deps --no-compile
+QUIET := $$(test -t 1 || echo --quiet) # pip shows its progress at a terminal
+LOCKED = $(PIP_INSTALL) $(QUIET) --require-hashes --no-build-isolation --requirement
 
 # An environment outside of this tree belongs to another checkout, which its editable package points to. It is used as it
 # is: a new set-up from here would replace that package.
 ifneq ($(filter $(CURDIR)/%,$(abspath $(VENV))),)
 $(READY): pyproject.toml requirements.lock setup.py
+$(READY_DEV): requirements-dev.lock
 else
 export PYTHONPATH := $(CURDIR)
 endif
 $(READY):
-	@echo 'Setting up $(VENV): 0.7 GB of libraries, which can take minutes; pip is silent meanwhile.'
+	@echo 'Setting up $(VENV): this downloads 170 MB, once; PyBullet is 103 MB of it.'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	sed -n '/^setuptools==/,/[^\\]$$/p' requirements.lock > $(VENV)/build.lock
-	$(PIP_INSTALL) --require-hashes --requirement $(VENV)/build.lock
-	$(PIP_INSTALL) --require-hashes --no-build-isolation --requirement requirements.lock
-	$(PIP_INSTALL) --no-build-isolation --editable .
+	$(PIP_INSTALL) --quiet --require-hashes --requirement $(VENV)/build.lock
+	$(LOCKED) requirements.lock
+	$(PIP_INSTALL) --quiet --no-build-isolation --editable .
 	touch $@
 
-setup: $(READY) ## set up, and do nothing else
+$(READY_DEV): $(READY)
+	@echo 'Setting up the tests in $(VENV): this downloads another 120 MB, once.'
+	$(LOCKED) requirements-dev.lock
+	touch $@
+
+setup: $(READY_DEV) ## set up for development, and do nothing else
 
 check: $(READY) ## set up, then play and judge the scenarios (without the long runs of the bare engine)
 	$(BIN)/stackdsl check scenarios --tag '!long'
@@ -44,48 +53,48 @@ check-all: $(READY) ## the same with every scenario, long runs included
 # One process a core; tests that share what takes long stay together.
 PYTEST := $(BIN)/python -m pytest -n auto --dist loadgroup --maxschedchunk 1
 
-test: $(READY)  ## set up, then run the tests
+test: $(READY_DEV)  ## set up, then run the tests
 	$(PYTEST)
 
-test-slow: $(READY) ## the tests that take minutes
+test-slow: $(READY_DEV) ## the tests that take minutes
 	$(PYTEST) -m slow
 
 # The peers, and what the picture is drawn with.
 INSTALL_PEERS := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --editable '.[benchmarks]' --editable plugins/stackdsl-sapien
 
-bench: $(READY) ## speed against error: every system at several time steps, 20 minutes; figures and picture in docs
+bench: $(READY_DEV) ## speed against error: every system at several time steps, 20 minutes; figures and picture in docs
 	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.systems --write
 
-bench-stack: $(READY) ## the four-stack alone, every system in one run
+bench-stack: $(READY_DEV) ## the four-stack alone, every system in one run
 	$(BIN)/python -m benchmarks.four_stack
 
-bench-start: $(READY) ## what it costs to start, in units of importing click
+bench-start: $(READY_DEV) ## what it costs to start, in units of importing click
 	$(BIN)/python -m benchmarks.start
 
-bench-motion: $(READY) ## hits, collapses and slips of exact against converged runs and equations of motion
+bench-motion: $(READY_DEV) ## hits, collapses and slips of exact against converged runs and equations of motion
 	$(BIN)/python -m benchmarks.hits
 	$(BIN)/python -m benchmarks.wall_hits
 	$(BIN)/python -m benchmarks.collapse
 	$(BIN)/python -m benchmarks.slips
 
-bench-leaning: $(READY) ## 200 random leaning structures against rigid boxes stepped apart (some minutes); goes on where it stopped
+bench-leaning: $(READY_DEV) ## 200 random leaning structures against rigid boxes stepped apart (some minutes); goes on where it stopped
 	$(BIN)/python -m benchmarks.leaning_slips --keep leaning-slips.jsonl
 
-bench-energy: $(READY) ## how much energy the engines of exact and tuned add to 1,000 random heaps (an hour and a half of one core)
+bench-energy: $(READY_DEV) ## how much energy the engines of exact and tuned add to 1,000 random heaps (an hour and a half of one core)
 	$(BIN)/python -m benchmarks.energy
 
-bench-statics: $(READY) ## what exact statics cost, and how far each answer is off
+bench-statics: $(READY_DEV) ## what exact statics cost, and how far each answer is off
 	$(BIN)/python -m benchmarks.statics
 
-bench-compas: $(READY) ## the same towers and walls with compas_cra, side by side; installs it first
+bench-compas: $(READY_DEV) ## the same towers and walls with compas_cra, side by side; installs it first
 	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.against_compas
 
 without-pybullet: $(READY) test-without-pybullet ## statics, and all that exact plays, for Pythons that have no PyBullet
 	$(BIN)/stackdsl check scenarios --system exact --tag '!long' --tag '!large' --tag '!pybullet'
 
-test-without-pybullet: $(READY) ## of these, the tests alone
+test-without-pybullet: $(READY_DEV) ## of these, the tests alone
 	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
@@ -94,7 +103,7 @@ wheel: $(READY) ## build the wheel, and try it in an empty environment, outside 
 # Benchmarks of minutes, whose figures README and docs show beside those of make bench.
 MEASURED := four_stack statics find slopes fragility human_error card_houses_apart hits collapse slips limits thesis_against_exact slant_towers capabilities modified readings outcomes survived
 
-figures: $(READY) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
+figures: $(READY_DEV) ## measure what takes minutes, and write the figures of README and docs anew (half an hour)
 	for name in $(MEASURED); do $(BIN)/python -m benchmarks.$$name --write || exit; done
 	$(INSTALL_PEERS)
 	$(BIN)/python -m benchmarks.end_hits --write
@@ -105,33 +114,33 @@ figures: $(READY) ## measure what takes minutes, and write the figures of README
 	$(BIN)/python -m benchmarks.solids_in_engines --write
 	$(BIN)/python -m benchmarks.figures.picture
 
-editor: $(READY) ## what an editor shows, tried with the language server itself, which needs npm
+editor: $(READY_DEV) ## what an editor shows, tried with the language server itself, which needs npm
 	npm install --silent --no-audit --no-fund --prefix .node yaml-language-server@2.0.0
 	$(BIN)/python -m pytest -q tests/stackdsl/language/test_editor_completion.py
 
 replay:         ## bundle the program of replay pages anew, from the versions in replay/package-lock.json; needs Node.js
 	cd replay && npm ci --ignore-scripts && npm run check && npm run build
 
-pictures: $(READY) ## draw the scenes of the publication anew, for docs/method.md, and replay pages, in Debian's Chromium
+pictures: $(READY_DEV) ## draw the scenes of the publication anew, for docs/method.md, and replay pages, in Debian's Chromium
 	$(BIN)/python -m benchmarks.figures.strips
 	$(BIN)/python -m benchmarks.figures.gallery
 	$(BIN)/python -m benchmarks.figures.replays
 
-changelog: $(READY) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
+changelog: $(READY_DEV) ## show what is not released yet; with VERSION=1.2.3, move it to CHANGELOG.md
 	$(BIN)/towncrier build $(if $(VERSION),--yes --version $(VERSION),--draft --version unreleased)
 
-lint: $(READY)  ## format check, lint and types
+lint: $(READY_DEV)  ## format check, lint and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/python -m stackdsl.built_files  # mypy reads stubs
 	$(BIN)/mypy
 
-format: $(READY) ## rewrite to the house format
+format: $(READY_DEV) ## rewrite to the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-lock:           ## resolve the newest allowed versions and write requirements.lock
-	tools/lock.sh python3.11 python3.12
+lock:           ## resolve the newest allowed versions and write the locks
+	tools/lock.sh
 
 clean:          ## forget the environment and all caches
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
