@@ -65,7 +65,7 @@ def runs() -> list[RunView]:
 def forces(browser: webdriver.Chrome) -> None:
     """Show the tower before its fall, with the contact forces that prove that it stands."""
     browser.execute_script("replay.seek(12.9)")
-    for button in ("Fit", "forces"):
+    for button in ("Fit", "Forces"):
         browser.execute_script(PRESS, button)
 
 
@@ -77,9 +77,9 @@ def beside(browser: webdriver.Chrome) -> None:
 
 def motion(browser: webdriver.Chrome) -> None:
     """Show the motion that proves the fall, from the front."""
-    _choose(browser, "front")
+    _choose(browser, "Front")
     browser.execute_script("replay.seek(13.0)")
-    for button in ("Orthographic", "motion"):
+    for button in ("Parallel", "Motion"):
         browser.execute_script(PRESS, button)
 
 

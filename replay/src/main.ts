@@ -1,158 +1,158 @@
 // The page: what can be seen and done on it.
 import { Quaternion, Vector3 } from "three";
+import { type Answer, answerOf, Band } from "./band";
 import { MODES, type Mode } from "./colours";
-import { OVERLAYS } from "./overlays";
-import { button, choice, offer, part, say, swatch } from "./page";
-import type { Payload } from "./payload";
+import { Inspector } from "./inspector";
 import { type Heard, listen } from "./live";
-import { Player, SPEEDS } from "./player";
-import { marksOf, Run, State } from "./run";
+import { OVERLAYS, type Overlay } from "./overlays";
+import { button, choice, kept, offer, part, renew, say, swatch } from "./page";
+import type { Payload } from "./payload";
+import { Player, shortNames, SPEEDS } from "./player";
+import { marksOf, Run } from "./run";
 import { DIFFERENT } from "./stage";
+import { Tools } from "./tools";
 import type { From } from "./viewer";
+import { eventText, howMany, names, seconds, WORDS } from "./wording";
 
-const NOTHING_YET = "waiting for the first run";
-const VIEWS: From[] = ["three-quarter", "front", "side", "plan"];
-const WORDS: Record<State, string> = {
-  [State.Absent]: "absent",
-  [State.Awake]: "moves freely",
-  [State.Riding]: "moves rigidly with other bricks",
-  [State.Proven]: "frozen",
-  [State.Fallen]: "has left its place",
-  [State.Thrown]: "thrown or dropped",
+const NOTHING_YET = "Waiting for the first run";
+const VIEWS: [From, string][] = [
+  ["three-quarter", "3/4 view"],
+  ["front", "Front"],
+  ["side", "Side"],
+  ["plan", "Plan"],
+];
+const SHOWN: Record<Overlay, [string, string, string]> = {
+  contacts: ["Contacts", "contacts", "areas in which bricks touch"],
+  forces: ["Forces", "forces", "forces of the proof"],
+  paths: ["Paths", "paths", "where the load goes; thicker is more"],
+  graph: ["Supports", "supports", "which brick rests on which"],
+  motion: ["Motion", "motion", "velocities with which the fall begins"],
 };
-
-// What is said of a brick.
-function labelOf(run: Run, brick: number, time: number, marks: Map<string, string[]> | undefined): string {
-  const { bricks } = run.told;
-  const found = run.proofAt(time);
-  const place = found?.place.get(brick);
-  const lines = [
-    `${bricks.name[brick]}${bricks.level[brick] ? `, level ${bricks.level[brick]}` : ""}, ${bricks.grams[brick]} g: ${run.told.marks ? "as in the golden file" : WORDS[run.stateAt(brick, time)]}`,
-  ];
-  if (found && place !== undefined) {
-    const on = found.proof.rests[place].map(([below, share]) => run.nameOf(below) + (share === null ? "" : ` ${Math.round(100 * share)} %`));
-    lines.push(`rests on ${on.join(", ") || "nothing"}`, `proven by ${found.proof.stages[found.proof.stage[place]]}`);
-    const depth = found.proof.depth[place];
-    if (depth !== null) lines.push(`centre of mass ${depth} mm inside the support`);
-  }
-  return [...lines, ...(marks?.get(bricks.name[brick]) ?? []), bricks.place[brick]].join("\n");
-}
+const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "golden differs", open: "not checked" };
 
 function build(player: Player): Heard {
   const { runs, viewer, timeline } = player;
-  const lines: string[][] = [];
-  const weakestHeard: (string | null)[] = [];
-  const title = part("h1", { text: NOTHING_YET });
-  const about = part("p");
-  const notes = part("p", { class: "notes" });
-  const mistakes = part("pre", { class: "mistakes" });
-  const label = part("div", { class: "label" });
+  const heard: Heard = { lines: [], weakest: [], helps: [], file: part("section", { class: "file" }), failed: undefined, changed: () => changed() };
+  const band = new Band();
+  const inspector = new Inspector(player);
+  const notice = part("div", { class: "notice" });
+  const tip = part("div", { class: "tip" });
   const legend = part("div", { class: "legend" });
-  const news = part("div", { class: "news" });
+  const news = part("p", { class: "news" });
   const captions = [part("div", { class: "caption" }), part("div", { class: "caption" })];
   const clock = part("output");
-  const playing = button("Play", "space", () => player.play());
-  const following = button("Follow", "f: follow the selected brick", () => player.follow());
-  const flat = button("Orthographic", "o", () => {
+  const playing = button("Play", "space", () => player.play(), "play");
+  playing.classList.add("primary");
+  const flat = button("Parallel", "o: without perspective", () => {
     viewer.orthographic = !viewer.orthographic;
     player.touch();
-  });
-  const [speedLabel, speed] = choice("Speed", SPEEDS.map((one) => [String(one), one < 1 ? `1/${1 / one}` : `${one}`]), (value) => (player.speed = +value));
-  const [colourLabel, colour] = choice("Colour", MODES.map((mode) => [mode, mode]), (value) => player.colour(value as Mode));
-  const [viewLabel, view] = choice("View", VIEWS.map((view) => [view, view]), (value) => player.look(value as From));
+  }, "parallel");
+  const speed = choice("speed", SPEEDS.map((one) => [String(one), `Speed ×${one < 1 ? `1/${1 / one}` : one}`]), (value) => (player.speed = +value));
+  const colour = choice("colour by", MODES.map((mode) => [mode, mode[0].toUpperCase() + mode.slice(1)]), (value) => player.colour(value as Mode));
+  const view = choice("view", VIEWS, (value) => player.look(value as From));
   const second = choice("beside", [], () => chosen());
-  const first = choice("Run", [], () => chosen());
-  const chosen = (): void => player.show(+first[1].value, ...(second[1].value ? [+second[1].value] : []));
-  const overlays = OVERLAYS.map((name): [string, HTMLButtonElement] => [name, button(name, `show ${name}`, () => player.overlay(name))]);
-  const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick ?? weakestHeard[player.shown[0]] ?? undefined;
+  const first = choice("run", [], () => chosen());
+  const chosen = (): void => player.show(+first.value, ...(second.value ? [+second.value] : []));
+  const overlays = OVERLAYS.map((name): [Overlay, HTMLButtonElement] => {
+    const [word, image, title] = SHOWN[name];
+    return [name, button(word, title, () => player.overlay(name), image)];
+  });
+  const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick ?? heard.weakest[player.shown[0]] ?? undefined;
   const pickWeakest = (): void => player.pickNamed(weakestOf());
   const roomOf = (): string | undefined => {
     const told = viewer.stages[0]?.run.told;
     return told?.room ? told.bricks.name[told.room.brick] : undefined;
   };
   const pickRoom = (): void => player.pickNamed(roomOf());
-  const weakest = button("Weakest", "w: select the lowest brick of the part that moves first under horizontal acceleration", pickWeakest);
-  const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom);
-  const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing());
+  const weakest = button("Weakest", "w: select the lowest brick of the part that moves first under horizontal acceleration", pickWeakest, "weakest");
+  const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom, "contacts");
+  const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing(), "how-it-falls");
   speed.value = "1";
-  const buttons = [
-    button("|<", "previous event: ,", () => player.step(-1)),
-    playing,
-    button(">|", "next event: .", () => player.step(1)),
-    clock,
-    speedLabel,
-    colourLabel,
-    viewLabel,
-    button("Fit", "0", () => (viewer.fit(player.time), player.touch())),
-    flat,
-    following,
-    ...overlays.map(([, one]) => one),
-    swing,
-    weakest,
-    room,
-  ];
-  const several = part("div", { class: "bar" }, first[0], second[0]);
+  const fit = button("Fit", "0: see all bricks", () => (viewer.fit(player.time), player.touch()), "fit");
+  const tools = new Tools([
+    ["Colour by", [colour]],
+    ["Camera", [view, fit, flat]],
+    ["Show", overlays.map(([, one]) => one)],
+    ["Explain", [swing, weakest, room]],
+  ]);
+  band.runs.append(part("label", {}, "Run ", first), part("label", {}, "Beside ", second));
+  let offered = "";
   const changed = (): void => {
-    const names = runs.map((run, number): [string, string] => [String(number), run.told.name]);
-    several.hidden = runs.length < 2;
-    offer(first[1], names, String(player.shown[0] ?? 0));
-    offer(second[1], [["", "none"], ...names], String(player.shown[1] ?? ""));
+    const key = [...runs.map((run) => run.told.name), player.shown].join();
+    band.runs.hidden = runs.length < 2;
+    if (key !== offered) {
+      offered = key;
+      const all = runs.map((run, number): [string, string] => [String(number), run.told.name]);
+      offer(first, all, String(player.shown[0] ?? 0));
+      offer(second, [["", "none"], ...all], String(player.shown[1] ?? ""));
+    }
     player.retell();
   };
   viewer.canvas.tabIndex = 0;
+  viewer.canvas.setAttribute("role", "img");
+  heard.file.hidden = true;
   document.body.append(
-    part("header", {}, title, about, several, notes, mistakes),
-    part("main", {}, viewer.canvas, ...captions, legend, news, label),
-    part("footer", {}, timeline.canvas, part("div", { class: "bar" }, ...buttons)),
+    band.element,
+    tools.element,
+    part("main", {}, heard.file, part("div", { class: "scene" }, part("div", { class: "view" }, viewer.canvas, ...captions, tip), notice, legend), inspector.element),
+    part(
+      "footer",
+      {},
+      part("div", { class: "controls" }, button("", "previous event: ,", () => player.step(-1), "prev"), playing, button("", "next event: .", () => player.step(1), "next"), clock, speed, news),
+      timeline.element,
+    ),
   );
 
   let hovered: { x: number; y: number } | undefined;
-  let legendOf = "";
+  let toolsOf = "";
   player.told = () => {
-    const run = viewer.stages[0].run;
-    say(title, `${run.told.name}: ${run.told.verdict}`);
-    const failed = run.told.outcomes.filter((outcome) => !outcome.passed).map((outcome) => `failed: ${outcome.text}`);
-    say(about, [run.told.description, ...failed].filter(Boolean).join(" - "));
-    const marks = marksOf(run, viewer.stages[1]?.run);
-    const ofWhole = [...(marks ?? [])].filter(([name]) => !run.told.bricks.name.includes(name)).flatMap(([name, texts]) => texts.map((text) => `${name} ${text}`));
-    say(notes, [factOf(run), ...ofWhole, ...(lines[player.shown[0]] ?? [])].filter(Boolean).join("\n"));
+    const shown = viewer.stages.map((stage) => stage.run);
+    const run = shown[0];
+    const marks = marksOf(run, shown[1]);
+    const answer = answered(shown, marks, heard, player.shown[0]);
+    band.say(heard.failed ? { ...answer, ...heard.failed } : answer);
+    document.title = `${answer.name}: ${WORD[answer.status]}`;
     weakest.hidden = weakestOf() === undefined;
     room.hidden = run.told.room === null;
-    say(clock, `${player.time.toFixed(3)} s of ${timeline.end.toFixed(3)} s`);
-    say(playing, player.playing ? "Pause" : "Play");
-    following.setAttribute("aria-pressed", String(player.following));
-    flat.setAttribute("aria-pressed", String(viewer.orthographic));
-    for (const [name, one] of overlays) one.setAttribute("aria-pressed", String(player.overlays.has(name as never)));
     swing.hidden = run.told.fall === null;
-    const last = timeline.last(player.time);
-    const who = last ? last.bricks.slice(0, 4).map((brick) => run.told.bricks.name[brick]).join(", ") + (last.bricks.length > 4 ? " ..." : "") : "";
-    news.hidden = !last;
-    say(news, player.swinging ? run.told.fall!.reason : last ? `${[`${last.time.toFixed(3)} s`, last.kind, who].filter(Boolean).join(" ")}${last.reason ? `: ${last.reason}` : ""}` : "");
-    captions.forEach((caption, place) => {
-      caption.hidden = viewer.stages.length < 2;
-      say(caption, viewer.stages[place]?.run.told.name ?? "");
-      caption.style.left = place ? "50.5%" : ".5rem";
-    });
-    const entries = viewer.stages[0].colours.legend(player.mode, player.time);
-    if (viewer.stages.length > 1) entries.push({ text: marks ? "differs from the golden file" : "position differs from the other run", colour: DIFFERENT });
-    const key = entries.map(({ text, count, colour }) => `${text} ${count} ${colour.getHexString()}`).join();
-    if (key !== legendOf) {
-      legendOf = key;
-      legend.hidden = entries.length === 0;
-      legend.replaceChildren(
-        ...entries.map(({ text, count, colour }) => part("div", {}, swatch(`#${colour.getHexString()}`), document.createTextNode([text, count].filter(Boolean).join(" ")))),
-      );
+    for (const [name, one] of overlays) {
+      one.setAttribute("aria-pressed", String(player.overlays.has(name)));
+      if (name === "motion") one.hidden = run.told.fall === null;
     }
+    const tooled = [weakest.hidden, room.hidden, swing.hidden].join();
+    if (tooled !== toolsOf) tools.fit();
+    toolsOf = tooled;
+    renew(clock, `${player.time.toFixed(3)} ${timeline.end}`, () => [part("b", { text: seconds(player.time) }), ` of ${seconds(timeline.end)}`]);
+    const word = player.playing ? "Pause" : "Play";
+    if (playing.textContent !== word) {
+      say(playing.querySelector("span")!, word);
+      playing.querySelector("use")!.setAttribute("href", `#icon-${word.toLowerCase()}`);
+    }
+    flat.setAttribute("aria-pressed", String(viewer.orthographic));
     colour.value = player.mode;
     view.value = viewer.from;
+    speed.value = String(player.speed);
+    say(news, player.swinging ? run.told.fall!.reason : newsOf(run, player.time));
+    viewer.canvas.setAttribute("aria-label", `${run.told.name} at ${seconds(player.time)}`);
+    const called = shortNames(shown);
+    captions.forEach((caption, place) => {
+      const its = shown[place];
+      caption.hidden = shown.length < 2;
+      if (its) renew(caption, its.told.name + its.told.told.headline, () => [part("b", { text: called[place] }), part("span", { text: kept(its.told.told.headline) })]);
+      if (its) caption.dataset.status = its.told.told.status;
+    });
+    tellLegend(player, legend, marks);
+    const missing = player.missing;
+    notice.hidden = !missing.length;
+    renew(notice, `${missing} ${run.proofs.length} ${missing.length ? player.time : ""}`, () => [part("b", { text: capital(missing.join(", ")) }), " ", inspector.noProof(run, player.time)]);
+    inspector.say(marks, weakestOf());
     const seen = hovered && !player.playing ? viewer.pick(hovered.x, hovered.y, player.time) : undefined;
-    const found = seen ?? player.picked;
-    label.hidden = !found;
-    if (found) {
-      label.textContent = labelOf(viewer.stages[found[0]].run, found[1], player.time, marks);
-      const [x, y] = seen && hovered ? [hovered.x, hovered.y] : viewer.onScreen(viewer.stages[found[0]].drawn(found[1]), found[0]);
-      label.style.left = `${Math.min(x + 14, viewer.canvas.clientWidth - label.offsetWidth - 4)}px`;
-      label.style.top = `${Math.min(y + 14, viewer.canvas.clientHeight - label.offsetHeight - 4)}px`;
+    tip.hidden = !seen;
+    if (seen && hovered) {
+      const its = shown[seen[0]];
+      renew(tip, `${its.told.name} ${seen[1]} ${player.time}`, () => tipOf(its, seen[1], player.time));
+      tip.style.left = `${Math.min(hovered.x + 14, viewer.canvas.clientWidth - tip.offsetWidth - 4)}px`;
+      tip.style.top = `${Math.max(4, Math.min(hovered.y + 14, viewer.canvas.clientHeight - tip.offsetHeight - 4))}px`;
     }
   };
 
@@ -160,9 +160,9 @@ function build(player: Player): Heard {
   viewer.canvas.addEventListener("pointerdown", (event) => (pressed = [event.offsetX, event.offsetY]));
   viewer.canvas.addEventListener("pointermove", (event) => {
     hovered = event.pointerType === "mouse" && !event.buttons ? { x: event.offsetX, y: event.offsetY } : undefined;
-    player.touch();
+    player.retell();
   });
-  viewer.canvas.addEventListener("pointerleave", () => ((hovered = undefined), player.touch()));
+  viewer.canvas.addEventListener("pointerleave", () => ((hovered = undefined), player.retell()));
   viewer.canvas.addEventListener("click", (event) => {
     if (Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 5) return; // it was turned
     player.pick(viewer.pick(event.offsetX, event.offsetY, player.time));
@@ -176,7 +176,7 @@ function build(player: Player): Heard {
     "0": () => viewer.fit(player.time),
     f: () => player.follow(),
     o: () => (viewer.orthographic = !viewer.orthographic),
-    v: () => player.look(VIEWS[(VIEWS.indexOf(viewer.from) + 1) % VIEWS.length]),
+    v: () => player.look(VIEWS[(VIEWS.findIndex(([from]) => from === viewer.from) + 1) % VIEWS.length][0]),
     m: () => player.swing(),
     w: pickWeakest,
     r: pickRoom,
@@ -189,11 +189,11 @@ function build(player: Player): Heard {
   MODES.forEach((mode, place) => (keys[String(place + 1)] = () => player.colour(mode)));
   const faster = (way: number): void => {
     player.speed = SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, SPEEDS.indexOf(player.speed) + way))];
-    speed.value = String(player.speed);
   };
   addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-    if (event.target instanceof HTMLButtonElement && event.key === " ") return;
+    const at = event.target;
+    if (event.ctrlKey || event.metaKey || event.altKey || at instanceof HTMLSelectElement) return;
+    if ((at instanceof HTMLButtonElement || (at instanceof HTMLElement && at.tagName === "SUMMARY")) && event.key === " ") return;
     const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
     if (way) player.seek(player.time + way * (event.shiftKey ? 1 : 1 / 60));
     else if (Object.hasOwn(keys, event.key)) keys[event.key]();
@@ -202,15 +202,88 @@ function build(player: Player): Heard {
     player.touch();
   });
   new ResizeObserver(() => player.touch()).observe(viewer.canvas);
+  new ResizeObserver(() => player.touch()).observe(timeline.element);
+  if (!runs.length) band.say({ status: "open", headline: NOTHING_YET, lead: [], helps: [], claims: [], truths: [], facts: [], see: "", name: document.title, about: "" });
   changed();
-  return { mistakes, lines, weakest: weakestHeard, changed };
+  return heard;
 }
 
-// The weakest spot of what stands, and where a centre has least room; or what gives way.
-function factOf({ told }: Run): string {
-  if (told.fall) return `falls at ${told.fall.time.toFixed(3)} s: ${told.fall.reason}`;
-  const room = told.room && `least room: ${told.bricks.name[told.room.brick]}, with its centre of mass ${told.room.depth} mm inside the support`;
-  return [told.weakest?.text, room].filter(Boolean).join("\n");
+// The verdict of one run; of two what differs between them.
+function answered(shown: Run[], marks: Map<string, string[]> | undefined, heard: Heard, number: number): Answer {
+  const one = answerOf(shown[0], !heard.file.hidden);
+  const lines = heard.lines[number] ?? [];
+  const answer: Answer = { ...one, helps: heard.helps[number]?.length ? heard.helps[number] : one.helps, facts: [...one.facts, ...lines.map((line): [string, string] => ["Statics", line])] };
+  if (shown.length < 2) return answer;
+  if (marks) {
+    const count = [...marks.values()].flat().length;
+    const of = [...marks].slice(0, 3).map(([name, texts]): [string, string] => [name, texts[0]]);
+    const status = answer.status === "failed" ? "failed" : "differs";
+    return { ...answer, status, headline: `Golden differs in ${howMany(count, "value")}`, lead: of, facts: [...[...marks].flatMap(([name, texts]) => texts.map((text): [string, string] => [name, text])), ...answer.facts] };
+  }
+  const other = answerOf(shown[1]);
+  const [mine, its] = shortNames(shown);
+  const alike = answer.status === other.status;
+  const status = [answer, other].find((each) => each.status === "failed")?.status ?? [answer, other].find((each) => each.status !== "passed")?.status ?? "passed";
+  const headline = alike ? `Both runs: ${WORD[answer.status]}` : `${mine}: ${WORD[answer.status]}; ${its}: ${WORD[other.status]}`;
+  const name = answer.name === other.name ? answer.name : `${answer.name} beside ${other.name}`;
+  const differ = firstToDiffer(shown[0], shown[1]);
+  const lead: [string, string][] = [["First to differ", differ]];
+  if (answer.truths.length + other.truths.length) lead.push(["Reference", [answer, other].map((each, place) => `${[mine, its][place]} ${each.truths.every((truth) => truth.passed) ? "agrees" : "disagrees"}`).join(", ")]);
+  return { ...answer, status, headline, name, about: "", lead, helps: [], claims: [...answer.claims, ...other.claims], truths: [...answer.truths, ...other.truths] };
+}
+
+const told = new WeakMap<Run, [Run, string]>();
+
+// The bricks that are the first to be in different places, and after what.
+function firstToDiffer(one: Run, other: Run): string {
+  const known = told.get(one);
+  if (known?.[0] === other) return known[1];
+  const events = [...one.told.events.map((event) => ({ event, run: one })), ...other.told.events.map((event) => ({ event, run: other }))];
+  const times = [...new Set(events.map(({ event }) => event.time)), Math.min(one.told.end, other.told.end)].sort((a, b) => a - b);
+  const at = times.find((time) => one.differing(other, time + 1e-4).length);
+  const before = at === undefined ? undefined : events.filter(({ event }) => event.time < at && event.kind !== "frozen").sort((a, b) => a.event.time - b.event.time).pop();
+  const text = at === undefined ? "no brick" : `${names(one, one.differing(other, at + 1e-4), at)}, by ${seconds(at)}${before ? `; before that, ${eventText(before.run, before.event)} at ${seconds(before.event.time)}` : ""}`;
+  told.set(one, [other, text]);
+  return text;
+}
+
+// What happened last, and what comes next.
+function newsOf(run: Run, time: number): string {
+  const { events } = run.told;
+  const at = run.passed(time);
+  const [last, next] = [events[at - 1], events[at]];
+  return [last ? `${seconds(last.time)}: ${eventText(run, last)}.` : "", next ? `Next at ${seconds(next.time)}: ${eventText(run, next)}.` : ""].filter(Boolean).join(" ");
+}
+
+// What occurs now, with counts: under the picture, where it covers nothing.
+function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, string[]> | undefined): void {
+  const { stages } = player.viewer;
+  const counted = stages.map((stage) => stage.colours.legend(player.seen, player.time));
+  const key = [player.time, player.seen, player.shown, player.runs.length, marks?.size, player.heard].join();
+  renew(legend, key, () => {
+    const lines = counted.map((entries, place) => {
+      const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: `${player.seen}, at ${seconds(player.time)}` })];
+      return part("div", {}, ...name, ...entries.map(({ text, colour, count, hollow }) => part("span", { class: "entry" }, swatch(`#${colour.getHexString()}`, hollow), text, ...(count === undefined ? [] : [part("b", { class: "number", text: String(count) })]))));
+    });
+    if (stages.length > 1) {
+      const count = marks ? stages[0].run.told.bricks.name.filter((name) => marks.has(name)).length : stages[0].run.differing(stages[1].run, player.time).length;
+      lines.push(part("div", {}, part("span", { class: "entry" }, swatch(`#${DIFFERENT.getHexString()}`, true), part("b", { class: "number", text: howMany(count, "brick") }), marks ? "differ from the golden file" : `${count === 1 ? "is" : "are"} not where ${count === 1 ? "it is" : "they are"} in the other run`)));
+    }
+    return lines;
+  });
+}
+
+// A few words beside a brick that is pointed at.
+function tipOf(run: Run, brick: number, time: number): Node[] {
+  const { bricks } = run.told;
+  const found = run.proofAt(time);
+  const place = found?.place.get(brick);
+  const on = place === undefined || !found ? "" : `rests on ${found.proof.rests[place].map(([below]) => run.nameOf(below)).join(", ") || "nothing"}`;
+  return [part("b", { text: bricks.name[brick] }), ...[run.told.marks ? "as in the golden file" : WORDS[run.stateAt(brick, time)], on].filter(Boolean).map((text) => part("div", { text }))];
+}
+
+function capital(text: string): string {
+  return text[0] ? `${text[0].toUpperCase()}${text.slice(1)}:` : "";
 }
 
 async function main(): Promise<void> {

@@ -38,13 +38,44 @@ export interface Fall {
   spin: [number, number, number][];
 }
 
+export interface Claim {
+  name: string;
+  expected: string;
+  measured: string;
+  margin: string; // with its unit; empty if there is none
+  passed: boolean;
+  place: string;
+}
+
+export interface Help {
+  text: string;
+  now: string; // what it replaces; empty if it is an addition
+  copy: string; // what can be written in the file
+  file: string; // where; empty if it is no number of the file
+  line: number;
+}
+
+export type Status = "passed" | "failed" | "differs" | "open";
+
+// The verdict in words; stackdsl/viewing/replay/verdict_band.py writes it.
+export interface Verdict {
+  status: Status;
+  headline: string;
+  facts: [string, string][];
+  claims: Claim[];
+  truths: Claim[];
+  see: string; // a command
+  helps: Help[]; // of a live page see `Heard`
+}
+
 export interface Payload {
   name: string;
   system: string;
   description: string;
   verdict: string;
   end: number; // [s]
-  outcomes: { passed: boolean; text: string }[];
+  told: Verdict;
+  gravity: number; // [m/s2]
   planes: { name: string; point: [number, number, number]; normal: [number, number, number] }[];
   shapes: { corners: [number, number, number][]; faces: number[][] }[];
   bricks: {

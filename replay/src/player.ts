@@ -1,7 +1,7 @@
 // What is played, and how: time, speed, colours, and what is looked at.
 import { Vector3 } from "three";
-import { MODES, type Mode } from "./colours";
-import type { Overlay } from "./overlays";
+import { MODES, type Mode, OF_PROOFS } from "./colours";
+import { NEED_PROOF, type Overlay } from "./overlays";
 import { goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
@@ -47,8 +47,8 @@ export class Player {
     numbers.forEach((number, place) => this.made.set(number, stages[place]));
     const narrower = this.viewer.stages.length !== stages.length;
     this.viewer.stages = stages;
-    this.timeline.end = Math.max(...stages.map((stage) => stage.run.told.end), 1e-3);
-    this.timeline.events = stages[0].run.told.events;
+    const runs = stages.map((stage) => stage.run);
+    this.timeline.show(runs, shortNames(runs));
     this.seek(Math.min(this.time, this.timeline.end));
     if (narrower) this.viewer.fit(this.time, undefined, this.timeline.end);
   }
@@ -158,6 +158,21 @@ export class Player {
     this.touch();
   }
 
+  // The colours that are shown: those of a proof only while one holds.
+  get seen(): Mode {
+    return OF_PROOFS.has(this.mode) && !this.proves() ? "state" : this.mode;
+  }
+
+  // What is chosen, but has nothing to show at this time, as no proof holds.
+  get missing(): string[] {
+    if (this.proves()) return [];
+    return [...(this.seen === this.mode ? [] : [`colours by ${this.mode}`]), ...[...this.overlays].filter((overlay) => NEED_PROOF.has(overlay))];
+  }
+
+  private proves(): boolean {
+    return this.viewer.stages.some((stage) => stage.run.proofAt(this.time) !== undefined);
+  }
+
   overlay(name: Overlay): void {
     if (!this.overlays.delete(name)) this.overlays.add(name);
     this.touch();
@@ -229,7 +244,7 @@ export class Player {
     stages.forEach((stage, place) => {
       const other = stages.length > 1 ? stages[1 - place].run : undefined;
       const picked = this.picked?.[0] === place ? this.picked[1] : undefined;
-      stage.update({ time: this.time, mode: this.mode, overlays: this.overlays, swing, picked }, other, other && placesOf(other));
+      stage.update({ time: this.time, mode: this.seen, overlays: this.overlays, swing, picked }, other, other && placesOf(other));
     });
     const is = this.following ? this.centre() : undefined;
     if (was && is) this.viewer.shift(is.sub(was));
@@ -238,6 +253,13 @@ export class Player {
   private centre(): Vector3 | undefined {
     return this.picked && this.viewer.stages[this.picked[0]].drawn(this.picked[1]);
   }
+}
+
+// What two runs are called beside each other: by their systems if only these differ.
+export function shortNames(runs: Run[]): string[] {
+  const systems = new Set(runs.map((run) => run.told.system));
+  if (runs.some((run) => run.told.marks)) return runs.map((run) => (run.told.marks ? "golden file" : "this run"));
+  return runs.map((run) => (systems.size === runs.length ? run.told.system : run.told.name));
 }
 
 const known = new WeakMap<Run, Map<string, number>>();

@@ -3,6 +3,9 @@ import { Quaternion, Vector3 } from "three";
 import type { Payload, Proof } from "./payload";
 import { COLUMNS, unpackedFloats, unpackedPoses } from "./unpack";
 
+const SLOWEST = 1e-3; // [m/s] what is slower does not move, as people see it
+const PAUSE = 0.02; // [s] a shorter rest between two motions is none
+
 export const enum State {
   Absent,
   Awake,
@@ -31,6 +34,7 @@ export class Run {
   private readonly states: [number, State][][]; // of each brick, from when on
   readonly moving: number[]; // the bricks that have more than one pose
   private readonly next = new Quaternion();
+  private readonly now: Pose = { position: new Vector3(), orientation: new Quaternion() };
 
   private constructor(
     readonly told: Payload,
@@ -104,8 +108,64 @@ export class Run {
     return found;
   }
 
+  private isFrozen(brick: number, time: number): boolean {
+    let found = false;
+    for (const [since, state] of this.states[brick]) {
+      if (since > time) break;
+      found = state === State.Proven;
+    }
+    return found;
+  }
+
   proofAt(time: number): Forces | undefined {
     return this.proofs.find(({ proof }) => time >= proof.begin && time < (proof.end ?? Infinity));
+  }
+
+  // When any brick moves at all, as spans of time.
+  motions(): [number, number][] {
+    const { rows, begins } = this;
+    const spans: [number, number][] = [];
+    for (const brick of this.moving) {
+      const long = this.halves[this.told.bricks.shape[brick]].length();
+      for (let row = begins[brick]; row + 1 < begins[brick + 1]; row++) {
+        const [at, next] = [row * COLUMNS, (row + 1) * COLUMNS];
+        let [way, same] = [0, 0];
+        for (let axis = 1; axis <= 3; axis++) way += (rows[next + axis] - rows[at + axis]) ** 2;
+        for (let part = 4; part <= 7; part++) same += rows[next + part] * rows[at + part];
+        const moved = Math.sqrt(way) + 2 * Math.acos(Math.min(1, Math.abs(same))) * long;
+        if (this.isFrozen(brick, (rows[at] + rows[next]) / 2)) continue; // it is drawn to slide to where it moves next
+        if (moved > SLOWEST * Math.max(rows[next] - rows[at], 1e-9)) spans.push([rows[at], rows[next]]);
+      }
+    }
+    const joined: [number, number][] = [];
+    for (const [begin, end] of spans.sort(([one], [other]) => one - other)) {
+      const last = joined[joined.length - 1];
+      if (last && begin <= last[1] + PAUSE) last[1] = Math.max(last[1], end);
+      else joined.push([begin, end]);
+    }
+    return joined;
+  }
+
+  // How far a brick is from where it was set down [m].
+  movedBy(brick: number, time: number): number {
+    const at = this.begins[brick] * COLUMNS;
+    this.poseAt(brick, time, this.now);
+    return this.now.position.distanceTo(new Vector3(this.rows[at + 1], this.rows[at + 2], this.rows[at + 3]));
+  }
+
+  // Which bricks are not where they are in another run, by more than half of their smallest side.
+  differing(other: Run, time: number): number[] {
+    const there = new Map(other.told.bricks.name.map((name, brick) => [name, brick]));
+    return this.told.bricks.name.flatMap((name, brick) => {
+      const its = there.get(name);
+      const [here, away] = [this.isThere(brick, time), its !== undefined && other.isThere(its, time)];
+      if (!here || its === undefined || !away) return here !== away ? [brick] : [];
+      this.poseAt(brick, time, this.now);
+      other.poseAt(its, time, other.now);
+      const half = this.halves[this.told.bricks.shape[brick]];
+      const turned = 2 * this.now.orientation.angleTo(other.now.orientation) * half.length();
+      return this.now.position.distanceTo(other.now.position) + turned > Math.min(half.x, half.y, half.z) ? [brick] : [];
+    });
   }
 
   // How many of the events have happened; while that is the same, nothing comes, goes or changes its state.

@@ -1,111 +1,188 @@
-// The line of time: what was done, what hit, what was woken and what fell; a click goes there.
-import { colourOf } from "./page";
+// The line of time: lanes with names, marks that are joined where they touch, an axis, and the place of now.
+import { type Lane, lanesOf, type Mark, type Span, TOGETHER } from "./lanes";
+import { icon, part, widthOf } from "./page";
 import type { Told } from "./payload";
+import type { Run } from "./run";
+import { seconds } from "./wording";
 
-const MARKS: Record<string, [string, number]> = {
-  placed: ["#8c959f", 0.3], // colour, and how high a mark is
-  removed: ["#bf8700", 0.7],
-  pushed: ["#bf8700", 0.7],
-  hit: ["#bf3989", 0.8],
-  woken: ["#1f6feb", 0.6],
-  collapsed: ["#d1242f", 1],
-};
+const KINDS = new Set(["placed", "removed", "pushed", "shaken", "taken", "let go", "hit", "woken", "collapsed"]);
 const NEAR = 6; // [px] within which a click means a mark
+const GAP = 8; // [px] between two marks
+const ICON = 18; // [px] with the space to its text
+const TICK = 76; // [px] between two times of the axis, at least
+
+// Marks that are shown as one.
+interface Group {
+  marks: Mark[];
+  left: number; // [px]
+  right: number;
+  text: string;
+  turned: boolean; // whether the text is to the left of the icon
+}
 
 export class Timeline {
-  readonly canvas = document.createElement("canvas");
+  readonly element = part("div", { class: "lanes" });
   end = 1; // [s]
-  events: Told[] = [];
-  private readonly marks = document.createElement("canvas");
-  private key = "";
-  private of: Told[] = [];
+  events: Told[] = []; // of the first run
+  private readonly head = part("div", { class: "head" });
+  private lanes: Lane[] = [];
+  private width = 0;
 
   constructor(private readonly go: (time: number) => void) {
-    this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("role", "slider");
-    this.canvas.setAttribute("aria-label", "time");
+    const { element } = this;
+    element.tabIndex = 0;
+    element.setAttribute("role", "slider");
+    element.setAttribute("aria-label", "time");
     let held = false;
-    this.canvas.addEventListener("pointerdown", (event) => {
+    element.addEventListener("pointerdown", (event) => {
       held = true;
-      this.canvas.setPointerCapture(event.pointerId);
-      this.go(this.meant(event.offsetX));
+      element.setPointerCapture(event.pointerId);
+      this.go(this.meant(this.within(event)));
     });
-    this.canvas.addEventListener("pointermove", (event) => held && this.go(this.timeAt(event.offsetX)));
-    for (const name of ["pointerup", "pointercancel"]) this.canvas.addEventListener(name, () => (held = false));
+    element.addEventListener("pointermove", (event) => held && this.go(this.timeAt(this.within(event))));
+    for (const name of ["pointerup", "pointercancel"]) element.addEventListener(name, () => (held = false));
+  }
+
+  // Show one run, or two that have these names.
+  show(runs: Run[], names: string[]): void {
+    this.end = Math.max(...runs.map((run) => run.told.end), 1e-3);
+    this.events = runs[0].told.events;
+    this.lanes = lanesOf(runs, names);
+    this.width = 0;
   }
 
   // The event before a time, or after it.
   step(time: number, way: -1 | 1): Told | undefined {
-    const told = this.events.filter((event) => event.kind in MARKS && (event.time - time) * way > 1e-6);
+    const told = this.events.filter((event) => KINDS.has(event.kind) && (event.time - time) * way > 1e-6);
     return way > 0 ? told[0] : told[told.length - 1];
   }
 
-  // What happened last, as far as a time.
-  last(time: number): Told | undefined {
-    const { events } = this;
-    let [low, high] = [0, events.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (events[middle].time <= time + 1e-6) low = middle + 1;
-      else high = middle;
-    }
-    return events[low - 1];
-  }
-
   draw(time: number): void {
-    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    const ratio = Math.min(devicePixelRatio, 2);
-    if (this.canvas.width !== Math.round(width * ratio)) {
-      [this.canvas.width, this.canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-    }
-    const pen = this.canvas.getContext("2d")!;
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    pen.drawImage(this.marked(width, height, ratio), 0, 0, width, height);
-    pen.fillStyle = colourOf("--ink");
-    pen.beginPath();
-    pen.arc(this.placeOf(time), height / 2, 6, 0, 7);
-    pen.fill();
-    this.canvas.setAttribute("aria-valuenow", time.toFixed(3));
-    this.canvas.setAttribute("aria-valuemin", "0");
-    this.canvas.setAttribute("aria-valuemax", this.end.toFixed(3));
-  }
-
-  // All marks, which are drawn once.
-  private marked(width: number, height: number, ratio: number): HTMLCanvasElement {
-    const { marks } = this;
-    const key = [width, ratio, this.end, this.events.length].join();
-    if (this.key === key && this.of === this.events) return marks;
-    [this.key, this.of] = [key, this.events];
-    [marks.width, marks.height] = [Math.round(width * ratio), Math.round(height * ratio)];
-    const pen = marks.getContext("2d")!;
-    pen.scale(ratio, ratio);
-    pen.fillStyle = "#8c959f40";
-    pen.fillRect(0, height / 2 - 2, width, 4);
-    for (const [kind, [colour, high]] of Object.entries(MARKS)) {
-      pen.fillStyle = colour;
-      for (const event of this.events) {
-        if (event.kind === kind) pen.fillRect(this.placeOf(event.time) - 1, (height * (1 - high)) / 2, 2, height * high);
-      }
-    }
-    return marks;
+    const width = this.element.clientWidth;
+    if (width !== this.width) this.arrange(width);
+    this.head.style.left = `${this.placeOf(time)}px`;
+    this.element.setAttribute("aria-valuenow", time.toFixed(3));
+    this.element.setAttribute("aria-valuetext", `${seconds(time)} of ${seconds(this.end)}`);
+    this.element.setAttribute("aria-valuemin", "0");
+    this.element.setAttribute("aria-valuemax", this.end.toFixed(3));
   }
 
   // Where a time is [px].
   placeOf(time: number): number {
-    return 8 + (time / this.end) * (this.canvas.clientWidth - 16);
+    return (time / this.end) * this.element.clientWidth;
+  }
+
+  private arrange(width: number): void {
+    this.width = width;
+    const lanes = this.lanes.map((lane) => {
+      const marks = this.grouped(lane.marks, width).map((group) => this.marked(group));
+      const ticks = lane.marks.length > 1 ? [this.ticked(lane.marks)] : [];
+      return part("div", { class: "lane" }, part("span", { class: "name", text: lane.name }), ...lane.spans.map((span, place) => this.spanned(span, lane.spans[place + 1])), ...ticks, ...marks);
+    });
+    this.element.replaceChildren(...lanes, this.axis(width), this.head);
+  }
+
+  // Marks from the left on; where two would touch they are joined, and the joined one may touch the one before.
+  private grouped(marks: Mark[], width: number): Group[] {
+    const timed = marks.map((mark) => this.group([mark], width, true));
+    const apart = timed.every((group, place) => !place || timed[place - 1].right + GAP <= group.left);
+    if (apart) return timed;
+    const found: Group[] = [];
+    for (const mark of marks) {
+      let next = this.group([mark], width, false);
+      while (found.length && found[found.length - 1].right + GAP > next.left) next = this.group([...found.pop()!.marks, ...next.marks], width, false);
+      found.push(next);
+    }
+    return found;
+  }
+
+  private group(marks: Mark[], width: number, timed: boolean): Group {
+    const [first, last] = [marks[0], marks[marks.length - 1]];
+    const [from, to] = [this.placeOf(first.time), this.placeOf(last.time)];
+    const text = marks.length > 1 ? joined(marks) : timed ? `${first.text}, ${+first.time.toFixed(3)} s` : first.text;
+    const wide = ICON + widthOf(text) + 2;
+    const turned = from - NEAR + wide > width;
+    const left = Math.max(0, turned ? Math.min(from + NEAR - wide, from - NEAR) : from - NEAR);
+    return { marks, text, turned, left, right: Math.max(to + NEAR, turned ? from + NEAR : left + wide) };
+  }
+
+  private marked({ marks, text, turned, left, right }: Group): HTMLElement {
+    const one = marks[0];
+    const bad = marks.some((mark) => mark.bad);
+    const found = part("span", { class: `mark${bad ? " bad" : ""}${turned ? " turned" : ""}` }, icon(bad ? "failed" : one.icon), part("span", { text }));
+    found.title = marks.slice(0, 12).map((mark) => `${seconds(mark.time)}: ${mark.text}`).concat(marks.length > 12 ? [`and ${marks.length - 12} more`] : []).join("\n");
+    found.style.left = `${left}px`;
+    if (marks.length > 1) found.style.width = `${right - left}px`;
+    return found;
+  }
+
+  // A line at each of many times, so that none is lost where marks are joined.
+  private ticked(marks: Mark[]): HTMLElement {
+    const found = part("span", { class: "ticks" });
+    const places = new Set(marks.map((mark) => Math.round(this.placeOf(mark.time))));
+    found.append(
+      ...[...places].map((place) => {
+        const tick = part("i");
+        tick.style.left = `${place}px`;
+        return tick;
+      }),
+    );
+    return found;
+  }
+
+  // A span with the longest text that fits into it, or else beside it before the next one.
+  private spanned(span: Span, next: Span | undefined): HTMLElement {
+    const [left, right] = [this.placeOf(span.begin), this.placeOf(Math.min(span.end, this.end))];
+    const wide = Math.max(2, right - left);
+    const beside = (next ? this.placeOf(next.begin) : this.element.clientWidth) - right - GAP;
+    const inside = span.texts.find((text) => text && widthOf(text) + 14 <= wide) ?? "";
+    const after = inside ? "" : (span.texts.find((text) => text && widthOf(text) + GAP <= beside) ?? "");
+    const found = part("span", { class: `span ${span.kind}` }, part("span", { class: after ? "after" : "", text: inside || after }));
+    found.title = `${seconds(span.begin)} to ${seconds(span.end)}: ${span.texts[0] || span.kind}`;
+    found.style.left = `${left}px`;
+    found.style.width = `${wide}px`;
+    return found;
+  }
+
+  private axis(width: number): HTMLElement {
+    const least = (this.end * TICK) / Math.max(width, TICK);
+    const power = 10 ** Math.floor(Math.log10(least));
+    const step = [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= least) ?? 10 * power;
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    const found = part("div", { class: "axis" });
+    for (let number = 0; number * step <= this.end * (1 + 1e-9); number++) {
+      const place = this.placeOf(number * step);
+      const text = number === 0 ? "0 s" : (number * step).toFixed(digits);
+      const tick = part("span", { text });
+      tick.className = place < 12 ? "first" : place > width - 16 ? "last" : "";
+      tick.style.left = `${place}px`;
+      found.append(tick);
+    }
+    return found;
+  }
+
+  private within(event: PointerEvent): number {
+    return event.clientX - this.element.getBoundingClientRect().left;
   }
 
   private timeAt(x: number): number {
-    return Math.min(this.end, Math.max(0, ((x - 8) / (this.canvas.clientWidth - 16)) * this.end));
+    return Math.min(this.end, Math.max(0, (x / this.element.clientWidth) * this.end));
   }
 
   private meant(x: number): number {
     let [nearest, found] = [NEAR, this.timeAt(x)];
     for (const event of this.events) {
       const away = Math.abs(this.placeOf(event.time) - x) + (event.kind === "collapsed" ? 0 : 0.5);
-      if (event.kind in MARKS && away < nearest) [nearest, found] = [away, event.time];
+      if (KINDS.has(event.kind) && away < nearest) [nearest, found] = [away, event.time];
     }
     return found;
   }
+}
+
+function joined(marks: Mark[]): string {
+  const texts = new Set(marks.map((mark) => mark.text));
+  if (texts.size === 1) return marks[0].text;
+  if (marks[0].kind === "collapsed") return marks.map((mark) => mark.text).join("; ");
+  const kinds = new Set(marks.map((mark) => mark.kind));
+  return kinds.size === 1 ? `${marks.length} ${TOGETHER[marks[0].kind]}` : `${marks.length} actions`;
 }

@@ -20,7 +20,6 @@ from stackdsl.cli.terminal import counted, tell, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.text import claim_lines, event_text, run_text
 from stackdsl.report.warnings import ensemble_lines
 from stackdsl.results import Report, VariantResult, exit_code
@@ -38,6 +37,7 @@ from stackdsl.viewing.live import (
     Stamps,
     is_saved_since,
     margined,
+    mistake_json,
     played,
     preview,
     read_whole,
@@ -136,6 +136,7 @@ def write_file(path: Path, data: bytes) -> None:
 # last valid version, with the mistake beside it.
 
 
+MOST_SHOWN = 40_000  # [characters] of a file that go to its page
 LONGEST_MARGINS = 60.0  # [s] time limit of margins, which take minutes for hundreds of bricks
 
 
@@ -194,12 +195,12 @@ class _Live:
         self.cases = self.selection.of(gathered.cases)
         self._watch_also(gathered.diagnostics)
         complain(gathered.diagnostics)
-        mistakes = [diagnostic_text(diagnostic) for diagnostic in gathered.diagnostics]
+        mistakes: list[Diagnostic | str] = list(gathered.diagnostics)
         if not self.cases and not mistakes:
-            mistakes = [nothing_selected_text(self.selection, gathered.cases, [self.file])]
-            tell(mistakes[0])
+            mistakes = [told := nothing_selected_text(self.selection, gathered.cases, [self.file])]
+            tell(told)
         self.code = exit_code(Report((), gathered.diagnostics)) if gathered.diagnostics else ExitCode.OK
-        self.page.show_mistakes(mistakes)
+        self.page.show_file(_shown(self.file), map(mistake_json, mistakes))
 
     def _play(self) -> bool:
         """Play the current cases; return whether they ended and no newer save is there."""
@@ -219,6 +220,15 @@ class _Live:
         others |= {Path(mistake.span.file) for mistake in mistakes}
         self.stamps = {**stamps_of(others - self.files), **self.stamps}
         self.files |= others
+
+
+def _shown(file: Path) -> str:
+    """Return the text of a file as far as it can be shown; empty if it cannot be read."""
+    try:
+        with file.open(encoding="utf-8", errors="replace") as opened:
+            return opened.read(MOST_SHOWN)
+    except OSError:
+        return ""
 
 
 def _makes_sense(gathered: GatheredCases) -> bool:
@@ -276,7 +286,7 @@ class _Playing:
             case Blocked():
                 self._held_up(number, blocked_result(case, result.value))
             case Margined():
-                self.page.note(number, result.value.lines, result.value.weakest)
+                self.page.note(number, result.value.lines, result.value.weakest, result.value.helps)
             case _:
                 what = "margins" if place >= len(able) else "the run"
                 self.page.note(number, [f"{what}: {result.message or result.status.value}"])
@@ -285,7 +295,7 @@ class _Playing:
         self.found[number] = result
         if result.mistake is not None:
             complain([result.mistake])
-            self.page.show_mistakes((*self.page.mistakes, diagnostic_text(result.mistake)))
+            self.page.show_mistakes((*self.page.mistakes, mistake_json(result.mistake)))
 
 
 # `stackdsl run`: plays one file and prints its events as they happen.

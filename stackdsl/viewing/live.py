@@ -16,26 +16,32 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from secrets import token_urlsafe
 from time import sleep
-from typing import Final, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
 from stability.model import BodyId, BodyState
+from stability.problem import Stability
 from stability.process_settings import exclude_from_collection, uncollected
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import INTERRUPTS
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.judging.numbers import ScenarioNumbers
-from stackdsl.judging.proofs import margins_of_assembly, proofs_of
+from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, margins_of_assembly, proofs_of
+from stackdsl.judging.remedies import remedies_of
+from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.statics import TOLD, Extent, proven_lines
 from stackdsl.report.text import run_text
 from stackdsl.results import RunStatus, VariantResult
+from stackdsl.shown_text import visible
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
 from stackdsl.viewing.replay.page import run_json
+from stackdsl.viewing.replay.verdict_band import remedies_json
 from stackdsl.viewing.run_view import RunView, ShownProofs, shown_proofs, view_of
 from stackdsl.viewing.server import HOST, PageServer, PublishedTexts, WebSite, listening
 
@@ -134,6 +140,7 @@ class Margined:
 
     lines: tuple[str, ...]
     weakest: BodyId | None  # the brick that the lines call the weakest
+    helps: list[Mapping[str, Any]]  # remedies for a fall, as `remedies_json` returns them
 
 
 @uncollected()  # the objects are few, and the user waits
@@ -160,9 +167,11 @@ def margined(case: Case) -> Margined:
     numbers, proofs = ScenarioNumbers(case.scenario, case.variant), proofs_of(timeline)
     is_whole = sum(len(judged.bricks) for judged in proofs.judged) == count
     margins = margins_of_assembly(proofs.assembly, TOLD) if is_whole else VerdictMargins()
-    lines = proven_lines(proofs, timeline, count, Extent(margins=True), numbers, margins)
+    lines = proven_lines(proofs, timeline, count, Extent(margins=True, remedies=False), numbers, margins)
     weakest = margins.weakest.brick if margins.weakest is not None else None
-    return Margined(tuple(line.strip() for line in lines), weakest)
+    falls = proofs.verdict.stability is Stability.UNSTABLE and count <= MOST_FOR_PROGRAMS
+    helps = remedies_json(remedies_of(numbers, timeline, proofs)) if falls else []
+    return Margined(tuple(line.strip() for line in lines), weakest, helps)
 
 
 # Detection of saved files by polling, a hundred times a second; the cost is small for the files of a scenario.
@@ -285,13 +294,17 @@ def _serve(listener: socket.socket, token: str, site: WebSite, inbox: Connection
 # A live page of runs; `live.ts` receives its events.
 
 
+MOST_LINES = 400  # of a file that are shown beside its run; nobody reads more of them there
+
+
 @dataclass
 class RunPage:
     """The content of a page with several runs, by their numbers."""
 
     showing: ServedSite
     runs: int = 0
-    mistakes: tuple[str, ...] = ()  # errors in the file
+    mistakes: tuple[Mapping[str, Any], ...] = ()  # errors in the file, as `mistake_json` returns them
+    text: str = ""  # of the file, as last read
     doing: str = ""  # current activity; empty if none
 
     def expect(self, runs: int) -> None:
@@ -301,7 +314,12 @@ class RunPage:
             self.showing.drop(f"lines {number}")
         self.runs = runs
 
-    def show_mistakes(self, mistakes: Iterable[str]) -> None:
+    def show_file(self, text: str, mistakes: Iterable[Mapping[str, Any]] = ()) -> None:
+        """Show the text of the file, and errors in it."""
+        self.text = text
+        self.show_mistakes(mistakes)
+
+    def show_mistakes(self, mistakes: Iterable[Mapping[str, Any]]) -> None:
         """Show errors in the file, beside the runs."""
         self.mistakes = tuple(mistakes)
         self._publish()
@@ -312,15 +330,38 @@ class RunPage:
         self._publish()
 
     def _publish(self) -> None:
-        self.showing.put("status", {"runs": self.runs, "mistakes": self.mistakes, "doing": self.doing})
+        known = {"runs": self.runs, "mistakes": self.mistakes, "doing": self.doing}
+        self.showing.put("status", {**known, "lines": self.text.split("\n", MOST_LINES)[:MOST_LINES]})
 
     def show(self, number: int, run: str) -> None:
         """Show a run, given as JSON, in place of its earlier state."""
         self.showing.put_text(f"run {number}", f'{{"run":{number},"told":{run}}}')
 
-    def note(self, number: int, lines: Sequence[str], weakest: BodyId | None = None) -> None:
-        """Show further lines about a run, and mark its weakest brick."""
-        self.showing.put(f"lines {number}", {"run": number, "lines": list(lines), "weakest": weakest})
+    def note(
+        self,
+        number: int,
+        lines: Sequence[str],
+        weakest: BodyId | None = None,
+        helps: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        """Show further lines about a run, mark its weakest brick, and offer remedies."""
+        told = {"run": number, "lines": list(lines), "weakest": weakest, "helps": list(helps)}
+        self.showing.put(f"lines {number}", told)
+
+
+def mistake_json(mistake: Diagnostic | str) -> Mapping[str, Any]:
+    """Return a mistake for a page: its place, its message, its remedy, and the marked line."""
+    if isinstance(mistake, str):
+        return {"code": "", "message": mistake, "hint": "", "place": "", "line": 0, "text": mistake}
+    span = mistake.span
+    return {
+        "code": mistake.code,
+        "message": visible(mistake.message),
+        "hint": visible(mistake.hint),
+        "place": visible(str(span)),
+        "line": span.line,
+        "text": diagnostic_text(mistake),
+    }
 
 
 # Warm-up: imports the modules of statics before the first save, as solver libraries import longer than they solve.

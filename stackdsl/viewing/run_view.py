@@ -13,6 +13,7 @@ from stability.statics.assembly import Assembly
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.compile import places_of
 from stackdsl.diagnostics import Span
+from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, frozen_assembly, proofs_of, weakest_of
 from stackdsl.results import VariantResult
 from stackdsl.simulation.known_systems import system_named
@@ -194,6 +195,7 @@ class RunView:
     places: Mapping[BodyId, Span]  # position in the file of the step that places each brick
     verdict: str  # in words
     marks: Mapping[str, tuple[str, ...]] | None = None  # for a golden file: its differences in words, by subject
+    numbers: ScenarioNumbers | None = None  # of the scenario, for remedies; None for a golden file
 
     @property
     def least_room(self) -> tuple[BodyId, float] | None:
@@ -235,6 +237,7 @@ def view_of(
         shown_proofs(timeline, trace) if proofs is None else proofs,
         places_of(case.scenario, case.source),
         _verdict_text(trace),
+        numbers=ScenarioNumbers(case.scenario, case.variant),
     )
 
 

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from stability.model import BodyId, ConvexShape, Plane
 from stackdsl.report.statics import weakest_json, weakest_text
-from stackdsl.report.text import outcome_text
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
+from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView, ShownProof
+from stackdsl.viewing.style import icon_sprite, shared_style
 
 # Compact poses over time: rounded to visible accuracy, delta-encoded, and deflated.
 #
@@ -116,7 +117,8 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "description": run.description,
         "verdict": run.verdict,
         "end": run.trace.cost.simulated_time,
-        "outcomes": _outcomes(run),
+        "told": verdict_json(run, hurried),
+        "gravity": run.timeline.world.gravity,
         "planes": [_plane(plane) for plane in run.timeline.world.planes],
         "shapes": [_shape(shape) for shape in shapes],
         "bricks": _bricks(run, bricks, shapes),
@@ -128,13 +130,6 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "weakest": None if hurried else _weakest(run, numbers),
         "marks": run.marks,
     }
-
-
-def _outcomes(run: RunView) -> list[Json]:
-    return [
-        {"passed": outcome.passed, "text": f"{outcome.span}: {outcome_text(outcome)}"}
-        for outcome in run.result.outcomes
-    ]
 
 
 def _plane(plane: Plane) -> Json:
@@ -283,6 +278,7 @@ def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
         policy=policy_of((LOADER, program), (style,)) + (LIVE_POLICY if live else ""),
         live=" data-live" if live else "",
         style=style,
+        icons=icon_sprite(),
         licence=_packaged("replay.LICENSE.txt"),
         program=deflated(program.encode()),
         loader=LOADER,
@@ -301,7 +297,7 @@ def _packaged(name: str) -> str:
 
 def program_and_style() -> tuple[str, str]:
     """Return the program and the style of a page of replays; it also needs the LOADER."""
-    return _packaged("replay.js"), _packaged("replay.css")
+    return _packaged("replay.js"), shared_style() + _packaged("replay.css")
 
 
 def policy_of(scripts: Iterable[str], styles: Iterable[str]) -> str:

@@ -1,9 +1,9 @@
 """A live page in a real browser: what is saved is seen, and a mistake is told as text beside the last good picture."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -11,7 +11,7 @@ from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.results import Report
 from stackdsl.viewing.check_report.page import index_page
-from stackdsl.viewing.live import RunPage, preview, showing
+from stackdsl.viewing.live import RunPage, margined, mistake_json, played, preview, showing
 from stackdsl.viewing.replay.page import live_page, page_of
 from stackdsl.viewing.server import Folder, OnePage
 from tests.stackdsl.viewing.chromium import chromium, wait_for
@@ -59,11 +59,21 @@ def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "
         browser.switch_to.frame(0)
         wait_for(lambda: browser.find_element("css selector", ".filter").is_displayed())
         browser.get(f"{served.url}replay.html")
-        wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
+        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
         browser.get(f"{served.url}theirs.html")
         assert browser.title == "as sent"
         assert any("Content Security Policy" in str(each) for each in browser.get_log("browser"))  # type: ignore[no-untyped-call]
+
+
+def saved(page: RunPage, levels: int) -> None:
+    page.show_file(COLUMN.format(levels=levels))
+    page.show(0, preview_of(levels))
+
+
+def mistake_in(text: str) -> Mapping[str, Any]:
+    _, mistakes = cases_of(parse(text, "scene.yaml"))
+    return mistake_json(mistakes[0])
 
 
 def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Chrome") -> None:
@@ -71,26 +81,72 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         page = RunPage(served)
         page.expect(1)
         page.show_activity("playing")
-        page.show(0, preview_of(5))
+        saved(page, 5)
         browser.get(served.url)
-        wait_for(lambda: "proven to stand" in text_of(browser, "h1"))
-        wait_for(lambda: "least room: L5.1, whose centre is 10.8 mm inside" in text_of(browser, ".notes"))
+        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+        wait_for(lambda: "L5.1, with its centre of mass 10.8 mm inside" in text_of(browser, ".band"))
+        assert "playing" in text_of(browser, ".state")
         there = pytest.approx([0.048, 0.0, 0.0351], abs=1e-4)
         wait_for(lambda: browser.execute_script("return replay.positionOf('L5.1')") == there)
-        page.show(0, preview_of(12))
-        wait_for(lambda: "proven to fall" in text_of(browser, "h1"))
+        saved(page, 12)
+        wait_for(lambda: "Proven to fall" in text_of(browser, "h1"))
         wait_for(lambda: browser.execute_script("return replay.time()") == pytest.approx(9.0))
-        mistake = "<img src=x onerror=alert(1)> </script> \x1b[31m is no length"
-        page.show_mistakes([mistake])
         page.note(0, ["<b>it would survive</b>"])
-        wait_for(lambda: text_of(browser, ".mistakes") == mistake)
-        wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".notes"))
-        assert "proven to fall" in text_of(browser, "h1")
-        assert browser.execute_script("return document.querySelectorAll('img, b').length") == 0
+        wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".folded"))
+        hostile = "<img src=x onerror=alert(1)> </script> \x1b[31m is no length"
+        page.show_mistakes([mistake_json(hostile)])
+        wait_for(lambda: text_of(browser, ".mistakes") == hostile)
+        assert browser.execute_script("return document.querySelectorAll('img').length") == 0
         page.expect(2)
         page.show(1, preview_of(3))
-        wait_for(lambda: browser.execute_script("return document.querySelectorAll('header option').length") == 5)
+        wait_for(lambda: browser.execute_script("return document.querySelectorAll('.runs option').length") == 5)
         page.show_mistakes([])
-        wait_for(lambda: text_of(browser, ".mistakes") == "")
+        wait_for(lambda: "Proven to fall" in text_of(browser, "h1"))
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
-    wait_for(lambda: "stackdsl has ended" in text_of(browser, ".state"))
+    wait_for(lambda: "stackdsl has ended" in text_of(browser, "h1"))
+    assert "Still showing the last run" in text_of(browser, ".lead")
+
+
+def test_a_file_that_cannot_be_read_is_told_with_its_line_above_the_last_picture(browser: "Chrome") -> None:
+    text = COLUMN.format(levels=5).replace("step:", "stp:")
+    with showing(OnePage(live_page("scene.yaml"))) as served:
+        page = RunPage(served)
+        page.expect(1)
+        saved(page, 5)
+        browser.get(served.url)
+        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+        page.show_file(text, [mistake_in(text)])
+        wait_for(lambda: text_of(browser, "h1") == "Cannot read scene.yaml: unknown key 'stp'")
+        assert "Still showing the last file that could be read." in text_of(browser, ".lead")
+        assert "did you mean 'step'?" in text_of(browser, ".lead")
+        assert text_of(browser, ".excerpt .wrong").strip() == "- column: {levels: 5, stp: 12 mm}"
+        assert "^^^" in text_of(browser, ".mistakes")
+        assert browser.execute_script("return replay.positionOf('L5.1').length") == 3
+        saved(page, 4)
+        wait_for(lambda: text_of(browser, ".state") == "valid")
+        assert browser.execute_script("return document.querySelectorAll('.excerpt .wrong').length") == 0
+
+
+def test_a_fall_is_told_with_its_cause_and_a_first_remedy_to_copy(
+    browser: "Chrome", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.nice", lambda more: more)
+    text = COLUMN.format(levels=12)
+    (case,), _ = cases_of(parse(text, "scene.yaml"))
+    with showing(OnePage(live_page("scene.yaml"))) as served:
+        page = RunPage(served)
+        page.expect(1)
+        page.show_file(text)
+        page.show(0, played(case).json)
+        margins = margined(case)
+        page.note(0, margins.lines, margins.weakest, margins.helps)
+        browser.get(served.url)
+        wait_for(lambda: "Would help" in text_of(browser, ".lead"))
+        assert text_of(browser, "h1").startswith("Failed: stands: expected all, measured ")
+        assert "tip over" in text_of(browser, ".lead")
+        assert "levels ≤ 9, now 12, line 3" in text_of(browser, ".lead").replace("\xa0", " ")
+        tall = browser.execute_script("return document.querySelector('.lead').getBoundingClientRect().height")
+        assert tall <= 2 * 24  # the rest is folded
+        assert not browser.execute_script("return document.querySelector('details').open")
+        assert "stands: all" in text_of(browser, ".excerpt .failing")
+        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]

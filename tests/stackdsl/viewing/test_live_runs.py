@@ -80,3 +80,10 @@ def test_margins_come_in_words() -> None:
     assert any("it survives" in line for line in found.lines)
     assert any(line.startswith(f"weakest: {found.weakest}; ") for line in found.lines)
     assert any("limiting contact of the placement error" in line for line in found.lines)
+
+
+def test_a_fall_comes_with_remedies_that_were_tried_and_the_lines_they_change() -> None:
+    helps = margined(case_of(COLUMN.format(levels=12))).helps
+    assert [(help["text"], help["now"], help["line"]) for help in helps][:1] == [("levels ≤ 9", "now 12", 4)]
+    assert json.loads(preview(case_of(COLUMN.format(levels=9))))["fall"] is None
+    assert margined(case_of(COLUMN.format(levels=9))).helps == []

@@ -1,5 +1,6 @@
 """A replay in a real browser, from a file, with the network off: it shows where bricks were, and names them."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -54,6 +55,11 @@ def asked(page: "Chrome", script: str) -> Any:  # noqa: ANN401 -- whatever the p
     return page.execute_script(f"return {script}")
 
 
+def text_of(page: "Chrome", place: str) -> str:
+    """What a part says, with usual spaces."""
+    return " ".join(str(asked(page, f"document.querySelector({place!r}).textContent")).split())
+
+
 def press(page: "Chrome", text: str) -> None:
     page.execute_script(
         "[...document.querySelectorAll('button')].find(b => b.textContent === arguments[0]).click()", text
@@ -66,7 +72,7 @@ def complaints(page: "Chrome") -> list[str]:
 
 def test_a_replay_page_opens_from_a_file_without_requests_or_errors(page: "Chrome") -> None:
     assert asked(page, "performance.getEntriesByType('resource').length") == 0
-    assert "slant-tower[exact]: collapses at level 7" in asked(page, "document.querySelector('h1').textContent")
+    assert "Passed: collapses: expected at level 7" in text_of(page, "h1")
     assert complaints(page) == []
 
 
@@ -100,15 +106,23 @@ def test_a_click_on_a_brick_names_it_and_what_it_rests_on(page: "Chrome", tower:
     ActionChains(page).move_to_element_with_offset(
         canvas, int(x - size["width"] / 2), int(y - size["height"] / 2)
     ).click().perform()
-    wait_for(lambda: asked(page, "!document.querySelector('.label').hidden"))
-    label = asked(page, "document.querySelector('.label').textContent")
-    assert "L7.1, level 7" in label
+    wait_for(lambda: "L7.1" in text_of(page, ".inspector h2"))
+    panel = text_of(page, ".inspector")
+    assert panel.startswith("L7.1level 7")
     proof = next(one for one in tower.proofs.standing if one.begin <= 12.5 < one.end)
     shares = proof.bricks["L7.1"].rests_on
     assert sum(shares.values()) == pytest.approx(1.0)
-    assert f"rests on L6.1 {100 * shares['L6.1']:.0f} %, L6.2 {100 * shares['L6.2']:.0f} %" in label
-    assert "proven by weight propagation" in label
-    assert "scene.yaml:4:" in label
+    for name, share in shares.items():
+        assert f"{name}{100 * share:.0f} %" in panel
+    carried = [
+        [sum(force[axis] for force in contact.forces_W) for axis in range(3)]
+        for contact in proof.contacts
+        if contact.upper == "L7.1"
+    ]
+    told = [float(each) for each in re.findall(r"%([\d.]+) mN", panel)]
+    assert told == pytest.approx([1000.0 * np.linalg.norm(force) for force in carried], rel=5e-3)
+    assert "Proofweight propagation" in panel
+    assert "Written atscene.yaml:4:" in panel
 
 
 def test_a_replay_plays_and_stops_at_its_end(page: "Chrome", tower: RunView) -> None:
@@ -124,7 +138,7 @@ def test_a_click_on_the_collapse_goes_there(page: "Chrome", tower: RunView) -> N
 
     assert tower.trace.collapse is not None
     x = asked(page, f"replay.onTimeline({tower.trace.collapse.time!r})")
-    line = page.find_element("css selector", "footer canvas")
+    line = page.find_element("css selector", "footer .lanes")
     ActionChains(page).move_to_element_with_offset(line, int(x + 2 - line.size["width"] / 2), 0).click().perform()
     there = pytest.approx(tower.trace.collapse.time, abs=1e-6)
     wait_for(lambda: asked(page, "replay.time()") == there)
@@ -150,12 +164,11 @@ def test_names_and_texts_of_a_scenario_are_never_taken_for_a_program(browser: "C
     view = replace(view, name="<script>alert(1)</script>")  # the language takes no such name of a brick
     file.write_text(replay_page([view], "<script>alert(2)</script>"), encoding="utf-8")
     opened(browser, file)
-    assert browser.title == "<script>alert(2)</script>"
-    assert asked(browser, "document.querySelector('header p').textContent").startswith(
-        "</script><script>document.title"
-    )
-    assert asked(browser, "document.querySelector('h1').textContent").startswith("<script>alert(1)</script>: stands")
-    assert asked(browser, "document.querySelectorAll('b').length") == 0
+    wait_for(lambda: browser.title == "<script>alert(1)</script>: passed")
+    assert "<title>&lt;script&gt;alert(2)" in file.read_text(encoding="utf-8")
+    assert "</script><script>document.title='ran'</script><!-- <b>bold</b>" in text_of(browser, ".band")
+    assert text_of(browser, ".who b") == "<script>alert(1)</script>"
+    assert asked(browser, "document.querySelectorAll('img').length") == 0
     assert complaints(browser) == []
 
 
@@ -179,7 +192,7 @@ def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chro
 
 def test_the_structure_fills_85_percent_of_an_orthographic_replay(page: "Chrome", tower: RunView) -> None:
     asked(page, "replay.seek(12.5)")
-    press(page, "Orthographic")
+    press(page, "Parallel")
     page.execute_script(
         """
         const view = [...document.querySelectorAll('select')].find(s => [...s.options].some(o => o.value === 'front'));
@@ -217,11 +230,212 @@ def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(browser: "
     file = tmp_path / "leaning.html"
     file.write_text(replay_page([run], "leaning"), encoding="utf-8")
     opened(browser, file)
-    notes = asked(browser, "document.querySelector('.notes').textContent")
-    assert "weakest: b.L2.1; from 0.2308 g towards 0 deg on, b.L2.1, b.L3.1 tip over b.L1.1" in notes
-    assert "least room: L5.1, whose centre is 10.8 mm inside" in notes
-    for button, brick in (("Weakest", "b.L2.1, level 2"), ("Least room", "L5.1, level 5")):
+    wait_for(lambda: "Weakest b.L2.1; " in text_of(browser, ".band"))
+    assert "0.2308 g towards" in text_of(browser, ".lead")
+    assert "L5.1, with its centre of mass 10.8 mm inside" in text_of(browser, ".band")
+    for button, brick in (("Weakest", "b.L2.1"), ("Least room", "L5.1")):
         press(browser, button)
-        shown = f"document.querySelector('.label').textContent.startsWith({brick!r})"
-        wait_for(partial(asked, browser, shown))
+        wait_for(partial(asked, browser, f"document.querySelector('.inspector h2').textContent === {brick!r}"))
     assert complaints(browser) == []
+
+
+# The page around the picture: what it says, and that all of it can be read at every width, in light and in dark.
+
+
+PULLS = """
+    scenario: pulls
+    build:
+      - jenga: {levels: 6}
+    impacts:
+      - {at: 1 s, remove: {brick: L4.2}}
+      - {at: 1.1 s, remove: {brick: L3.2}}
+      - {at: 1.2 s, remove: {brick: L5.2}}
+      - {at: 3 s, remove: {brick: L3.1}}
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+SIZES = ((1280, 800), (1000, 800), (420, 900))
+
+# Texts that are cut off: beyond the window, or beyond a part that hides what does not fit. What scrolls can be read.
+CUT = """
+const cut = [], wide = document.documentElement.clientWidth;
+const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+for (let node; (node = walk.nextNode());) {
+  const parent = node.parentElement;
+  if (!node.data.trim() || ['SCRIPT', 'STYLE', 'NOSCRIPT', 'OPTION'].includes(parent.tagName)) continue;
+  const range = document.createRange(); range.selectNodeContents(node);
+  for (const box of range.getClientRects()) {
+    if (!box.width) continue;
+    let scrolls = false;
+    for (let on = parent; on && on !== document.body; on = on.parentElement) {
+      const style = getComputedStyle(on), edge = on.getBoundingClientRect();
+      scrolls ||= /auto|scroll/.test(style.overflowX + style.overflowY);
+      const over = box.right > edge.right + 1 || box.bottom > edge.bottom + 1;
+      if (style.overflowX === 'hidden' && !scrolls && over) cut.push(node.data);
+    }
+    if (!scrolls && (box.left < -1 || box.right > wide + 1)) cut.push(node.data);
+  }
+}
+if (document.documentElement.scrollWidth > wide) cut.push('the page is wider than the window');
+return cut
+"""
+OVERLAPS = """
+const found = [];
+for (const lane of document.querySelectorAll('.lane')) {
+  const boxes = [...lane.querySelectorAll('.mark')].map(m => m.getBoundingClientRect()).sort((a, b) => a.left - b.left);
+  const edge = lane.getBoundingClientRect();
+  boxes.forEach((box, at) => {
+    if (at && box.left < boxes[at - 1].right) found.push([lane.textContent, at]);
+    if (box.left < edge.left - 9 || box.right > edge.right + 9) found.push([lane.textContent, 'outside']);
+  });
+}
+return found
+"""
+
+
+@pytest.fixture(scope="module")
+def fallen() -> RunView:
+    (found,) = views_of(PULLS)
+    return found
+
+
+def resize(page: "Chrome", width: int, height: int, dark: bool = False, still: bool = False) -> None:
+    screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    wanted = {"prefers-color-scheme": "dark" if dark else "light", "prefers-reduced-motion": "reduce" if still else ""}
+    features = [{"name": name, "value": value} for name, value in wanted.items()]
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
+    settle(page)
+
+
+def settle(page: "Chrome") -> None:
+    """Wait for frames in which the page has seen its new size, and said all that changed."""
+    page.execute_async_script(
+        "const done = arguments[0]; let left = 4;"
+        "const frame = () => left-- ? requestAnimationFrame(frame) : done(); frame()"
+    )
+
+
+@pytest.fixture
+def falling(browser: "Chrome", fallen: RunView, tmp_path: Path) -> Iterator["Chrome"]:
+    file = tmp_path / "pulls.html"
+    file.write_text(replay_page([fallen], "pulls"), encoding="utf-8")
+    opened(browser, file)
+    yield browser
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def test_the_band_says_what_was_expected_what_was_measured_why_and_what_would_help(
+    falling: "Chrome", fallen: RunView
+) -> None:
+    fell = sum(track.left_at is not None for track in fallen.trace.tracks.values())
+    wait_for(lambda: falling.title == "pulls[exact]: failed")
+    title, lead = text_of(falling, "h1"), text_of(falling, ".lead")
+    assert title == f"Failed: stands: expected all, measured {fell} of 14 bricks fell"
+    assert re.search(r"Why L\d.* tip over L3\.3.* After .*scene\.yaml:9:.*L3\.1 pulled out at 3 s", lead)
+    assert re.search(r"Would help .* on L\d\.\d", lead)
+    assert asked(falling, "document.querySelector('.band .image use').getAttribute('href')") == "#icon-failed"
+    assert "scene.yaml:11:" in text_of(falling, ".who")
+    assert "stackdsl explain scene.yaml" in text_of(falling, ".see code")
+
+
+def test_a_failed_run_opens_just_before_it_falls_and_one_that_stands_at_its_end(
+    falling: "Chrome", tmp_path: Path
+) -> None:
+    assert asked(falling, "replay.time()") == pytest.approx(3.0, abs=2e-3)
+    assert asked(falling, "document.querySelector('.events .now').textContent").startswith("1.200 s")
+    (stands,) = views_of(LEANING)
+    file = tmp_path / "stands.html"
+    file.write_text(replay_page([stands], "stands"), encoding="utf-8")
+    opened(falling, file)
+    assert asked(falling, "replay.time()") == pytest.approx(stands.trace.cost.simulated_time)
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_no_text_is_cut_off_and_no_marks_overlap(falling: "Chrome", width: int, height: int, dark: bool) -> None:
+    resize(falling, width, height, dark)
+    asked(falling, "document.querySelector('details').open = true")
+    for time in (0.0, 1.15, 3.05):
+        asked(falling, f"replay.seek({time})")
+        press(falling, "Forces")
+        settle(falling)
+        assert f"{time:.3f} s" in text_of(falling, "output")
+        assert falling.execute_script(CUT) == []
+        assert falling.execute_script(OVERLAPS) == []
+    assert complaints(falling) == []
+
+
+def test_marks_that_touch_are_joined_and_no_time_is_lost(falling: "Chrome") -> None:
+    resize(falling, 420, 900)
+    wait_for(lambda: "3 pulled out" in text_of(falling, ".lane"))
+    titles = asked(falling, "[...document.querySelectorAll('.lane')][0].querySelectorAll('.mark')[1].title")
+    assert [line.split(":")[0] for line in titles.splitlines()] == ["1.000 s", "1.100 s", "1.200 s"]
+    assert asked(falling, "document.querySelectorAll('.lane')[0].querySelectorAll('.ticks i').length") == 5
+
+
+def test_the_tools_are_one_row_at_1000_px_and_menus_on_a_phone(falling: "Chrome") -> None:
+    tools = "[...document.querySelectorAll('.tools .button')].filter(b => b.offsetParent)"
+    for width in (1280, 1000, 420):
+        resize(falling, width, 800)
+        boxes = asked(falling, f"{tools}.map(b => b.getBoundingClientRect())")
+        assert len({round(box["top"]) for box in boxes}) == 1, width
+        assert max(box["right"] for box in boxes) <= width
+    assert len(boxes) == 4
+    falling.execute_script("[...document.querySelectorAll('.opener')].find(b => b.textContent === 'Show').click()")
+    assert "Forces" in asked(falling, f"{tools}.map(b => b.textContent)")
+
+
+def test_forces_at_a_time_without_a_proof_say_so_and_lead_to_one(falling: "Chrome", fallen: RunView) -> None:
+    assert text_of(falling, ".notice") == "" or asked(falling, "document.querySelector('.notice').hidden")
+    press(falling, "Forces")
+    asked(falling, "replay.seek(3.05)")
+    wait_for(lambda: "Forces: No proof holds at this time" in text_of(falling, ".notice"))
+    asked(falling, "document.querySelector('.notice .go').click()")
+    wait_for(lambda: asked(falling, "document.querySelector('.notice').hidden"))
+    there = asked(falling, "replay.time()")
+    assert any(proof.begin <= there < proof.end for proof in fallen.proofs.standing)
+
+
+def test_the_legend_counts_what_occurs_below_the_picture(falling: "Chrome", fallen: RunView) -> None:
+    resize(falling, 420, 900)
+    asked(falling, "replay.seek(2)")
+    wait_for(lambda: "stands 15" in text_of(falling, ".legend").replace("stands15", "stands 15"))
+    assert "pulled out3" in text_of(falling, ".legend")
+    assert "moves" not in text_of(falling, ".legend")
+    edge = "document.querySelector({!r}).getBoundingClientRect().{}"
+    below, above = (asked(falling, edge.format(*each)) for each in ((".view", "bottom"), (".legend", "top")))
+    assert above >= below
+
+
+def test_nothing_plays_by_itself_and_the_keyboard_reaches_all_with_a_visible_focus(falling: "Chrome") -> None:
+    from selenium.webdriver import ActionChains, Keys  # noqa: PLC0415 -- only where there is a browser
+
+    resize(falling, 1280, 800, still=True)
+    began = asked(falling, "replay.time()")
+    reached = set()
+    for _ in range(40):
+        ActionChains(falling).send_keys(Keys.TAB).perform()
+        at, style = asked(
+            falling,
+            "[document.activeElement.textContent || document.activeElement.title || document.activeElement.className,"
+            " getComputedStyle(document.activeElement).outlineStyle]",
+        )
+        if at and "BODY" not in at:
+            reached.add(at)
+            assert style == "solid" or at == asked(falling, "document.body.textContent"), at
+    assert {"Copy", "Details", "Fit", "Forces", "Play"} <= reached
+    assert asked(falling, "replay.time()") == began
+    ActionChains(falling).send_keys(",").perform()
+    wait_for(lambda: asked(falling, "replay.time()") == pytest.approx(1.2))
+
+
+def test_two_runs_beside_each_other_share_one_time_line_with_a_lane_each(page: "Chrome") -> None:
+    page.execute_script(
+        "const s = document.querySelector('select[title=beside]');s.value = '1'; s.dispatchEvent(new Event('change'))"
+    )
+    wait_for(lambda: "Both runs: passed" in text_of(page, "h1"))
+    assert "First to differ no brick" in text_of(page, ".lead")
+    names = asked(page, "[...document.querySelectorAll('.lane .name')].map(n => n.textContent)")
+    assert names == ["Hands", "slant-tower[exact]", "slant-tower[exact]", "Claims"]

@@ -1,0 +1,176 @@
+// What the lanes of the line of time show of one run, or of two.
+import type { Told } from "./payload";
+import type { Run } from "./run";
+import { eventText, failedToStand, howMany, names } from "./wording";
+
+export interface Mark {
+  time: number; // [s]
+  kind: string; // of its event
+  icon: string;
+  text: string;
+  bad: boolean;
+}
+
+export interface Span {
+  begin: number; // [s]
+  end: number; // [s]
+  kind: "proven" | "judged" | "moves";
+  texts: string[]; // the longest that there is room for is shown
+}
+
+export interface Lane {
+  name: string;
+  marks: Mark[];
+  spans: Span[];
+}
+
+const ICONS: Record<string, string> = {
+  placed: "set-down",
+  removed: "pulled-out",
+  pushed: "motion",
+  shaken: "motion",
+  taken: "pulled-out",
+  "let go": "set-down",
+  hit: "motion",
+};
+export const TOGETHER: Record<string, string> = {
+  placed: "set down",
+  removed: "pulled out",
+  pushed: "pushed",
+  shaken: "shakes",
+  taken: "taken",
+  "let go": "let go",
+  hit: "hits",
+};
+const SAME = 1e-6; // [s]
+
+export function lanesOf(runs: Run[], names: string[]): Lane[] {
+  const busiest = runs.reduce((most, run) => (hands(run).length > hands(most).length ? run : most), runs[0]);
+  const lanes: Lane[] = [{ name: "Hands", marks: hands(busiest), spans: [] }];
+  if (runs.length === 1) {
+    lanes.push({ name: "Moves", marks: [], spans: moves(runs[0]) }, { name: "Proof", marks: [], spans: proofs(runs[0]) });
+  } else {
+    const own = runs.flatMap((run, place) => (run.told.marks ? [] : [{ name: names[place], marks: [], spans: both(run) }])); // a golden file has no motion
+    lanes.push(...own);
+  }
+  const claims = runs.flatMap((run, place) => (run.told.marks ? [] : claimMarks(run, runs.length > 1 ? `${names[place]}: ` : "")));
+  if (claims.length) lanes.push({ name: "Claims", marks: claims.sort((one, other) => one.time - other.time), spans: [] });
+  return lanes;
+}
+
+function hands(run: Run): Mark[] {
+  return run.told.events
+    .filter((event) => event.kind in ICONS)
+    .map((event) => ({ time: event.time, kind: event.kind, icon: ICONS[event.kind], text: handText(run, event), bad: false }));
+}
+
+function handText(run: Run, event: Told): string {
+  if (event.kind === "shaken") return "shaken";
+  if (event.bricks.length > 1) return event.kind === "placed" && event.time === 0 ? "built" : `${event.bricks.length} ${TOGETHER[event.kind]}`;
+  return names(run, event.bricks, event.time);
+}
+
+function claimMarks(run: Run, who: string): Mark[] {
+  const { told, end, events } = run.told;
+  const fell = events.find((event) => event.kind === "collapsed");
+  const failed = told.status === "failed";
+  if (!fell && !failed) return [];
+  const text = !fell || failedToStand(run) ? "claim fails" : failed ? "falls, claim fails" : "falls";
+  return [{ time: fell?.time ?? end, kind: "collapsed", icon: failed ? "failed" : "how-it-falls", text: who + text, bad: failed }];
+}
+
+function moves(run: Run): Span[] {
+  const starts = run.told.events.filter((event) => event.kind === "woken");
+  return run.motions().map(([begin, end]): Span => {
+    const during = starts.filter((event) => event.time >= begin - 0.01 && event.time <= end);
+    const first = during[0];
+    const count = new Set(during.flatMap((event) => event.bricks)).size;
+    return { begin, end, kind: "moves", texts: [first && 2 * first.bricks.length > count ? eventText(run, first) : "", count ? `${howMany(count, "brick")} move` : "", count ? String(count) : ""] };
+  });
+}
+
+// When all that is there is proven to stand, or else judged to be stable by the system.
+function proofs(run: Run): Span[] {
+  const shown = run.proofs.flatMap(({ proof }) => {
+    const end = proof.end ?? run.told.end;
+    const known = new Set(proof.bricks);
+    const later = run.told.events.find((event) => event.kind === "placed" && event.time > proof.begin + SAME && event.time < end && event.bricks.some((brick) => !known.has(brick)));
+    const parts = later ? [[proof.begin, later.time], [later.time, end]] : [[proof.begin, end]]; // of all that is there, and from then on of some
+    return parts.map(([begin, end]) => {
+      const there = run.told.bricks.name.filter((_, brick) => run.isThere(brick, begin + SAME)).length;
+      const whole = proof.bricks.length >= there;
+      const texts = whole ? ["all bricks proven to stand", "all proven", ""] : [`${proof.bricks.length} of ${there} proven to stand`, "some proven", ""];
+      return { whole, span: { begin, end, kind: "proven", texts } as Span };
+    });
+  });
+  const told = frozen(run);
+  const proven = together([...shown.filter(({ whole }) => whole).map(({ span }) => span), ...told.filter((span) => span.kind === "proven")]);
+  const judged = together(told.filter((span) => span.kind === "judged").flatMap((span) => without(span, proven)));
+  const some = together(shown.filter(({ whole }) => !whole).flatMap(({ span }) => without(span, [...proven, ...judged])));
+  return [...proven, ...judged, ...some].sort((one, other) => one.begin - other.begin);
+}
+
+// When no brick is awake, from the events; a reason names a proof, and a system that only judges gives none.
+function frozen(run: Run): Span[] {
+  const { events, end } = run.told;
+  const state = new Map<number, boolean>(); // of what is there: whether it is frozen, and by a proof
+  let awake = 0;
+  let judged = 0;
+  let since = 0;
+  const spans: Span[] = [];
+  const drop = (brick: number): void => {
+    const was = state.get(brick);
+    if (was === undefined) awake--;
+    else if (!was) judged--;
+    state.delete(brick);
+  };
+  const there = new Set<number>();
+  events.forEach((event, place) => {
+    for (const brick of [...event.bricks, ...event.riding]) {
+      if (event.kind === "placed" && !there.has(brick)) there.add(brick), awake++;
+      else if (event.kind === "removed" && there.delete(brick)) drop(brick);
+      else if (there.has(brick) && (event.kind === "frozen" || event.kind === "woken")) {
+        drop(brick);
+        if (event.kind === "woken") awake++;
+        else if ((state.set(brick, event.reason !== ""), event.reason === "")) judged++;
+      }
+    }
+    const next = place + 1 < events.length ? events[place + 1].time : end;
+    since = event.time;
+    if (awake > 0 || !there.size || next <= since + SAME) return;
+    spans.push(judged ? { begin: since, end: next, kind: "judged", texts: ["judged stable, not proven", "judged", ""] } : { begin: since, end: next, kind: "proven", texts: ["all bricks proven to stand", "all proven", ""] });
+  });
+  return spans;
+}
+
+function both(run: Run): Span[] {
+  const moving = moves(run);
+  return [...proofs(run).flatMap((span) => without(span, moving)), ...moving].sort((one, other) => one.begin - other.begin);
+}
+
+// Spans that touch, as one; of their texts those of the longest.
+function together(spans: Span[]): Span[] {
+  const found: Span[] = [];
+  for (const span of [...spans].sort((one, other) => one.begin - other.begin)) {
+    const last = found[found.length - 1];
+    if (!last || span.begin > last.end + 1e-3) found.push({ ...span });
+    else {
+      if (span.end - span.begin > last.end - last.begin) last.texts = span.texts;
+      last.end = Math.max(last.end, span.end);
+    }
+  }
+  return found;
+}
+
+// What of a span is in none of others.
+function without(span: Span, others: Span[]): Span[] {
+  let left = [span];
+  for (const { begin, end } of others) {
+    left = left.flatMap((one) => [
+      ...(begin > one.begin ? [{ ...one, end: Math.min(one.end, begin) }] : []),
+      ...(end < one.end ? [{ ...one, begin: Math.max(one.begin, end) }] : []),
+    ]);
+    left = left.filter((one, place) => one.end > one.begin + SAME && left.findIndex((other) => other.begin === one.begin && other.end === one.end) === place);
+  }
+  return left;
+}

@@ -1,0 +1,122 @@
+"""The verdict of a run in words, for the band on top of its page."""
+
+from collections.abc import Iterator, Mapping
+from math import inf, isfinite
+from typing import Any, Final, TypeAlias
+
+from stability.work_limit import TooMuchWorkError, limited
+from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of
+from stackdsl.judging.remedies import Remedies, remedies_of
+from stackdsl.report.statics import counterweight_text, friction_text
+from stackdsl.report.text import cause_text, ending_text, outcome_text, significant, unchecked_text
+from stackdsl.results import ClaimOutcome, RunStatus, VariantResult
+from stackdsl.viewing.run_view import RunView
+from stackdsl.work import limit
+
+Json: TypeAlias = Mapping[str, Any]
+
+TO_FALL: Final = ("collapses", "falls", "pivots")  # claims that no remedy against a fall helps
+
+
+def verdict_json(run: RunView, hurried: bool = False) -> Json:
+    """Return status, headline and facts of a run; `hurried` omits the remedies, which take seconds."""
+    result = run.result
+    status, headline = _headline(run)
+    return {
+        "status": status,
+        "headline": headline,
+        "facts": [[name, text] for name, text in _facts(result) if text],
+        "claims": [_claim(outcome) for outcome in result.outcomes],
+        "truths": [_claim(outcome) for outcome in result.truths],
+        "see": result.why.see if result.why is not None else "",
+        "helps": [] if hurried else helps_json(run),
+    }
+
+
+def _headline(run: RunView) -> tuple[str, str]:
+    """Return the status, which the page shows in colour and shape, and the answer in one line."""
+    result, failed = run.result, [outcome for outcome in run.result.outcomes if not outcome.passed]
+    count = len(result.outcomes)
+    if result.status is not RunStatus.DONE or run.marks is not None:
+        return "open", run.verdict[:1].upper() + run.verdict[1:]
+    if result.xfail is not None and result.passed:
+        return "failed" if result.strict else "differs", f"Passed, but marked `xfail`: {result.xfail}"
+    if result.xfail is not None:
+        return "differs", f"Failed, as marked by `xfail`: {result.xfail}"
+    if not result.outcomes:
+        return "failed" if result.must_claim else "open", f"Not checked: {unchecked_text(result)}"
+    if failed and count == 1:
+        return "failed", f"Failed: {_short(failed[0])}"
+    if failed:
+        return "failed", f"Failed: {len(failed)} of {count} claims; {_short(failed[0])}"
+    if not result.passed:
+        return "failed", f"Failed: {result.numerical}"
+    only = _short(result.outcomes[0]) if count == 1 else f"all {count} claims hold"
+    return "passed", f"Passed: {only}"
+
+
+def _short(outcome: ClaimOutcome) -> str:
+    """Return claim and measured value without names of bricks, which follow below."""
+    measured = outcome.measured.partition(": ")[0]
+    return f"{outcome.name}: expected {outcome.expected}, measured {measured}"
+
+
+def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
+    """Yield what explains the verdict, in the order of all reports: measured, why, after what, what came first."""
+    for outcome in [outcome for outcome in result.outcomes if not outcome.passed][:1]:
+        yield "Measured", outcome.measured if ": " in outcome.measured else ""
+    if result.why is not None:
+        yield "Why", cause_text(result.why)
+        yield "After", result.why.before
+        yield "First", result.why.first
+    disagreeing = [truth for truth in result.truths if not truth.passed]
+    yield "Reference disagrees", "; ".join(outcome_text(truth) for truth in disagreeing)
+    if result.early_end is not None:
+        yield "End", ending_text(result.early_end)
+
+
+def _claim(outcome: ClaimOutcome) -> Json:
+    margin = f"{significant(outcome.margin)} {outcome.unit}".rstrip() if isfinite(outcome.margin) else ""
+    return {
+        "name": outcome.name,
+        "expected": outcome.expected,
+        "measured": outcome.measured,
+        "margin": margin,
+        "passed": outcome.passed,
+        "place": str(outcome.span),
+    }
+
+
+# Remedies for a run that should stand: each with what can be written in the file.
+
+
+def helps_json(run: RunView) -> list[Json]:
+    """Return the remedies of a run that falls against its claims; none for many bricks, as they take minutes."""
+    failed = [outcome for outcome in run.result.outcomes if not outcome.passed]
+    bricks = sum(not placement.hits for placement in run.timeline.placements)
+    wanted = failed and not any(outcome.name in TO_FALL for outcome in failed)
+    if not wanted or run.numbers is None or run.proofs.fall is None or bricks > MOST_FOR_PROGRAMS:
+        return []
+    try:
+        with limited(limit()):
+            return remedies_json(remedies_of(run.numbers, run.timeline, proofs_of(run.timeline)))
+    except TooMuchWorkError:
+        return []
+
+
+def remedies_json(remedies: Remedies) -> list[Json]:
+    """Return the remedies that help, with what to copy, and the line of the file that they change."""
+    helps: list[Json] = []
+    for remedy in remedies.numbers:
+        number, bound = remedy.number, remedy.limit
+        new = number.text(bound.value)
+        text = f"{number.name} {'≥' if bound.least else '≤'} {new}"
+        where = {"file": number.span.file, "line": number.span.line}
+        helps.append({"text": text, "now": f"now {number.text(number.number)}", "copy": new, **where})
+    if remedies.friction is not None and remedies.friction.factor < inf:
+        text = friction_text(remedies.friction).replace(">=", "≥")
+        helps.append({"text": text, "now": "", "copy": f"{remedies.friction.coefficient:.4g}", "file": "", "line": 0})
+    if remedies.counterweight is not None:
+        text = counterweight_text(remedies.counterweight)
+        helps.append({"text": text, "now": "", "copy": text, "file": "", "line": 0})
+    return helps
