@@ -206,8 +206,8 @@ def _text(run: VariantResult, measured: _Measured) -> str:
 
 WIDE, HIGH = 520.0, 250.0  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 508.0, 22.0, 210.0  # [px] of the plot area, inside the labels
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c")
-CROSS = 4.0  # [px]
+COLOURS = ("#1a6fb8", "#b5661b", "#0f8f72", "#8a4fa8", "#77787a")
+MARK = 4.0  # [px] half the size of a mark
 
 
 def line_chart(study: Study) -> str:
@@ -224,9 +224,11 @@ def line_chart(study: Study) -> str:
     keys = "".join(_key(name, colour) for (name, _), colour in named)
     others = sum(point.value is None for point in points)
     about = f"{study.scenario}: {study.quantity} over {variable.name}"
-    about += f"; crosses: cases without a value in {study.unit or 'this unit'} ({others})" if others else ""
+    about += (
+        f"; without a value in {study.unit or 'this unit'}: {others}, crosses failed and ticks passed" if others else ""
+    )
     svg = f'<svg viewBox="0 0 {WIDE:.0f} {HIGH:.0f}" width="{WIDE:.0f}" role="img">{"".join(shapes)}</svg>'
-    return f"<figure>{svg}<figcaption>{escape(about)}<br>{keys}</figcaption></figure>"
+    return f"<figure><figcaption>{escape(about)}</figcaption>{svg}{keys}</figure>"
 
 
 def _key(name: str, colour: str) -> str:
@@ -243,7 +245,11 @@ class _Frame:
     up: ChartAxis
 
     def drawn(self, title: str) -> Iterator[str]:
-        """Yield grid lines, numbers and units."""
+        """Yield grid lines, numbers and units, and the region beyond the limit."""
+        limit = self.up.place(0.0)
+        if limit < BOTTOM:
+            size = f'width="{RIGHT - LEFT:.0f}" height="{BOTTOM - limit:.1f}"'
+            yield f'<rect class="beyond" x="{LEFT:.0f}" y="{limit:.1f}" {size}/>'
         for value in self.across.ticks():
             x = self.across.place(value)
             yield f'<path class="grid" d="M{x:.1f} {TOP:.0f}V{BOTTOM:.0f}"/>'
@@ -290,28 +296,24 @@ class _Series:
         if point.value is not None:
             y = self.frame.up.place(point.value)
             return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{self.colour}">{title}</circle>'
-        strokes = "".join(
-            f"M{x - CROSS:.1f} {BOTTOM - way:.1f}L{x + CROSS:.1f} {BOTTOM + way:.1f}" for way in (CROSS, -CROSS)
-        )
-        return f'<path class="cross" d="{strokes}" stroke="{self.colour}">{title}</path>'
+        y = TOP if point.passed else BOTTOM  # a case that passed never stands where the worst would
+        shape = f"l{MARK:.0f} {MARK:.0f}l{2 * MARK:.0f} -{2 * MARK:.0f}" if point.passed else _CROSS
+        return f'<path class="mark" d="M{x - MARK:.1f} {y:.1f}{shape}" stroke="{self.colour}">{title}</path>'
+
+
+_CROSS = f"m0 -{MARK:.0f}l{2 * MARK:.0f} {2 * MARK:.0f}m0 -{2 * MARK:.0f}l-{2 * MARK:.0f} {2 * MARK:.0f}"
 
 
 # Charts of scenarios: a line over one variable, a table of coloured cells over two.
 
 
 MOST_MAPS = 12  # of one scenario
-FEW = 3  # scenarios whose charts are open at first; with more, they are folded
 
 
 def charts(results: Iterable[VariantResult]) -> str:
     """Return a chart for each scenario with numeric variables, as HTML; empty if there are none."""
     drawn = [line_chart(study) if len(study.variables) == 1 else _maps(study) for study in studies(results)]
-    if not drawn:
-        return ""
-    opened = " open" if len(drawn) <= FEW else ""
-    count = f"{len(drawn)} scenarios" if len(drawn) > 1 else "1 scenario"
-    summary = f"charts of measurements over the variables of {count}"
-    return f'<details class="studies"{opened}><summary>{summary}</summary>{"".join(drawn)}</details>'
+    return f'<section class="charts">{"".join(drawn)}</section>' if drawn else ""
 
 
 def _maps(study: Study) -> str:
@@ -332,7 +334,7 @@ def _map(study: Study, name: str, points: Sequence[ChartPoint]) -> str:
         body += f"<tr><th>{escape(row)}</th>"
         body += "".join(_cell(cells.get((column, row)), most) for column in across.values) + "</tr>"
     caption = f"<caption>{escape(study.scenario)} on {escape(name)}: {escape(study.title)}</caption>"
-    return f'<table class="map">{caption}{head}{body}</table>'
+    return f'<figure><table class="map">{caption}{head}{body}</table></figure>'
 
 
 def _cell(point: ChartPoint | None, most: float) -> str:

@@ -1,10 +1,12 @@
 """Writes the HTML report of a check: a table of cases with pictures and replays."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import shlex
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from html import escape
+from importlib.metadata import version as version_of
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
@@ -14,14 +16,29 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.check import CheckConfig
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import judged
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.report.text import closing_line, outcome_text, significant, unchecked_text
-from stackdsl.results import UNCHECKED, ClaimOutcome, GoldenResult, Report, VariantResult
+from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.report.outline import (
+    Group,
+    Row,
+    Status,
+    counts_of,
+    failure_lines,
+    headline,
+    nearest,
+    outline,
+    result_text,
+)
+from stackdsl.report.text import ending_text
+from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
+from stackdsl.results import GoldenResult, Report, VariantResult
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
 from stackdsl.supervising.processes import run_supervised
 from stackdsl.supervising.worker import Task, TaskResult
+from stackdsl.trace import Trace
 from stackdsl.user_files import make_user_folder, write_user_file
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.drawing import VIEWS, Frame
@@ -29,11 +46,14 @@ from stackdsl.viewing.golden_view import golden_view
 from stackdsl.viewing.pictures import Panel, picture
 from stackdsl.viewing.replay.page import page_of, policy_of, run_json
 from stackdsl.viewing.run_view import view_of
+from stackdsl.viewing.style import icon, icon_sprite, shared_style
+from stackdsl.wording import energy_fault, how_many
 
 # A case played once more for the report: its replay goes to a page, its small picture into the table.
 
 
-SMALL = 150.0  # [px] width of a small picture
+SMALL = 240.0  # [px] width of a small picture
+FALLING = 0.12  # [s] from the start of a collapse to its picture
 MOST_DRAWN = 300  # bricks of a small picture; more would not be visible
 
 
@@ -43,6 +63,7 @@ class PlayedCase:
 
     json: tuple[str, ...]  # for a page: the run, and the view of its golden file, if there is one
     picture: str  # SVG; empty if there are too many bricks for a small one
+    about: str  # time of the picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +72,7 @@ class ShownCase:
 
     replay: str  # link from the index to the page and the run on it
     picture: str  # SVG; empty if there are too many bricks for a small one
+    about: str = ""  # time of the picture
 
 
 def file_name(name: str) -> str:
@@ -67,111 +89,358 @@ def show_case(case: Case, golden: GoldenResult | None) -> PlayedCase:
     expected = golden_view(golden, run) if golden is not None else None
     small = ""
     if len(run.recording.bricks) <= MOST_DRAWN:
-        panel = Panel(Frame(VIEWS["three-quarter"], trace.cost.simulated_time), "")
+        panel = Panel(Frame(VIEWS["three-quarter"], _telling(trace)), "")
         small = picture(run, [panel], width=SMALL)
-    return PlayedCase(tuple(run_json(view) for view in (run, expected) if view is not None), small)
+    views = tuple(run_json(view) for view in (run, expected) if view is not None)
+    return PlayedCase(views, small, f"at {seconds(_telling(trace))}")
 
 
-# The report of a check as one page: a table of all cases, failures first, each with its picture and its replay.
+def _telling(trace: Trace) -> float:
+    """Return the time of the picture [s]: during a collapse, or the end."""
+    end = trace.cost.simulated_time
+    return end if trace.collapse is None else min(end, trace.collapse.time + FALLING)
+
+
+def seconds(time: float) -> str:
+    """Format a time [s] for people."""
+    return f"{time:.1f} s" if time >= 1.0 else f"{time:.2f} s"
+
+
+# The report of a check as one page: the verdict, charts, and the cases by scenario, failures first and open.
 #
-# The table is plain HTML, readable without scripts; a small script filters it. Names and texts are escaped, and the
-# policy of the page allows only that script.
+# The page is plain HTML, readable without scripts; a small script filters and sorts it. Names and texts are escaped,
+# and the policy of the page allows only that script.
 
 
-COLUMNS: Final = ("", "case", "verdict", "expectations", "golden file", "speed, error")
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The origin of a report."""
+
+    project: str = ""
+    commit: str = ""
+    date: str = ""
+    command: str = ""
 
 
-def index_page(report: Report, shown: Mapping[str, ShownCase], unseen: Mapping[str, str]) -> str:
-    """Return the page. By name of a case, `shown` has its replay and `unseen` the reason why there is none."""
-    script, style = script_and_style()
-    policy = policy_of((script,), (style,))
-    ranked = sorted(report.results, key=lambda result: (result.conclusion == "passed", result.conclusion == UNCHECKED))
-    head = "".join(f"<th>{name}</th>" for name in COLUMNS)
-    rows = "\n".join(_row(result, shown.get(result.name), unseen.get(result.name, "")) for result in ranked)
-    lines = [
-        "<!DOCTYPE html>",
-        '<html lang="en"><head><meta charset="utf-8">',
-        f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f"<title>{escape(closing_line(report))}</title><style>{style}</style></head><body>",
-        f"<h1>{escape(closing_line(report))}</h1>",
-        *(f'<p class="failed">{escape(str(d.span))}: {escape(d.message)}</p>' for d in report.diagnostics),
-        charts(report.results),
-        '<p class="filter" hidden>',
-        '<input type="search" id="search" placeholder="filter cases by words" aria-label="filter">',
-        '<label><input type="checkbox" id="only"> only cases that did not pass</label></p>',
-        f'<table id="cases"><thead><tr>{head}</tr></thead><tbody>',
-        rows,
-        "</tbody></table>",
-        f"<script>{script}</script></body></html>",
+ICONS: Final = {
+    Status.FAILED: ("failed", "failed"),
+    Status.DIFFERS: ("differs", "differs"),
+    Status.EXPECTED_FAILURE: ("disagrees", "disagrees"),
+    Status.UNCHECKED: ("disagrees", "differs"),
+    Status.SKIPPED: ("skipped", "skipped"),
+    Status.PASSED: ("passed", "passed"),
+}  # icon and style class of each status
+OPEN: Final = (Status.FAILED, Status.DIFFERS)  # statuses that the page shows at first
+MOST_OPEN = 3  # rows whose details are open at first
+AROUND = 1  # lines of YAML shown above and below the claim
+MOST_NEAREST = 5  # cases listed as nearest to failing
+NEAR = 0.5  # share of the limit within which a margin is near
+MOST_DIFFERENCES = 30  # of one golden file
+
+
+@dataclass(frozen=True, slots=True)
+class ReportPage:
+    """The data of the page: the report, and by name of a case its replay or the reason why there is none."""
+
+    report: Report
+    shown: Mapping[str, ShownCase]
+    unseen: Mapping[str, str]
+    sources: Mapping[str, str] = field(default_factory=dict)  # texts of scenario files
+    origin: Origin = Origin()
+
+    def html(self) -> str:
+        """Return the page."""
+        script, style = script_and_style()
+        title = headline(self.report)
+        lines = [
+            "<!DOCTYPE html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            f'<meta http-equiv="Content-Security-Policy" content="{policy_of((script,), (style,))}">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{escape(title)} - StackDSL check</title><style>{style}</style></head><body>",
+            icon_sprite(),
+            self._top(),
+            "<main>",
+            self._hero(title),
+            *(self._mistake(found) for found in self.report.diagnostics),
+            charts(self.report.results),
+            self._cards(),
+            '<section id="cases"><h2>Cases</h2>',
+            self._tools(),
+            *(self._group(group) for group in outline(self.report)),
+            '<p class="none" hidden>No case matches. <button class="button" id="reset">Show all</button></p>',
+            "</section>",
+            self._notes(),
+            f"</main><script>{script}</script></body></html>",
+        ]
+        return harmless("\n".join(filter(None, lines)))
+
+    def _top(self) -> str:
+        command = self.origin.command
+        copied = f'<span class="command"><code>{escape(command)}</code>{_copy(command)}</span>' if command else ""
+        return f'<header class="top"><b>{escape(self.origin.project or "StackDSL")}</b> check report{copied}</header>'
+
+    def _hero(self, title: str) -> str:
+        report, counts = self.report, counts_of(self.report.results)
+        worst = next((status for status in Status if counts[status]), Status.SKIPPED)
+        if report.diagnostics or report.interrupted:
+            worst = Status.FAILED
+        elif worst in (Status.EXPECTED_FAILURE, Status.UNCHECKED) and counts[Status.PASSED]:
+            worst = Status.PASSED
+        name, style = ICONS[worst]
+        systems = ", ".join(dict.fromkeys(result.system for result in report.results))
+        remembered = sum(result.remembered for result in report.results)
+        facts = [
+            f"StackDSL {version_of('stackdsl')}",
+            self.origin.date,
+            f"took {seconds(report.wall_time)}",
+            f"{how_many(report.scenarios, 'scenario')} in {how_many(len({r.file for r in report.results}), 'file')}",
+            f"on {systems}" if systems else "",
+            f"{remembered} results remembered, not played again" if remembered else "",
+            f"commit {self.origin.commit}" if self.origin.commit else "",
+            f"{report.left} not run after a failure" if report.left else "",
+        ]
+        told = "".join(f"<li>{escape(fact)}</li>" for fact in facts if fact)
+        bar, at = "", 0
+        for status, count in counts.items():
+            bar += f'<rect class="{ICONS[status][1]}" x="{at}" width="{count}" height="1"/>' if count else ""
+            at += count
+        return (
+            f'<div class="hero"><h1 class="{style}">{icon(name).replace("icon", "icon large", 1)} {escape(title)}</h1>'
+            f'<ul class="facts">{told}</ul><svg class="bar" viewBox="0 0 {max(at, 1)} 1" preserveAspectRatio="none"'
+            f' aria-hidden="true">{bar}</svg></div>'
+        )
+
+    def _mistake(self, found: Diagnostic) -> str:
+        text = diagnostic_text(found)
+        return f'<pre class="mistake">{escape(text)}</pre>'
+
+    def _cards(self) -> str:
+        near = [each for each in nearest(self.report.results) if each.share is not None and each.share < NEAR]
+        rows = "".join(
+            f"<tr><td>{_name(each.result.name)}</td><td>{escape(each.text)}</td>"
+            f'<td class="number">{100.0 * (each.share or 0.0):.1f} % of its limit</td></tr>'
+            for each in near[:MOST_NEAREST]
+        )
+        slow = sorted((r for r in self.report.results if r.cost), key=lambda r: -(r.cost.wall_time if r.cost else 0.0))
+        slowest = "".join(
+            f'<tr><td>{_name(result.name)}</td><td class="number">{seconds(result.cost.wall_time)}</td></tr>'
+            for result in slow[:MOST_NEAREST]
+            if result.cost is not None
+        )
+        cards = {"Nearest to failing": rows, "Slowest": slowest}
+        told = "".join(
+            f'<div class="card"><h3>{title}</h3><table>{body}</table></div>' for title, body in cards.items() if body
+        )
+        return f'<section class="cards">{told}</section>' if told else ""
+
+    def _tools(self) -> str:
+        counts = counts_of(self.report.results)
+        chips = "".join(
+            f'<button class="button {ICONS[status][1]}" data-status="{status}"'
+            f' aria-pressed="{_said(self._shows(status))}">{icon(ICONS[status][0])}{count} {status}</button>'
+            for status, count in counts.items()
+            if count
+        )
+        systems = dict.fromkeys(result.system for result in self.report.results)
+        choices = "".join(f"<option>{escape(system)}</option>" for system in systems)
+        chosen = f'<label>System <select id="system"><option value="">all</option>{choices}</select></label>'
+        return (
+            f'<div class="tools" hidden><div class="chips">{chips}</div>'
+            f'<label class="find">{icon("search")}<input type="search" id="search" aria-label="Search"'
+            f' placeholder="Name, brick, file or word"></label>{chosen if len(systems) > 1 else ""}'
+            '<label>Order <select id="order"><option value="rank">worst first</option>'
+            '<option value="name">name</option><option value="time">slowest first</option></select></label></div>'
+        )
+
+    def _shows(self, status: Status) -> bool:
+        counts = counts_of(self.report.results)
+        return status in OPEN or not any(counts[each] for each in OPEN)
+
+    def _group(self, group: Group) -> str:
+        counts = "".join(
+            f'<span class="{ICONS[status][1]}">{icon(ICONS[status][0])}{group.count(status)} {status}</span>'
+            for status in Status
+            if group.count(status)
+        )
+        rows = "".join(self._row(row, number < MOST_OPEN) for number, row in enumerate(group.rows))
+        return (
+            f'<article class="group" data-name="{escape(group.scenario)}" data-time="{group.wall_time:.6f}">'
+            f"<header><h3>{_name(group.scenario)}</h3><code>{_name(group.file)}</code>"
+            f'<span class="counts">{counts}<span class="number">{seconds(group.wall_time)}</span></span></header>'
+            f"{rows}</article>"
+        )
+
+    def _row(self, row: Row, early: bool) -> str:
+        result, (name, style) = row.first, ICONS[row.status]
+        values = "".join(f'<span class="tag">{escape(key)}={escape(text)}</span>' for key, text in result.parameters)
+        systems = "".join(f'<span class="tag system">{escape(each.system)}</span>' for each in row.results)
+        word = result.conclusion if row.status is Status.FAILED else str(row.status)
+        count = f"{len(row.results)} {word}" if len(row.results) > 1 else word
+        words = " ".join(each.name for each in row.results)
+        opened = " open" if early and row.status in OPEN else ""
+        return (
+            f'<details class="row" data-status="{row.status}" data-words="{escape(f"{words} {result.file}")}"'
+            f' data-systems="{escape(" ".join(each.system for each in row.results))}"{opened}>'
+            f'<summary><span class="status {style}">{icon(name)}{escape(count)}</span>'
+            f"<span>{values}{systems}</span><span>{escape(result_text(result))}</span>"
+            f'<span class="margin">{escape(self._margin(row))}</span>'
+            f'<span class="number">{seconds(row.wall_time)}</span></summary>{self._details(row)}</details>'
+        )
+
+    def _margin(self, row: Row) -> str:
+        failed = next((outcome for outcome in row.first.outcomes if not outcome.passed), None)
+        if failed is not None:
+            return f"{failed.name}: {failed.expected}"
+        near = nearest(row.results)
+        return near[0].text if near else ""
+
+    def _details(self, row: Row) -> str:
+        result, shown = row.first, self.shown.get(row.first.name)
+        lines = [(label, escape(text)) for label, text in failure_lines(result)]
+        if not lines:
+            lines = [
+                ("expected", escape(f"{outcome.name}: {outcome.expected}") + f"<br>measured {escape(outcome.measured)}")
+                for outcome in result.outcomes
+            ]
+        told = "".join(f"<dt>{label.capitalize()}</dt><dd>{text}</dd>" for label, text in lines)
+        told = f"<dl>{told}</dl>" if told else ""
+        picture = (
+            f"<figure>{shown.picture}<figcaption>{escape(shown.about)}</figcaption></figure>"
+            if shown and shown.picture
+            else ""
+        )
+        return (
+            f'<div class="details {ICONS[row.status][1]}">{picture}<div>{told}{self._excerpt(row)}'
+            f"{_differences(result)}{self._see(row)}{_facts(row)}</div></div>"
+        )
+
+    def _excerpt(self, row: Row) -> str:
+        """Return the lines of the YAML around the first failed claim."""
+        failed = next((outcome for outcome in row.first.outcomes if not outcome.passed), None)
+        if failed is None or failed.span.file not in self.sources:
+            return ""
+        lines, number = self.sources[failed.span.file].splitlines(), failed.span.line
+        shown = "".join(
+            f"<div{' class=meant' if each == number else ''}><i>{each}</i>{escape(lines[each - 1])}</div>"
+            for each in range(max(1, number - AROUND), min(len(lines), number + AROUND) + 1)
+        )
+        return f'<div class="source"><b>{escape(str(failed.span))}</b>{shown}</div>'
+
+    def _see(self, row: Row) -> str:
+        links = [
+            f'<a class="button primary" href="{escape(self.shown[each.name].replay)}">{icon("play")}'
+            f"Replay{f' on {escape(each.system)}' if len(row.results) > 1 else ''}</a>"
+            for each in row.results
+            if each.name in self.shown
+        ]
+        links += [
+            f"<span>no replay: {escape(self.unseen[each.name])}</span>"
+            for each in row.results
+            if each.name in self.unseen
+        ]
+        command = shlex.join(["stackdsl", "run", row.first.file, "-k", row.first.name, "--html", "run.html"])
+        return f'<p class="see">{"".join(links)}<code>{escape(command)}</code>{_copy(command)}</p>'
+
+    def _notes(self) -> str:
+        notes = [
+            ("disagree with the reference", [r for r in self.report.results if r.truth_agrees is False]),
+            ("have a warning on the engine", [r for r in self.report.results if _engine_warning(r)]),
+            ("ended early, as every claim was decided", [r for r in self.report.results if r.early_end is not None]),
+            ("have a warning on their files", [r for r in self.report.results if r.warnings]),
+        ]
+        cards = "".join(
+            f'<details class="card"><summary>{icon("disagrees")}{how_many(len(found), "case")} {text}</summary><ul>'
+            + "".join(f"<li>{_name(each.name)}{escape(_note(each))}</li>" for each in found)
+            + "</ul></details>"
+            for text, found in notes
+            if found
+        )
+        return f'<section class="notes"><h2>Notes that fail nothing</h2>{cards}</section>' if cards else ""
+
+
+def _engine_warning(result: VariantResult) -> str:
+    if result.numerical:
+        return f"a numerical collapse: {result.numerical}"
+    if result.energy_gained:
+        return energy_fault(result.energy_gained)
+    if result.wrong_edges is not None:
+        return wrong_edges_text(result.wrong_edges, result.collapse)
+    return wrong_friction_text(result.wrong_friction) if result.wrong_friction is not None else ""
+
+
+def _note(result: VariantResult) -> str:
+    texts = [
+        f"{outcome.name}: {outcome.expected}, measured {outcome.measured}"
+        for outcome in result.truths
+        if not outcome.passed
     ]
-    return harmless("\n".join(lines))
+    texts += [_engine_warning(result), *map(str, result.warnings)]
+    texts += [ending_text(result.early_end)] if result.early_end is not None else []
+    told = "; ".join(filter(None, texts))
+    return f": {told}" if told else ""
 
 
-def _row(result: VariantResult, shown: ShownCase | None, unseen: str) -> str:
-    passed = result.conclusion == "passed"
-    name = escape(result.name)
-    if shown is not None:
-        name = f'<a href="{escape(shown.replay)}">{name}</a>'
-    about = "" if shown is not None else f"<br>no replay: {escape(unseen)}" if unseen else ""
-    cells = (
-        shown.picture if shown is not None else "",
-        f"{name}<br>{escape(result.file)}{about}",
-        f'<span class="{_style(result)}">{escape(result.conclusion)}</span><br>{_verdict(result)}',
-        _outcomes(result),
-        _golden(result),
-        "<br>".join(map(escape, _measures(result))),
-    )
-    return f'<tr data-passed="{"yes" if passed else "no"}">' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+def _said(true: bool) -> str:
+    return "true" if true else "false"
 
 
-def _style(result: VariantResult) -> str:
-    if result.conclusion == UNCHECKED and not result.must_claim:
-        return UNCHECKED
-    return "passed" if result.conclusion == "passed" else "failed"
+def _name(text: str) -> str:
+    """Return a name that may wrap after its separators and nowhere within a word."""
+    return re.sub(r"([\[,/])", r"\1<wbr>", escape(text))
 
 
-def _verdict(result: VariantResult) -> str:
-    fell = f"{result.verdict} at level {result.collapse.level}" if result.collapse is not None else result.verdict
-    return escape("; ".join(filter(None, [fell, result.message, *(f"warning: {odd}" for odd in result.warnings)])))
+def _copy(text: str) -> str:
+    return f'<button class="button copy" hidden data-copy="{escape(text)}" title="copy">{icon("copy", "copy")}</button>'
 
 
-def _outcomes(result: VariantResult) -> str:
-    if not result.outcomes:
-        return escape(unchecked_text(result)) if result.unchecked else ""
-    items = "".join(f"<li>{_outcome(outcome)}</li>" for outcome in result.outcomes)
-    count = f"{result.met} of {len(result.outcomes)} met"
-    return f"<details{' open' if not result.passed else ''}><summary>{count}</summary><ul>{items}</ul></details>"
-
-
-def _outcome(outcome: ClaimOutcome) -> str:
-    text = f"{outcome.span}: {outcome_text(outcome)}"
-    return escape(text) if outcome.passed else f'<span class="failed">{escape(text)}</span>'
-
-
-def _golden(result: VariantResult) -> str:
-    golden = result.golden
-    if golden is None:
+def _differences(result: VariantResult) -> str:
+    """Return the differences from a golden file as a table that names each brick once."""
+    if result.golden is None or not result.golden.differences:
         return ""
-    listed = "".join(
-        f"<li>{escape(f'{d.subject} {d.quantity}: expected {d.expected}, got {d.got}')}</li>"
-        for d in golden.differences
-    )
-    return escape(golden.status.value) + (f"<ul>{listed}</ul>" if listed else "")
+    listed = result.golden.differences[:MOST_DIFFERENCES]
+    rows, before = "", None
+    for each in listed:
+        subject = "" if each.subject == before else _name(each.subject)
+        before = each.subject
+        cells = (subject, *map(escape, (each.quantity, each.expected, each.got, each.tolerance)))
+        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    head = "".join(f"<th>{name}</th>" for name in ("brick", "quantity", "golden file", "now", "tolerance"))
+    more = len(result.golden.differences) - len(listed)
+    rest = f"<p>and {how_many(more, 'more difference')}</p>" if more > 0 else ""
+    return f'<table class="differences"><tr>{head}</tr>{rows}</table>{rest}<p><code>stackdsl golden review</code></p>'
 
 
-def _measures(result: VariantResult) -> Iterator[str]:
-    if result.cost is not None:
-        yield f"{significant(result.cost.wall_time)} s for {significant(result.cost.simulated_time)} s"
-    if result.verdict:
-        yield f"drift {significant(1000.0 * result.drift)} mm"
-    if result.truths:
-        yield "agrees with the reference" if result.truth_agrees else "disagrees with the reference"
+def _facts(row: Row) -> str:
+    result, facts = row.first, list[str]()
+    if result.cost is not None and result.is_one_run:
+        facts.append(f"played {seconds(result.cost.simulated_time)}")
+        facts.append(
+            f"{result.cost.steps} steps of {result.engine or 'no engine'}" if result.cost.steps else "no engine needed"
+        )
+    if result.early_end is not None:
+        facts.append(ending_text(result.early_end))
+    if result.golden is not None:
+        facts.append(f"golden file: {result.golden.status.value}")
+    if result.xfail is not None:
+        facts.append(f"xfail: {result.xfail}")
+    return f'<ul class="facts">{"".join(f"<li>{escape(fact)}</li>" for fact in facts)}</ul>' if facts else ""
+
+
+def index_page(
+    report: Report,
+    shown: Mapping[str, ShownCase],
+    unseen: Mapping[str, str],
+    sources: Mapping[str, str] | None = None,
+    origin: Origin = Origin(),
+) -> str:
+    """Return the page. By name of a case, `shown` has its replay and `unseen` the reason why there is none."""
+    return ReportPage(report, shown, unseen, sources or {}, origin).html()
 
 
 def script_and_style() -> tuple[str, str]:
     """Return the script and the style of the page."""
-    return _packaged("report.js"), _packaged("report.css")
+    return _packaged("report.js"), shared_style() + _packaged("report.css")
 
 
 def _packaged(name: str) -> str:
@@ -184,12 +453,13 @@ def _packaged(name: str) -> str:
 REPLAYS: Final = "replays"
 
 
-def write_folder(
+def write_folder(  # noqa: PLR0913, PLR0917 -- what the page says, and how it is made
     report: Report,
     cases: Sequence[Case],
     folder: Path,
     terms: CheckConfig,
     on_done: Callable[[Case], None] = lambda case: None,
+    origin: Origin = Origin(),
 ) -> Path:
     """Write the replays of all cases and their index; return the path of the index. Raises OSError.
 
@@ -207,8 +477,20 @@ def write_folder(
 
     run_supervised(tasks, terms.workers, done, terms.on_wait)
     index = folder / "index.html"
-    write_user_file(index, index_page(report, pages.shown, pages.unseen).encode(), folder)
+    page = index_page(report, pages.shown, pages.unseen, _sources(report), origin)
+    write_user_file(index, page.encode(), folder)
     return index
+
+
+def _sources(report: Report) -> Mapping[str, str]:
+    """Return the texts of the files with failed claims; a file that cannot be read has none."""
+    texts = {}
+    for file in {each.span.file for result in report.results for each in result.outcomes if not each.passed}:
+        try:
+            texts[file] = Path(file).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            continue
+    return texts
 
 
 @dataclass
@@ -233,7 +515,9 @@ class _Pages:
         file = f"{REPLAYS}/{file_name(page)}"
         if isinstance(result.value, PlayedCase):
             self._json[number] = result.value.json
-            self.shown[case.name] = ShownCase(f"{quote(file)}#{quote(case.name)}", result.value.picture)
+            self.shown[case.name] = ShownCase(
+                f"{quote(file)}#{quote(case.name)}", result.value.picture, result.value.about
+            )
         else:
             self._json[number] = ()
             self.unseen[case.name] = result.message or result.status.value

@@ -10,8 +10,10 @@ from urllib.parse import unquote
 import pytest
 
 from stackdsl.diagnostics import Span
-from stackdsl.results import ClaimOutcome, Report, RunStatus, VariantResult
+from stackdsl.results import ClaimOutcome, FailureCause, Report, RunStatus, VariantResult
+from stackdsl.trace import Measure
 from stackdsl.viewing.check_report.charts import ChartAxis, charts
+from stackdsl.viewing.check_report.commit import commit_of
 from stackdsl.viewing.check_report.page import ShownCase, file_name, index_page
 from tests.command_line import GOOD, Stackdsl
 
@@ -41,20 +43,67 @@ class Elements(HTMLParser):
         self.links += [value for key, value in attrs if key in ("href", "src") and value]
 
 
+def links_of(page: Path) -> list[str]:
+    """The links to other files."""
+    return [link for link in Elements(page.read_text(encoding="utf-8")).links if not link.startswith("#")]
+
+
 def test_failures_come_first_in_the_report_page() -> None:
     page = index_page(Report((result("good"), result("bad", -1.0))), {}, {})
-    assert page.index("bad[exact]") < page.index("good[exact]")
-    assert '<tr data-passed="no">' in page
-    assert "0 of 1 met" in page
-    assert "a.yaml:7:5: stands: expected for 2 s, measured it did" in page
+    assert "1 of 2 cases failed" in page
+    assert page.index('data-name="bad"') < page.index('data-name="good"')
+    assert re.findall(r'<details class="row" data-status="(\w+)"', page) == ["failed", "passed"]
+    assert "<dt>Expected</dt><dd>stands: for 2 s</dd><dt>Measured</dt><dd>it did</dd>" in page
+
+
+def test_a_failure_shows_its_cause_and_the_line_of_its_claim() -> None:
+    why = FailureCause("L2.1 tips over L1.1", before="L2.1 set down at 1 s", first="L2.1 left its place at 1.2 s")
+    bad = replace(result("bad", -1.0), why=why)
+    page = index_page(Report((bad,)), {}, {}, {"a.yaml": "\n".join(f"line {n}" for n in range(1, 10))})
+    told = re.findall(r"<dt>(\w+)</dt><dd>([^<]*)</dd>", page)
+    assert [label for label, _ in told] == ["Expected", "Measured", "Why", "After", "First"]
+    assert dict(told)["Why"] == "L2.1 tips over L1.1"
+    assert "<div class=meant><i>7</i>line 7</div>" in page
+
+
+def test_systems_that_agree_share_a_row_and_others_have_their_own() -> None:
+    exact, other = result("tower"), replace(result("tower"), system="tuned", variant="tuned")
+    assert index_page(Report((exact, other)), {}, {}).count('<details class="row"') == 1
+    fell = replace(other, outcomes=(replace(other.outcomes[0], passed=False),))
+    assert index_page(Report((exact, fell)), {}, {}).count('<details class="row"') == 2
+
+
+def test_a_green_report_names_the_case_that_is_nearest_to_failing() -> None:
+    far, near = (
+        replace(r, outcomes=(replace(r.outcomes[0], margin=10.0 - v, numbers=(Measure(v, None, 10.0, "mm"),)),))
+        for r, v in ((result("far"), 6.0), (result("near"), 9.9))
+    )
+    page = index_page(Report((far, near)), {}, {})
+    assert "All 2 cases passed" in page
+    assert page.index("<td>near[<wbr>exact]</td>") < page.index("<td>far[<wbr>exact]</td>")
+    assert "1.0 % of its limit" in page
+
+
+def test_the_commit_of_a_checkout_is_read_without_git(tmp_path: Path) -> None:
+    git = tmp_path / ".git"
+    (git / "refs" / "heads").mkdir(parents=True)
+    (git / "HEAD").write_text("ref: refs/heads/main\n")
+    assert commit_of(tmp_path) == ""
+    (git / "refs" / "heads" / "main").write_text("0123456789" * 4 + "\n")
+    assert commit_of(tmp_path / "scenarios") == "main 0123456789"
+    (git / "HEAD").write_text("ref: refs/heads/../../../secret\n")
+    (tmp_path.parent / "secret").write_text("f" * 40)
+    assert commit_of(tmp_path) == ""
 
 
 def test_each_case_links_to_its_replay_and_shows_its_picture() -> None:
-    shown = {"good[exact]": ShownCase("replays/a%3Db.html#good%5Bexact%5D", "<svg></svg>")}
-    elements = Elements(index_page(Report((result("good"), result("other"))), shown, {"other[exact]": "timed out"}))
-    assert elements.links == ["replays/a%3Db.html#good%5Bexact%5D"]
-    assert elements.names.count("svg") == 1
-    assert elements.names.count("tr") == 3  # the head, and a row each
+    shown = {"good[exact]": ShownCase("replays/a%3Db.html#good%5Bexact%5D", '<svg class="small"></svg>')}
+    page = index_page(Report((result("good"), result("other"))), shown, {"other[exact]": "timed out"})
+    assert page.count('<svg class="small">') == 1
+    assert "no replay: timed out" in page
+    elements = Elements(page)
+    assert [link for link in elements.links if not link.startswith("#")] == ["replays/a%3Db.html#good%5Bexact%5D"]
+    assert elements.names.count("details") == 2  # a row each
 
 
 def test_names_and_texts_are_never_markup() -> None:
@@ -95,7 +144,7 @@ def test_check_writes_an_index_whose_links_lead_to_replays(
     (tmp_path / "good.yaml").write_text(GOOD, encoding="utf-8")
     done = stackdsl("check", "good.yaml", "--html", "report", "--jobs", "1", *extra)
     assert "wrote report/index.html" in done.err, done.text
-    (link,) = Elements((tmp_path / "report" / "index.html").read_text(encoding="utf-8")).links
+    (link,) = links_of(tmp_path / "report" / "index.html")
     file, _, run = unquote(link).partition("#")
     assert run == "good[exact]"
     assert run in (tmp_path / "report" / file).read_text(encoding="utf-8")
@@ -107,7 +156,7 @@ def test_all_systems_that_play_the_same_share_a_page_with_their_golden_files(
     (tmp_path / "good.yaml").write_text(GOOD.replace("expect:", "systems: [exact, thesis]\nexpect:"), encoding="utf-8")
     done = stackdsl("check", "good.yaml", "--html", "report", "--jobs", "1")
     assert "wrote report/index.html" in done.err, done.text
-    links = Elements((tmp_path / "report" / "index.html").read_text(encoding="utf-8")).links
+    links = links_of(tmp_path / "report" / "index.html")
     pages = {unquote(link).partition("#")[0] for link in links}
     assert (len(links), len(pages)) == (2, 1)
     page = (tmp_path / "report" / pages.pop()).read_text(encoding="utf-8")
@@ -117,7 +166,7 @@ def test_all_systems_that_play_the_same_share_a_page_with_their_golden_files(
 
 def test_charts_stand_above_all_rows() -> None:
     page = index_page(Report(tuple(result("tower", 3.0, step=f"{step} mm") for step in range(4))), {}, {})
-    assert page.index('<details class="studies" open>') < page.index("<table")
+    assert page.index('<section class="charts">') < page.index('<section id="cases">')
 
 
 def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_whether_it_passed() -> None:
@@ -125,8 +174,11 @@ def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_wheth
     bricks = replace(runs[3], outcomes=(replace(runs[3].outcomes[0], margin=-75.0, unit="bricks", passed=False),))
     line = charts([*runs[:3], bricks])
     assert line.count("<circle") == 3
-    assert line.count('class="cross"') == 1
-    assert "crosses: cases without a value in mm (1)" in line
+    (mark,) = re.findall(r'class="mark" d="M[\d.]+ ([\d.]+)', line)
+    assert float(mark) == 210.0  # at the bottom, as it failed
+    assert "without a value in mm: 1" in line
+    good = charts([*runs[:3], replace(bricks, outcomes=(replace(bricks.outcomes[0], passed=True),))])
+    assert re.findall(r'class="mark" d="M[\d.]+ ([\d.]+)', good) == ["22.0"]  # at the top, as it passed
     crossed = [result("tower", 5.0, a=f"{a} mm", b=f"{b} mm") for a in range(2) for b in range(2)]
     cells = charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)])
     assert re.findall(r'class="(above|below)4"[^>]*>([^<]*)<', cells) == [("above", "5")] * 3 + [("below", "fails")]

@@ -1,4 +1,4 @@
-"""The report of a check in a real browser: a table without any script, and one that can be filtered with it."""
+"""The report of a check in a real browser: all cases without any script, and with it a choice of them."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,23 +34,43 @@ def shown(browser: "Chrome", place: str) -> list[bool]:
     return [element.is_displayed() for element in browser.find_elements("css selector", place)]
 
 
-def test_without_a_script_there_is_the_table_and_nothing_that_does_nothing(browser: "Chrome", index: str) -> None:
+ROWS = ".row > summary"
+CUT_OFF = """
+return [...document.querySelectorAll('h1, h3, dd, summary span')].filter(e =>
+  e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline').length;
+"""
+
+
+def test_without_a_script_all_cases_are_shown_and_nothing_that_does_nothing(browser: "Chrome", index: str) -> None:
     browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
     try:
         browser.get(index)
-        assert shown(browser, "#cases tbody tr") == [True, True]
-        assert shown(browser, ".filter") == [False]
+        assert shown(browser, ROWS) == [True, True]
+        assert shown(browser, ".tools") == [False]
     finally:
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
 
 
-def test_with_it_words_and_failures_can_be_looked_for(browser: "Chrome", index: str) -> None:
+def test_failures_are_shown_first_and_the_rest_by_a_button_or_a_word(browser: "Chrome", index: str) -> None:
     browser.get(index)
-    assert shown(browser, ".filter") == [True]
+    assert shown(browser, ROWS) == [True, False]  # the wall, which failed, and the tower
+    browser.find_element("css selector", "[data-status=passed]").click()
+    assert shown(browser, ROWS) == [True, True]
     browser.find_element("id", "search").send_keys("TOWER")
-    assert shown(browser, "#cases tbody tr") == [False, True]  # what failed comes first
-    browser.find_element("id", "only").click()
-    assert shown(browser, "#cases tbody tr") == [False, False]
-    browser.find_element("id", "search").send_keys("\ue003" * len("TOWER"))  # the key that takes a letter back
-    assert shown(browser, "#cases tbody tr") == [True, False]
+    assert shown(browser, ROWS) == [False, True]
+    browser.find_element("id", "search").send_keys("s of nothing")
+    assert shown(browser, ROWS) == [False, False]
+    browser.find_element("id", "reset").click()
+    assert shown(browser, ROWS) == [True, True]
     assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+
+
+@pytest.mark.parametrize("width", [1280, 420])
+def test_nothing_is_cut_off_or_asked_for_elsewhere(browser: "Chrome", index: str, width: int) -> None:
+    browser.set_window_size(width, 900)
+    browser.get(index)
+    browser.find_element("css selector", "[data-status=passed]").click()
+    wide = "const d = document.documentElement; return d.scrollWidth - d.clientWidth"
+    assert browser.execute_script(wide) == 0
+    assert browser.execute_script(CUT_OFF) == 0
+    assert browser.execute_script("return performance.getEntriesByType('resource').length") == 0

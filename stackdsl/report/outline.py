@@ -1,0 +1,208 @@
+"""The outline of a report: cases by scenario, systems that agree merged, and the lines of a failure."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import isfinite
+
+from stackdsl.report.text import cause_text, significant, unchecked_text
+from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
+from stackdsl.wording import how_many, level_text
+
+
+class Status(StrEnum):
+    """The status of a case; in this order, reports show them."""
+
+    FAILED = "failed"
+    DIFFERS = "golden differs"
+    EXPECTED_FAILURE = "expected failure"
+    UNCHECKED = "unchecked"
+    SKIPPED = "skipped"
+    PASSED = "passed"
+
+
+def status_of(result: VariantResult) -> Status:
+    """Return the status of a case."""
+    if result.status is RunStatus.SKIPPED:
+        return Status.SKIPPED
+    if result.status is not RunStatus.DONE or result.unexpected:
+        return Status.FAILED
+    if result.golden_failed:
+        return Status.DIFFERS
+    if not result.passed:
+        return Status.EXPECTED_FAILURE
+    return Status.UNCHECKED if result.conclusion == UNCHECKED else Status.PASSED
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """Cases that differ only in their system, and agree."""
+
+    status: Status
+    results: tuple[VariantResult, ...]  # at least one
+
+    @property
+    def first(self) -> VariantResult:
+        """Return the case that stands for all."""
+        return self.results[0]
+
+    @property
+    def wall_time(self) -> float:
+        """Return the wall time of all [s]."""
+        return sum(result.cost.wall_time for result in self.results if result.cost is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """The cases of one scenario, the worst first."""
+
+    file: str
+    scenario: str
+    rows: tuple[Row, ...]
+
+    @property
+    def status(self) -> Status:
+        """Return the worst status."""
+        return self.rows[0].status
+
+    @property
+    def wall_time(self) -> float:
+        """Return the wall time of all cases [s]."""
+        return sum(row.wall_time for row in self.rows)
+
+    def count(self, status: Status) -> int:
+        """Return the number of cases of a status."""
+        return sum(len(row.results) for row in self.rows if row.status is status)
+
+
+def outline(report: Report) -> tuple[Group, ...]:
+    """Return the cases by scenario; groups and rows with the worst status come first."""
+    order = list(Status)
+    scenarios: defaultdict[tuple[str, str], list[VariantResult]] = defaultdict(list)
+    for result in report.results:
+        scenarios[result.file, result.scenario].append(result)
+    groups = [
+        Group(file, scenario, tuple(sorted(_rows(results), key=lambda row: order.index(row.status))))
+        for (file, scenario), results in scenarios.items()
+    ]
+    return tuple(sorted(groups, key=lambda group: order.index(group.status)))
+
+
+def _rows(results: Iterable[VariantResult]) -> Iterator[Row]:
+    """Yield rows; systems agree if status, result and failed claims are the same."""
+    alike: defaultdict[tuple[object, ...], list[VariantResult]] = defaultdict(list)
+    for result in results:
+        failed = tuple((outcome.name, outcome.measured) for outcome in result.outcomes if not outcome.passed)
+        alike[result.case, status_of(result), result_text(result), failed, result.message].append(result)
+    for key, agreeing in alike.items():
+        yield Row(Status(str(key[1])), tuple(agreeing))
+
+
+def result_text(result: VariantResult) -> str:
+    """Return what happened, on one line."""
+    if result.status is not RunStatus.DONE:
+        return ": ".join(filter(None, [result.status.value, result.message or _mistake(result)]))
+    if result.ensemble is not None:
+        return result.ensemble.summary
+    if result.collapse is not None:
+        where = f"collapses at {level_text(result.collapse.level, result.collapse.step)}"
+        cause = cause_text(result.why) if result.why is not None else ""
+        return f"{where}: {cause}" if cause else f"{where}, first {result.collapse.brick}"
+    return unchecked_text(result) if result.unchecked and result.fell else result.verdict
+
+
+def _mistake(result: VariantResult) -> str:
+    return f"{result.mistake.code} {result.mistake.message}" if result.mistake is not None else ""
+
+
+def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
+    """Yield the lines of a failure: expected, measured, why, after, first to move."""
+    failed = [outcome for outcome in result.outcomes if not outcome.passed]
+    if failed:
+        yield "expected", "; ".join(f"{outcome.name}: {outcome.expected}" for outcome in failed)
+        yield "measured", "; ".join(dict.fromkeys(outcome.measured for outcome in failed))
+    elif result.status is not RunStatus.DONE:
+        yield "measured", result_text(result)
+    elif result.unchecked:
+        yield "expected", "at least one expectation under `expect`"
+        yield "measured", unchecked_text(result)
+    elif result.unexpected:
+        yield "expected", f"a failure, as `xfail` says: {result.xfail}"
+        yield "measured", "all expectations are met"
+    if result.numerical:
+        yield "why", f"a numerical collapse: {result.numerical}"
+    elif result.why is not None and (cause := cause_text(result.why)):
+        yield "why", cause
+    if result.why is not None and result.why.before:
+        yield "after", result.why.before
+    if result.why is not None and result.why.first:
+        yield "first", result.why.first
+
+
+@dataclass(frozen=True, slots=True)
+class Nearest:
+    """The claim that is nearest to failing."""
+
+    result: VariantResult
+    outcome: ClaimOutcome
+    share: float | None  # margin as a share of the limit; None for a claim without a number and limit
+
+    @property
+    def text(self) -> str:
+        """Return the margin in the unit of its claim: `drift 3.9 mm left`."""
+        return f"{self.outcome.name} {significant(self.outcome.margin)} {self.outcome.unit}".rstrip() + " left"
+
+
+def nearest(results: Iterable[VariantResult]) -> list[Nearest]:
+    """Return for each passed case the claim that is nearest to failing, the nearest first.
+
+    Claims of different units are compared by their margin as a share of the limit. Claims without a limit, such as
+    `stands`, come last, as their margins cannot be compared.
+    """
+    found = [near for result in results if status_of(result) is Status.PASSED for near in _nearest(result)]
+    return sorted(found, key=lambda near: (near.share is None, near.share or 0.0))
+
+
+def _nearest(result: VariantResult) -> list[Nearest]:
+    measured = [Nearest(result, outcome, _share(outcome)) for outcome in result.outcomes if outcome.margin > 0.0]
+    finite = [near for near in measured if isfinite(near.outcome.margin)]
+    return [min(finite, key=lambda near: (near.share is None, near.share or 0.0))] if finite else []
+
+
+def _share(outcome: ClaimOutcome) -> float | None:
+    """Return the margin of a claim as a share of its limit, or of half the width between two limits."""
+    widths = []
+    for number in outcome.numbers:
+        limits = [limit for limit in (number.least, number.most) if limit is not None]
+        width = (max(limits) - min(limits)) / 2.0 if len(limits) > 1 else max(map(abs, limits), default=0.0)
+        margin = min((abs(number.value - limit) for limit in limits), default=0.0)
+        widths += [margin / width] if width > 0.0 else []
+    return min(widths, default=None)
+
+
+def headline(report: Report) -> str:
+    """Return the verdict of a report in a few words."""
+    counts = counts_of(report.results)
+    total = len(report.results) - counts[Status.SKIPPED]
+    if report.diagnostics:
+        return f"{how_many(len(report.diagnostics), 'mistake')} in the files"
+    if report.interrupted:
+        return f"Interrupted after {how_many(len(report.results), 'case')}"
+    if counts[Status.FAILED]:
+        return f"{counts[Status.FAILED]} of {how_many(total, 'case')} failed"
+    if counts[Status.DIFFERS]:
+        return f"{how_many(counts[Status.DIFFERS], 'golden file')} differ{'s' * (counts[Status.DIFFERS] == 1)}"
+    if not total:
+        return "No case was played"
+    others = [f"{counts[status]} {status}" for status in (Status.EXPECTED_FAILURE, Status.UNCHECKED) if counts[status]]
+    passed = (
+        f"All {total} cases passed" if total > 1 and not others else f"{how_many(counts[Status.PASSED], 'case')} passed"
+    )
+    return ", ".join([passed, *others])
+
+
+def counts_of(results: Sequence[VariantResult]) -> dict[Status, int]:
+    """Return the number of cases of each status."""
+    statuses = [status_of(result) for result in results]
+    return {status: statuses.count(status) for status in Status}
