@@ -232,6 +232,8 @@ function answered(shown: Run[], marks: Map<string, string[]> | undefined, heard:
   return { ...answer, status, headline, name, about: "", lead, helps: [], claims: [...answer.claims, ...other.claims], truths: [...answer.truths, ...other.truths] };
 }
 
+const COUNTING = 250; // [ms]
+const MOST_TIMES = 200; // at which two runs are compared at first
 const told = new WeakMap<Run, [Run, string]>();
 
 // The bricks that are the first to be in different places, and after what.
@@ -240,7 +242,10 @@ function firstToDiffer(one: Run, other: Run): string {
   if (known?.[0] === other) return known[1];
   const events = [...one.told.events.map((event) => ({ event, run: one })), ...other.told.events.map((event) => ({ event, run: other }))];
   const times = [...new Set(events.map(({ event }) => event.time)), Math.min(one.told.end, other.told.end)].sort((a, b) => a - b);
-  const at = times.find((time) => one.differing(other, time + 1e-4).length);
+  const differ = (time: number): boolean => one.differing(other, time + 1e-4).length > 0;
+  const stride = Math.ceil(times.length / MOST_TIMES);
+  const near = times.findIndex((time, place) => place % stride === stride - 1 && differ(time));
+  const at = near < 0 ? times.slice(-stride).find(differ) : times.slice(Math.max(0, near - stride + 1), near + 1).find(differ);
   const before = at === undefined ? undefined : events.filter(({ event }) => event.time < at && event.kind !== "frozen").sort((a, b) => a.event.time - b.event.time).pop();
   const text = at === undefined ? "no brick" : `${names(one, one.differing(other, at + 1e-4), at)}, by ${seconds(at)}${before ? `; before that, ${eventText(before.run, before.event)} at ${seconds(before.event.time)}` : ""}`;
   told.set(one, [other, text]);
@@ -258,10 +263,12 @@ function newsOf(run: Run, time: number): string {
 // What occurs now, with counts: under the picture, where it covers nothing.
 function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, string[]> | undefined): void {
   const { stages } = player.viewer;
-  const counted = stages.map((stage) => stage.colours.legend(player.seen, player.time));
-  const key = [player.time, player.seen, player.shown, player.runs.length, marks?.size, player.heard].join();
+  // While it plays, bricks are counted a few times a second: to count thousands takes time from drawing them.
+  const when = player.playing ? `playing ${Math.floor(performance.now() / COUNTING)}` : player.time;
+  const key = [when, player.seen, player.shown, player.runs.length, marks?.size, player.heard].join();
   renew(legend, key, () => {
-    const lines = counted.map((entries, place) => {
+    const lines = stages.map((stage, place) => {
+      const entries = stage.colours.legend(player.seen, player.time);
       const name = stages.length > 1 ? [part("b", { text: shortNames(stages.map((stage) => stage.run))[place] })] : [part("b", { class: "label", text: `${player.seen}, at ${seconds(player.time)}` })];
       return part("div", {}, ...name, ...entries.map(({ text, colour, count, hollow }) => part("span", { class: "entry" }, swatch(`#${colour.getHexString()}`, hollow), text, ...(count === undefined ? [] : [part("b", { class: "number", text: String(count) })]))));
     });

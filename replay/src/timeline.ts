@@ -14,6 +14,8 @@ const TICK = 76; // [px] between two times of the axis, at least
 // Marks that are shown as one.
 interface Group {
   marks: Mark[];
+  alike: boolean; // whether all say the same
+  kind: string; // of all; empty if they differ
   left: number; // [px]
   right: number;
   text: string;
@@ -84,26 +86,32 @@ export class Timeline {
 
   // Marks from the left on; where two would touch they are joined, and the joined one may touch the one before.
   private grouped(marks: Mark[], width: number): Group[] {
-    const timed = marks.map((mark) => this.group([mark], width, true));
-    const apart = timed.every((group, place) => !place || timed[place - 1].right + GAP <= group.left);
-    if (apart) return timed;
+    const roomy = marks.length * ICON < width;
+    const timed = roomy ? marks.map((mark) => this.group([mark], true, mark.kind, width, true)) : [];
+    if (roomy && timed.every((group, place) => !place || timed[place - 1].right + GAP <= group.left)) return timed;
     const found: Group[] = [];
     for (const mark of marks) {
-      let next = this.group([mark], width, false);
-      while (found.length && found[found.length - 1].right + GAP > next.left) next = this.group([...found.pop()!.marks, ...next.marks], width, false);
+      let next = this.group([mark], true, mark.kind, width, false);
+      while (found.length && found[found.length - 1].right + GAP > next.left) {
+        const before = found.pop()!;
+        const alike = before.alike && next.alike && before.marks[0].text === next.marks[0].text;
+        const kind = before.kind === next.kind ? before.kind : "";
+        for (const one of next.marks) before.marks.push(one);
+        next = this.group(before.marks, alike, kind, width, false);
+      }
       found.push(next);
     }
     return found;
   }
 
-  private group(marks: Mark[], width: number, timed: boolean): Group {
+  private group(marks: Mark[], alike: boolean, kind: string, width: number, timed: boolean): Group {
     const [first, last] = [marks[0], marks[marks.length - 1]];
     const [from, to] = [this.placeOf(first.time), this.placeOf(last.time)];
-    const text = marks.length > 1 ? joined(marks) : timed ? `${first.text}, ${+first.time.toFixed(3)} s` : first.text;
+    const text = marks.length > 1 ? joined(marks, alike, kind) : timed ? `${first.text}, ${+first.time.toFixed(3)} s` : first.text;
     const wide = ICON + widthOf(text) + 2;
     const turned = from - NEAR + wide > width;
     const left = Math.max(0, turned ? Math.min(from + NEAR - wide, from - NEAR) : from - NEAR);
-    return { marks, text, turned, left, right: Math.max(to + NEAR, turned ? from + NEAR : left + wide) };
+    return { marks, alike, kind, text, turned, left, right: Math.max(to + NEAR, turned ? from + NEAR : left + wide) };
   }
 
   private marked({ marks, text, turned, left, right }: Group): HTMLElement {
@@ -179,10 +187,8 @@ export class Timeline {
   }
 }
 
-function joined(marks: Mark[]): string {
-  const texts = new Set(marks.map((mark) => mark.text));
-  if (texts.size === 1) return marks[0].text;
-  if (marks[0].kind === "collapsed") return marks.map((mark) => mark.text).join("; ");
-  const kinds = new Set(marks.map((mark) => mark.kind));
-  return kinds.size === 1 ? `${marks.length} ${TOGETHER[marks[0].kind]}` : `${marks.length} actions`;
+function joined(marks: Mark[], alike: boolean, kind: string): string {
+  if (alike) return marks[0].text;
+  if (kind === "collapsed") return marks.map((mark) => mark.text).join("; ");
+  return kind ? `${marks.length} ${TOGETHER[kind]}` : `${marks.length} actions`;
 }

@@ -23,6 +23,7 @@ from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.text import claim_lines, event_text, run_text
 from stackdsl.report.warnings import ensemble_lines
 from stackdsl.results import Report, VariantResult, exit_code
+from stackdsl.shown_text import harmless
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
@@ -226,7 +227,7 @@ def _shown(file: Path) -> str:
     """Return the text of a file as far as it can be shown; empty if it cannot be read."""
     try:
         with file.open(encoding="utf-8", errors="replace") as opened:
-            return opened.read(MOST_SHOWN)
+            return harmless(opened.read(MOST_SHOWN))
     except OSError:
         return ""
 
