@@ -83,13 +83,20 @@ function seen(command: string): HTMLElement {
   return part("div", { class: "see" }, part("span", { class: "label", text: "See it" }), code, copier(command, code));
 }
 
+const HEADS = ["", "claim", "expected", "measured", "margin", "written at"];
+
 function table(claims: Claim[], truths: Claim[]): HTMLElement {
   const row = (claim: Claim, good: string, poor: string): HTMLElement => {
     const state = part("td", { class: claim.passed ? "passed" : good === "agrees" ? "disagrees" : "failed" }, icon(claim.passed ? "passed" : good === "agrees" ? "disagrees" : "failed"), part("span", { text: claim.passed ? good : poor }));
-    const cells = [claim.name, claim.expected, claim.measured, claim.margin, claim.place].map((text) => part("td", { text }));
-    return part("tr", {}, state, ...cells);
+    const cells = [claim.name, claim.expected, claim.measured, claim.margin, claim.place].map((text, place) => {
+      const cell = part("td", { text });
+      cell.dataset.name = HEADS[place + 1]; // for narrow screens, where there is no row of heads
+      return cell;
+    });
+    return part("tr", {}, state, ...cells.filter((cell) => cell.textContent || cell.dataset.name !== "margin" || hasMargins));
   };
-  const heads = ["", "claim", "expected", "measured", "margin", "written at"].map((text) => part("th", { text }));
+  const hasMargins = [...claims, ...truths].some((claim) => claim.margin);
+  const heads = HEADS.filter((name) => name !== "margin" || hasMargins).map((text) => part("th", { text }));
   const rows = [...claims.map((claim) => row(claim, "holds", "fails")), ...truths.map((truth) => row(truth, "agrees", "reference disagrees"))];
   return part("div", { class: "wide" }, part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
 }

@@ -6,7 +6,7 @@ import { Inspector } from "./inspector";
 import { type Heard, listen } from "./live";
 import { OVERLAYS, type Overlay } from "./overlays";
 import { button, choice, kept, offer, part, renew, say, swatch } from "./page";
-import type { Payload } from "./payload";
+import type { Claim, Payload } from "./payload";
 import { Player, shortNames, SPEEDS } from "./player";
 import { marksOf, Run } from "./run";
 import { DIFFERENT } from "./stage";
@@ -229,7 +229,11 @@ function answered(shown: Run[], marks: Map<string, string[]> | undefined, heard:
   const differ = firstToDiffer(shown[0], shown[1]);
   const lead: [string, string][] = [["First to differ", differ]];
   if (answer.truths.length + other.truths.length) lead.push(["Reference", [answer, other].map((each, place) => `${[mine, its][place]} ${each.truths.every((truth) => truth.passed) ? "agrees" : "disagrees"}`).join(", ")]);
-  return { ...answer, status, headline, name, about: "", lead, helps: [], claims: [...answer.claims, ...other.claims], truths: [...answer.truths, ...other.truths] };
+  return { ...answer, status, headline, name, about: "", lead, helps: [], claims: [...named(answer.claims, mine), ...named(other.claims, its)], truths: [...named(answer.truths, mine), ...named(other.truths, its)] };
+}
+
+function named(claims: Claim[], who: string): Claim[] {
+  return claims.map((claim) => ({ ...claim, name: `${who}: ${claim.name}` }));
 }
 
 const COUNTING = 250; // [ms]
@@ -274,7 +278,7 @@ function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, stri
     });
     if (stages.length > 1) {
       const count = marks ? stages[0].run.told.bricks.name.filter((name) => marks.has(name)).length : stages[0].run.differing(stages[1].run, player.time).length;
-      lines.push(part("div", {}, part("span", { class: "entry" }, swatch(`#${DIFFERENT.getHexString()}`, true), part("b", { class: "number", text: howMany(count, "brick") }), marks ? "differ from the golden file" : `${count === 1 ? "is" : "are"} not where ${count === 1 ? "it is" : "they are"} in the other run`)));
+      lines.push(part("div", {}, part("span", { class: "entry" }, swatch(`#${DIFFERENT.getHexString()}`, true), part("b", { class: "number", text: count ? howMany(count, "brick") : "no brick" }), marks ? (count > 1 ? "differ from the golden file" : "differs from the golden file") : `${count < 2 ? "is" : "are"} not where ${count < 2 ? "it is" : "they are"} in the other run`)));
     }
     return lines;
   });

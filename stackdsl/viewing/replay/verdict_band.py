@@ -62,9 +62,7 @@ def _short(outcome: ClaimOutcome) -> str:
 
 
 def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
-    """Yield what explains the verdict, in the order of all reports: measured, why, after what, what came first."""
-    for outcome in [outcome for outcome in result.outcomes if not outcome.passed][:1]:
-        yield "Measured", outcome.measured if ": " in outcome.measured else ""
+    """Yield what explains the verdict, in the order of all reports: why, after what, what came first."""
     if result.why is not None:
         yield "Why", cause_text(result.why)
         yield "After", result.why.before

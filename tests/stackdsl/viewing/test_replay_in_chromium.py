@@ -377,7 +377,7 @@ def test_marks_that_touch_are_joined_and_no_time_is_lost(falling: "Chrome") -> N
 
 def test_the_tools_are_one_row_at_1000_px_and_menus_on_a_phone(falling: "Chrome") -> None:
     tools = "[...document.querySelectorAll('.tools .button')].filter(b => b.offsetParent)"
-    for width in (1280, 1000, 420):
+    for width in (1280, 1000, 800, 700, 420):
         resize(falling, width, 800)
         boxes = asked(falling, f"{tools}.map(b => b.getBoundingClientRect())")
         assert len({round(box["top"]) for box in boxes}) == 1, width
