@@ -5,11 +5,12 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
+READY_DOCS := $(VENV)/.ready-docs
 # Where this is set, every process that a check or a test starts would compile the whole program anew, half a second each.
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup check check-all test test-slow without-pybullet test-without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
+.PHONY: help docs setup check check-all test test-slow without-pybullet test-without-pybullet wheel lint format bench bench-stack bench-start bench-motion bench-energy bench-statics bench-compas figures replay pictures editor changelog lock clean
 
 help:           ## list the targets
 	@grep -hE '^[a-z-]+: .*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 16
@@ -25,6 +26,7 @@ LOCKED = $(PIP_INSTALL) $(QUIET) --require-hashes --no-build-isolation --require
 ifneq ($(filter $(CURDIR)/%,$(abspath $(VENV))),)
 $(READY): pyproject.toml requirements.lock setup.py
 $(READY_DEV): requirements-dev.lock
+$(READY_DOCS): requirements-docs.lock
 else
 export PYTHONPATH := $(CURDIR)
 endif
@@ -40,6 +42,11 @@ $(READY):
 $(READY_DEV): $(READY)
 	@echo 'Setting up the tests in $(VENV): this downloads another 120 MB, once.'
 	$(LOCKED) requirements-dev.lock
+	touch $@
+
+$(READY_DOCS): $(READY_DEV)
+	@echo 'Setting up the documentation in $(VENV): this downloads another 20 MB, once.'
+	$(LOCKED) requirements-docs.lock
 	touch $@
 
 setup: $(READY_DEV) ## set up for development, and do nothing else
@@ -96,6 +103,10 @@ without-pybullet: $(READY) test-without-pybullet ## statics, and all that exact 
 
 test-without-pybullet: $(READY_DEV) ## of these, the tests alone
 	$(PYTEST) tests/test_imports.py tests/stability/geometry tests/stability/contacts tests/stability/statics tests/stability/analysis $(addprefix tests/stackdsl/simulation/,test_foreign.py test_modification.py test_peers.py test_published_on_peers.py test_readings_of_systems.py)
+
+docs: $(READY_DOCS) ## build the site of the documentation in build/site, with the replays of the gallery
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -c docs/site -b html . build/site
+	@echo 'Open build/site/index.html in a browser.'
 
 wheel: $(READY) ## build the wheel, and try it in an empty environment, outside of this directory
 	tools/try_wheel.sh $(BIN)/python

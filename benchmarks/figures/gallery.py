@@ -5,7 +5,6 @@ the scene is written here.
 """
 
 import re
-from html import escape
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -65,7 +64,7 @@ def _shown(scene: Scene) -> str:
     file, case = scene.strip.file, scene.strip.case
     picture = scene.picture.relative_to(PAGE.parent)
     return (
-        f'<img src="{picture}" alt="{escape(scene.title)}">\n\n'
+        f"![{scene.title}]({picture})\n\n"
         f"<details><summary>The scenario</summary>\n\nFrom [{file}](../scenarios/{file}):\n\n"
         f"<!-- shown: {file} -->\n```yaml\n{document(scene)}\n```\n\n</details>\n\n"
         f"`stackdsl run scenarios/{file} -k '{case}' --html {scene.name}.html` replays it.\n"

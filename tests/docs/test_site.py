@@ -1,0 +1,52 @@
+"""The site of the documentation in a real browser, as `make docs` built it."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.paths import ROOT
+from tests.stackdsl.viewing.chromium import chromium
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
+
+SITE = ROOT / "build" / "site"
+PAGES = ("index", "docs/tutorial", "docs/gallery", "docs/guides/pallets", "docs/language", "docs/command", "docs/api", "search")
+CUT_OFF = """
+const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+return [wide, [...document.querySelectorAll('h1, h2, p, li')].filter(e => e.scrollWidth > e.clientWidth + 1 &&
+  getComputedStyle(e).display !== 'inline' && e.offsetParent).map(e => e.textContent.slice(0, 60))];
+"""
+
+pytestmark = [
+    pytest.mark.xdist_group("chromium"),
+    pytest.mark.skipif(not (SITE / "index.html").exists(), reason="`make docs` builds the site first"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["Chrome"]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.mark.parametrize("width", [1280, 420])
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_of_the_site_asks_for_nothing_elsewhere_and_cuts_nothing_off(
+    browser: "Chrome", page: str, width: int
+) -> None:
+    browser.set_window_size(width, 900)
+    browser.get((SITE / f"{page}.html").as_uri())
+    loaded = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
+    assert [name for name in loaded if not name.startswith("file:")] == []
+    assert browser.execute_script(CUT_OFF) == [0, []]
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []  # type: ignore[no-untyped-call]
+
+
+def test_every_scene_of_the_gallery_can_be_played(browser: "Chrome") -> None:
+    browser.get((SITE / "docs" / "gallery.html").as_uri())
+    links = browser.execute_script("return [...document.querySelectorAll('a.replay')].map(a => a.href)")
+    assert len(links) == 20
+    browser.get(links[0])
+    assert browser.execute_script("return document.title")
