@@ -16,7 +16,7 @@ from sphinx.application import Sphinx
 ROOT: Final = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.figures.gallery import Scene, scenes  # noqa: E402 -- the line above makes it importable
+from benchmarks.figures.gallery import Scene, scenes
 
 project = "StackDSL"
 version = re.search(r'^version = "(.*)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
@@ -61,7 +61,9 @@ HOME: Final = "## Install"  # it stands above this heading
 def with_navigation(app: Sphinx, docname: str, source: list[str]) -> None:
     """Add the navigation to the home page, and a link to its replay to each scene of the gallery."""
     if docname == root_doc:
-        source[0] = source[0].replace(HOME, f'<iframe class="replay" src="{REPLAYS}/{SHOWN}.html" title="A replay"></iframe>\n\n{HOME}')
+        source[0] = source[0].replace(
+            HOME, f'<iframe class="replay" src="{REPLAYS}/{SHOWN}.html" title="A replay"></iframe>\n\n{HOME}'
+        )
         for caption, pages in GROUPS.items():
             lines = "\n".join(str(Path("docs", page)) if not page.startswith("..") else page[3:] for page in pages)
             source[0] += f"\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{lines}\n```\n"

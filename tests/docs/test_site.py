@@ -12,7 +12,16 @@ if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
 SITE = ROOT / "build" / "site"
-PAGES = ("index", "docs/tutorial", "docs/gallery", "docs/guides/pallets", "docs/language", "docs/command", "docs/api", "search")
+PAGES = (
+    "index",
+    "docs/tutorial",
+    "docs/gallery",
+    "docs/guides/pallets",
+    "docs/language",
+    "docs/command",
+    "docs/api",
+    "search",
+)
 CUT_OFF = """
 const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
 return [wide, [...document.querySelectorAll('h1, h2, p, li')].filter(e => e.scrollWidth > e.clientWidth + 1 &&
