@@ -27,11 +27,12 @@ export class Band {
   private readonly title = part("h1");
   private readonly lead = part("p", { class: "lead" });
   private readonly more = part("details", { class: "more" }, part("summary", { text: "Details" }));
-  private readonly folded = part("div", { class: "folded" });
+  private readonly folded = part("div", { class: "facts" });
   private readonly name = part("b");
   private readonly about = part("span");
 
   constructor() {
+    this.title.setAttribute("aria-live", "polite");
     this.more.append(this.folded);
     const who = part("div", { class: "who" }, this.name, this.about, this.runs);
     this.element.append(this.image, part("div", { class: "words" }, this.title, this.lead, this.more), who);

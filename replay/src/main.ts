@@ -40,6 +40,7 @@ function build(player: Player): Heard {
   const legend = part("div", { class: "legend" });
   const news = part("p", { class: "news" });
   const captions = [part("div", { class: "caption" }), part("div", { class: "caption" })];
+  const heads = part("div", { class: "heads" }, ...captions); // above the pictures, where they cover nothing
   const clock = part("output");
   const playing = button("Play", "space", () => player.play(), "play");
   playing.classList.add("primary");
@@ -94,7 +95,7 @@ function build(player: Player): Heard {
   document.body.append(
     band.element,
     tools.element,
-    part("main", {}, heard.file, part("div", { class: "scene" }, part("div", { class: "view" }, viewer.canvas, ...captions, tip), notice, legend), inspector.element),
+    part("main", {}, heard.file, part("div", { class: "scene" }, heads, part("div", { class: "view" }, viewer.canvas, tip), notice, legend), inspector.element),
     part(
       "footer",
       {},
@@ -111,7 +112,7 @@ function build(player: Player): Heard {
     const marks = marksOf(run, shown[1]);
     const answer = answered(shown, marks, heard, player.shown[0]);
     band.say(heard.failed ? { ...answer, ...heard.failed } : answer);
-    document.title = `${answer.name}: ${WORD[answer.status]}`;
+    document.title = `${answer.name}: ${answer.status === "open" ? answer.headline.split(/[;:]/)[0].toLowerCase() : WORD[answer.status]}`;
     weakest.hidden = weakestOf() === undefined;
     room.hidden = run.told.room === null;
     swing.hidden = run.told.fall === null;
@@ -135,9 +136,9 @@ function build(player: Player): Heard {
     say(news, player.swinging ? run.told.fall!.reason : newsOf(run, player.time));
     viewer.canvas.setAttribute("aria-label", `${run.told.name} at ${seconds(player.time)}`);
     const called = shortNames(shown);
+    heads.hidden = shown.length < 2;
     captions.forEach((caption, place) => {
       const its = shown[place];
-      caption.hidden = shown.length < 2;
       if (its) renew(caption, its.told.name + its.told.told.headline, () => [part("b", { text: called[place] }), part("span", { text: kept(its.told.told.headline) })]);
       if (its) caption.dataset.status = its.told.told.status;
     });
@@ -202,6 +203,7 @@ function build(player: Player): Heard {
     player.touch();
   });
   new ResizeObserver(() => player.touch()).observe(viewer.canvas);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.touch());
   new ResizeObserver(() => player.touch()).observe(timeline.element);
   if (!runs.length) band.say({ status: "open", headline: NOTHING_YET, lead: [], helps: [], claims: [], truths: [], facts: [], see: "", name: document.title, about: "" });
   changed();

@@ -92,7 +92,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         wait_for(lambda: "Proven to fall" in text_of(browser, "h1"))
         wait_for(lambda: browser.execute_script("return replay.time()") == pytest.approx(9.0))
         page.note(0, ["<b>it would survive</b>"])
-        wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".folded"))
+        wait_for(lambda: "<b>it would survive</b>" in text_of(browser, ".facts"))
         hostile = "<img src=x onerror=alert(1)> </script> \x1b[31m is no length"
         page.show_mistakes([mistake_json(hostile)])
         wait_for(lambda: text_of(browser, ".mistakes") == hostile)
