@@ -57,7 +57,7 @@ def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "
     with showing(Folder(tmp_path)) as served:
         browser.get(served.url)
         browser.switch_to.frame(0)
-        wait_for(lambda: browser.find_element("css selector", ".filter").is_displayed())
+        wait_for(lambda: browser.find_element("css selector", "#search").is_displayed())
         browser.get(f"{served.url}replay.html")
         wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
