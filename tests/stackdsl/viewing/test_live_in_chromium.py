@@ -33,9 +33,17 @@ expect: [{{stands: all}}]
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator["Chrome"]:
+def started() -> Iterator["Chrome"]:
     with chromium() as found:
         yield found
+
+
+@pytest.fixture
+def browser(started: "Chrome") -> "Chrome":
+    """The browser on an empty page: that of an earlier test still asks for its server."""
+    started.get("about:blank")
+    started.get_log("browser")  # type: ignore[no-untyped-call]
+    return started
 
 
 def preview_of(levels: int) -> str:
