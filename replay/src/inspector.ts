@@ -1,5 +1,6 @@
 // The panel beside the picture: all about the selected brick, or else what happens around now.
 import { button, link, part, renew } from "./page";
+import type { Told } from "./payload";
 import type { Player } from "./player";
 import { type Forces, type Run, State } from "./run";
 import { eventText, howMany, newtons, seconds, threeDigits, WORDS } from "./wording";
@@ -106,12 +107,18 @@ export class Inspector {
 
   // What happens around now; each goes there.
   private events(run: Run, time: number, at: number): Node[] {
-    const moments = run.told.events.map((event, number) => ({ event, past: number < at }));
-    const first = Math.max(0, at - AROUND[0]);
+    const moments: { event: Told; past: boolean; text: string }[] = [];
+    run.told.events.forEach((event, number) => {
+      const before = moments[moments.length - 1];
+      const together = before?.event.kind === "placed" && event.kind === "frozen" && event.time === before.event.time && event.bricks.join() === before.event.bricks.join();
+      if (together) [before.text, before.past] = [`${before.text}, ${event.reason ? "proven to stand" : "judged stable"}`, number < at];
+      else moments.push({ event, past: number < at, text: eventText(run, event) });
+    });
+    const first = Math.max(0, moments.filter(({ past }) => past).length - AROUND[0]);
     const shown = moments.slice(first, first + AROUND[0] + AROUND[1]);
-    const rows = shown.map(({ event, past }, place) => {
+    const rows = shown.map(({ event, past, text }, place) => {
       const now = past && !(shown[place + 1]?.past ?? false);
-      const row = part("li", { class: [now ? "now" : "", event.kind === "collapsed" && run.told.told.status === "failed" ? "failed" : ""].join(" ").trim() }, link(seconds(event.time), () => (this.player.play(false), this.player.seek(event.time))), part("span", { text: eventText(run, event) }));
+      const row = part("li", { class: [now ? "now" : "", event.kind === "collapsed" && run.told.told.status === "failed" ? "failed" : ""].join(" ").trim() }, link(seconds(event.time), () => (this.player.play(false), this.player.seek(event.time))), part("span", { text }));
       return row;
     });
     const before = first;
