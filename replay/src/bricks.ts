@@ -8,7 +8,7 @@ import {
   InstancedMesh,
   Matrix4,
   Object3D,
-  Quaternion,
+  type Quaternion,
   ShaderMaterial,
   Vector3,
 } from "three";
@@ -56,51 +56,112 @@ function solid(shape: Payload["shapes"][number]): BufferGeometry {
   return geometry;
 }
 
-// Light depends on the face alone, so it is worked out at its corners; and points are multiplied by matrices one after
-// the other, as products of matrices would cost the most of all where the processor draws.
-const material = new ShaderMaterial({
-  vertexShader: `
-    attribute vec4 rim;
-    attribute vec3 tint;
-    varying vec3 vTint;
-    varying vec4 vRim;
-    void main() {
-      vec3 n = mat3(instanceMatrix) * normal;
-      vTint = tint * (0.55 + 0.3 * n.z + 0.2 * dot(n, vec3(-0.505, -0.808, 0.303)));
-      vRim = rim;
-      gl_Position = projectionMatrix * (viewMatrix * (instanceMatrix * vec4(position, 1.0)));
-    }`,
-  fragmentShader: `
-    varying vec3 vTint;
-    varying vec4 vRim;
-    void main() {
-      float rim = min(vRim.z - abs(vRim.x), vRim.w - abs(vRim.y));
-      float edge = clamp(rim / max(fwidth(rim), 1e-9) - 0.4, 0.0, 1.0);
-      gl_FragColor = vec4(vTint * (0.35 + 0.65 * edge), 1.0);
-      #include <colorspace_fragment>
-    }`,
-});
+// Marks of a brick: its rim is wider then, and has a colour of its own.
+export const enum Mark {
+  None,
+  Hovered,
+  Picked,
+  Different,
+}
+const GHOSTLY = 0.5; // added to a mark: what lies before the picked brick is drawn as if of glass
+
+// Light from the sun depends on the face alone, so it is worked out at its corners; and points are multiplied by matrices
+// one after the other, as products of matrices would cost the most of all where the processor draws.
+const VERTEX = `
+  attribute vec4 rim;
+  attribute vec4 tint;
+  uniform vec3 sun;
+  uniform float shift;
+  uniform mat4 shade;
+  varying vec4 vTint;
+  varying vec4 vRim;
+  varying vec2 vLight;
+  varying vec3 vShade;
+  void main() {
+    bool ghost = fract(tint.w) > 0.25;
+    #ifdef GHOST
+    ghost = !ghost;
+    #endif
+    if (ghost) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+    vec3 n = mat3(instanceMatrix) * normal;
+    vec4 at = instanceMatrix * vec4(position, 1.0);
+    vLight = vec2(0.58 + 0.1 * n.z, 0.42 * max(0.0, dot(n, sun)));
+    vTint = tint;
+    vRim = rim;
+    #ifdef SHADOWS
+    vShade = (shade * vec4(at.xyz + shift * n, 1.0)).xyz;
+    #endif
+    gl_Position = projectionMatrix * (viewMatrix * at);
+  }`;
+export const SHADED = `
+  #ifdef SHADOWS
+  uniform sampler2DShadow shadows;
+  uniform float soft;
+  float lit(vec3 at) {
+    if (any(lessThan(at, vec3(0.0))) || any(greaterThan(at, vec3(1.0)))) return 1.0;
+    float sum = 2.0 * texture(shadows, at);
+    for (int place = 0; place < 4; place++) {
+      vec2 aside = soft * (place < 2 ? vec2(float(2 * place - 1), 0.6) : vec2(0.6, float(2 * place - 5)));
+      sum += texture(shadows, vec3(at.xy + aside, at.z));
+    }
+    return sum / 6.0;
+  }
+  #else
+  float lit(vec3 at) { return 1.0; }
+  #endif`;
+const FRAGMENT = `
+  varying vec4 vTint;
+  varying vec4 vRim;
+  varying vec2 vLight;
+  varying vec3 vShade;
+  uniform vec3 outlines[4];
+  uniform float pixel;
+  ${SHADED}
+  void main() {
+    float rim = min(vRim.z - abs(vRim.x), vRim.w - abs(vRim.y));
+    int mark = int(vTint.w);
+    float wide = (mark == 0 ? 0.4 : 1.6) * pixel;
+    float inside = clamp(rim / max(fwidth(rim), 1e-9) - wide, 0.0, 1.0);
+    float light = vLight.x + vLight.y * lit(vShade);
+    vec3 fill = vTint.rgb * light * light;
+    #ifdef GHOST
+    gl_FragColor = vec4(mix(outlines[mark], vTint.rgb, inside), mix(0.6, 0.1, inside));
+    #else
+    gl_FragColor = vec4(mix(outlines[mark], fill, inside * 0.94 + 0.06), 1.0);
+    #endif
+    #include <colorspace_fragment>
+  }`;
+
+// What lets its light fall on a scene; stage.ts sets it, and draws what the sun sees.
+export type Light = Record<"sun" | "shift" | "shade" | "shadows" | "soft" | "outlines" | "pixel", { value: unknown }>;
 
 export class Bricks {
   readonly group = new Object3D();
+  readonly ghosts = new Object3D(); // the same bricks, of which only ghosts are drawn
+  readonly material: ShaderMaterial;
   private readonly meshes: InstancedMesh[];
   private readonly slots: Int32Array; // of each brick in the mesh of its shape
   private readonly tints: InstancedBufferAttribute[];
   private readonly matrix = new Matrix4();
   private readonly whole = new Vector3(1, 1, 1);
 
-  constructor(private readonly run: Run) {
+  constructor(private readonly run: Run, light: Light) {
     const { shape } = run.told.bricks;
     const counts = run.told.shapes.map(() => 0);
+    this.material = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: light });
+    const glass = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: light, defines: { GHOST: "" }, transparent: true, depthWrite: false });
     this.slots = Int32Array.from(shape, (number) => counts[number]++);
-    this.tints = counts.map((count) => new InstancedBufferAttribute(new Float32Array(3 * Math.max(count, 1)), 3));
+    this.tints = counts.map((count) => new InstancedBufferAttribute(new Float32Array(4 * Math.max(count, 1)), 4));
     this.meshes = run.told.shapes.map((one, number) => {
       const geometry = solid(one);
       geometry.setAttribute("tint", this.tints[number].setUsage(DynamicDrawUsage));
-      const mesh = new InstancedMesh(geometry, material, counts[number]);
+      const mesh = new InstancedMesh(geometry, this.material, counts[number]);
+      const ghost = new InstancedMesh(geometry, glass, counts[number]);
       mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-      mesh.frustumCulled = false;
+      ghost.instanceMatrix = mesh.instanceMatrix;
+      mesh.frustumCulled = ghost.frustumCulled = false;
       this.group.add(mesh);
+      this.ghosts.add(ghost);
       return mesh;
     });
   }
@@ -114,14 +175,14 @@ export class Bricks {
     this.meshes[this.run.told.bricks.shape[brick]].setMatrixAt(this.slots[brick], this.matrix);
   }
 
-  paint(brick: number, colour: Color): void {
-    this.tints[this.run.told.bricks.shape[brick]].setXYZ(this.slots[brick], colour.r, colour.g, colour.b);
+  paint(brick: number, colour: Color, mark: Mark, ghost: boolean): void {
+    this.tints[this.run.told.bricks.shape[brick]].setXYZW(this.slots[brick], colour.r, colour.g, colour.b, mark + (ghost ? GHOSTLY : 0));
   }
 
   // Where a brick is drawn.
-  drawn(brick: number, position: Vector3): Vector3 {
-    this.meshes[this.run.told.bricks.shape[brick]].getMatrixAt(this.slots[brick], this.matrix);
-    return position.setFromMatrixPosition(this.matrix);
+  drawn(brick: number, matrix: Matrix4): Matrix4 {
+    this.meshes[this.run.told.bricks.shape[brick]].getMatrixAt(this.slots[brick], matrix);
+    return matrix;
   }
 
   done(): void {

@@ -1,15 +1,14 @@
 // The page: what can be seen and done on it.
 import { Quaternion, Vector3 } from "three";
 import { type Answer, answerOf, Band } from "./band";
-import { MODES, type Mode } from "./colours";
+import { MODES, type Mode, token } from "./colours";
 import { Inspector } from "./inspector";
 import { type Heard, listen } from "./live";
-import { OVERLAYS, type Overlay } from "./overlays";
+import { OVERLAYS, type Overlay, type Which } from "./overlays";
 import { button, choice, kept, offer, part, renew, say, swatch } from "./page";
 import type { Claim, Payload } from "./payload";
 import { Player, shortNames, SPEEDS } from "./player";
 import { marksOf, Run } from "./run";
-import { DIFFERENT } from "./stage";
 import { Tools } from "./tools";
 import type { From } from "./viewer";
 import { eventText, howMany, names, seconds, WORDS } from "./wording";
@@ -19,13 +18,20 @@ const VIEWS: [From, string][] = [
   ["three-quarter", "3/4 view"],
   ["front", "Front"],
   ["side", "Side"],
-  ["plan", "Plan"],
+  ["plan", "Top"],
+  ["weakest", "Weakest"],
+];
+const WHICH: [Which, string][] = [
+  ["selected", "Selected brick"],
+  ["largest", "Ten largest"],
+  ["all", "All"],
 ];
 const SHOWN: Record<Overlay, [string, string, string]> = {
   contacts: ["Contacts", "contacts", "areas in which bricks touch"],
   forces: ["Forces", "forces", "forces of the proof"],
   paths: ["Paths", "paths", "where the load goes; thicker is more"],
   graph: ["Supports", "supports", "which brick rests on which"],
+  names: ["Names", "copy", "n: names of the bricks in view that find room, those of every fifth level first"],
   motion: ["Motion", "motion", "velocities with which the fall begins"],
 };
 const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "golden differs", open: "not checked" };
@@ -58,6 +64,20 @@ function build(player: Player): Heard {
     const [word, image, title] = SHOWN[name];
     return [name, button(word, title, () => player.overlay(name), image)];
   });
+  const which = choice("which forces", WHICH, (value) => {
+    player.which = value as Which;
+    player.overlays.add("forces");
+    player.touch();
+  });
+  const xray = button("X-ray", "x: draw what hides the selected brick as if of glass", () => ((player.xray = !player.xray), player.touch()), "x-ray");
+  const level = part("input", { title: "the highest level that is drawn" });
+  level.type = "range";
+  level.setAttribute("aria-label", level.title);
+  level.addEventListener("input", () => {
+    player.top = +level.value < +level.max ? +level.value : Infinity;
+    player.touch();
+  });
+  const levels = part("label", { class: "button levels" }, part("span"), level);
   const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick ?? heard.weakest[player.shown[0]] ?? undefined;
   const pickWeakest = (): void => player.pickNamed(weakestOf());
   const roomOf = (): string | undefined => {
@@ -72,8 +92,8 @@ function build(player: Player): Heard {
   const fit = button("Fit", "0: see all bricks", () => (viewer.fit(player.time), player.touch()), "fit");
   const tools = new Tools([
     ["Colour by", [colour]],
-    ["Camera", [view, fit, flat]],
-    ["Show", overlays.map(([, one]) => one)],
+    ["Camera", [view, fit, flat, xray, levels]],
+    ["Show", overlays.flatMap(([name, one]) => (name === "forces" ? [one, which] : [one]))],
     ["Explain", [swing, weakest, room]],
   ]);
   band.runs.append(part("label", {}, "Run ", first), part("label", {}, "Beside ", second));
@@ -95,7 +115,7 @@ function build(player: Player): Heard {
   document.body.append(
     band.element,
     tools.element,
-    part("main", {}, heard.file, part("div", { class: "scene" }, heads, part("div", { class: "view" }, viewer.canvas, tip), notice, legend), inspector.element),
+    part("main", {}, heard.file, part("div", { class: "scene" }, heads, part("div", { class: "view" }, viewer.canvas, viewer.over, tip), notice, legend), inspector.element),
     part(
       "footer",
       {},
@@ -120,7 +140,18 @@ function build(player: Player): Heard {
       one.setAttribute("aria-pressed", String(player.overlays.has(name)));
       if (name === "motion") one.hidden = run.told.fall === null;
     }
-    const tooled = [weakest.hidden, room.hidden, swing.hidden].join();
+    xray.setAttribute("aria-pressed", String(player.xray));
+    xray.disabled = !player.picked;
+    which.value = player.which;
+    which.hidden = !player.overlays.has("forces");
+    view.options[VIEWS.length - 1].hidden = !viewer.knowsWeakest;
+    const most = Math.max(...shown.map((one) => one.levels));
+    levels.hidden = most < 2;
+    level.min = "1";
+    level.max = String(most);
+    level.value = String(Math.min(most, player.top));
+    say(levels.querySelector("span")!, player.top < most ? `to ${player.top}` : "Levels");
+    const tooled = [weakest.hidden, room.hidden, swing.hidden, which.hidden, levels.hidden].join();
     if (tooled !== toolsOf) tools.fit();
     toolsOf = tooled;
     renew(clock, `${player.time.toFixed(3)} ${timeline.end}`, () => [part("b", { text: seconds(player.time) }), ` of ${seconds(timeline.end)}`]);
@@ -144,16 +175,23 @@ function build(player: Player): Heard {
     });
     tellLegend(player, legend, marks);
     const missing = player.missing;
-    notice.hidden = !missing.length;
-    renew(notice, `${missing} ${run.proofs.length} ${missing.length ? player.time : ""}`, () => [part("b", { text: capital(missing.join(", ")) }), " ", inspector.noProof(run, player.time)]);
+    const silent = missing.length ? "" : player.silent(player.mode);
+    notice.hidden = !missing.length && !silent;
+    renew(notice, `${missing} ${silent} ${run.proofs.length} ${missing.length ? player.time : ""}`, () =>
+      silent ? [part("b", { text: `Colours by ${player.mode}:` }), ` ${silent}. Shown is the state.`] : [part("b", { text: capital(missing.join(", ")) }), " ", inspector.noProof(run, player.time)],
+    );
     inspector.say(marks, weakestOf());
-    const seen = hovered && !player.playing ? viewer.pick(hovered.x, hovered.y, player.time) : undefined;
+    const seen = hovered && !player.playing ? viewer.pick(hovered.x, hovered.y) : undefined;
+    player.point(seen);
     tip.hidden = !seen;
     if (seen && hovered) {
       const its = shown[seen[0]];
       renew(tip, `${its.told.name} ${seen[1]} ${player.time}`, () => tipOf(its, seen[1], player.time));
-      tip.style.left = `${Math.min(hovered.x + 14, viewer.canvas.clientWidth - tip.offsetWidth - 4)}px`;
-      tip.style.top = `${Math.max(4, Math.min(hovered.y + 14, viewer.canvas.clientHeight - tip.offsetHeight - 4))}px`;
+      const box = viewer.stages[seen[0]].boxOf(seen[1], viewer.sight(seen[0]));
+      const [width, height] = [viewer.canvas.clientWidth - tip.offsetWidth - 4, viewer.canvas.clientHeight - tip.offsetHeight - 4];
+      const left = box.right + 8 <= width ? box.right + 8 : box.left - tip.offsetWidth - 8; // beside it: it is what is looked at
+      tip.style.left = `${Math.max(4, Math.min(width, left))}px`;
+      tip.style.top = `${Math.max(4, Math.min(height, left >= 4 ? (box.top + box.bottom - tip.offsetHeight) / 2 : box.bottom + 8))}px`;
     }
   };
 
@@ -166,7 +204,7 @@ function build(player: Player): Heard {
   viewer.canvas.addEventListener("pointerleave", () => ((hovered = undefined), player.retell()));
   viewer.canvas.addEventListener("click", (event) => {
     if (Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) > 5) return; // it was turned
-    player.pick(viewer.pick(event.offsetX, event.offsetY, player.time));
+    player.pick(viewer.pick(event.offsetX, event.offsetY, event instanceof PointerEvent && event.pointerType === "touch"));
   });
   const keys: Record<string, () => void> = {
     " ": () => player.play(),
@@ -177,7 +215,9 @@ function build(player: Player): Heard {
     "0": () => viewer.fit(player.time),
     f: () => player.follow(),
     o: () => (viewer.orthographic = !viewer.orthographic),
-    v: () => player.look(VIEWS[(VIEWS.findIndex(([from]) => from === viewer.from) + 1) % VIEWS.length][0]),
+    v: () => player.look(VIEWS[(VIEWS.findIndex(([from]) => from === viewer.from) + 1) % (VIEWS.length - (viewer.knowsWeakest ? 0 : 1))][0]),
+    x: () => (player.xray = !player.xray),
+    n: () => player.overlay("names"),
     m: () => player.swing(),
     w: pickWeakest,
     r: pickRoom,
@@ -280,7 +320,7 @@ function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, stri
     });
     if (stages.length > 1) {
       const count = marks ? stages[0].run.told.bricks.name.filter((name) => marks.has(name)).length : stages[0].run.differing(stages[1].run, player.time).length;
-      lines.push(part("div", {}, part("span", { class: "entry" }, swatch(`#${DIFFERENT.getHexString()}`, true), part("b", { class: "number", text: count ? howMany(count, "brick") : "no brick" }), marks ? (count > 1 ? "differ from the golden file" : "differs from the golden file") : `${count < 2 ? "is" : "are"} not where ${count < 2 ? "it is" : "they are"} in the other run`)));
+      lines.push(part("div", {}, part("span", { class: "entry" }, swatch(`#${token("--known").getHexString()}`, true), part("b", { class: "number", text: count ? howMany(count, "brick") : "no brick" }), marks ? (count > 1 ? "differ from the golden file" : "differs from the golden file") : `${count < 2 ? "is" : "are"} not where ${count < 2 ? "it is" : "they are"} in the other run`)));
     }
     return lines;
   });

@@ -1,203 +1,401 @@
-// What is drawn over the bricks: contacts and forces of a proof, load paths, who rests on whom, and a proven motion.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  CylinderGeometry,
-  ConeGeometry,
-  DoubleSide,
-  InstancedMesh,
-  LineBasicMaterial,
-  LineSegments,
-  Matrix4,
-  Mesh,
-  MeshBasicMaterial,
-  Object3D,
-  Quaternion,
-  Vector3,
-} from "three";
-import type { Forces, Run } from "./run";
+// What is drawn over the bricks, at the place where each of them is drawn: contacts and forces of a proof, load paths, who
+// rests on whom, a proven motion, names, what was pulled out, and scales.
+import { Matrix4, Quaternion, Vector3 } from "three";
+import { niceAbove } from "./colours";
+import { colourOf } from "./page";
+import type { Forces, Pose } from "./run";
+import type { Look, Stage } from "./stage";
+import { howMany, newtons, threeDigits } from "./wording";
 
-export type Overlay = "contacts" | "forces" | "paths" | "graph" | "motion";
-export const OVERLAYS: Overlay[] = ["contacts", "forces", "paths", "graph", "motion"];
+export type Overlay = "contacts" | "forces" | "paths" | "graph" | "motion" | "names";
+export const OVERLAYS: Overlay[] = ["contacts", "forces", "paths", "graph", "motion", "names"];
 
 // What is drawn only at times at which a proof holds.
 export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "forces", "paths", "graph"]);
 
-const UP = new Vector3(0, 1, 0);
-const shaft = new CylinderGeometry(1, 1, 1, 8, 1, true).translate(0, 0.5, 0);
-const tip = new ConeGeometry(1, 1, 10).translate(0, -0.5, 0);
-const flat = (code: string): MeshBasicMaterial => new MeshBasicMaterial({ color: new Color(code), depthTest: false, transparent: true, opacity: 0.9 });
-const FORCE = flat("#d1242f");
-const PATH = flat("#8250df");
-const MOTION = flat("#bf3989");
+// Which forces are drawn: those of the selected brick or, while none is selected, the ten largest; the ten largest; or all.
+export type Which = "selected" | "largest" | "all";
+const TEN = 10;
+const LEAST = 0.002; // of the largest force: smaller ones are not drawn
+const LONGEST = 76; // [px] of an arrow
+const RAMP = ["--f1", "--f2", "--f3", "--f4", "--f5"];
+const AROUND_FALL = 0.5; // [s] in which its motion is drawn
+const TRIES = 400; // names that are tried, as each is looked for behind all bricks
 
-interface Arrow {
-  from: Vector3;
-  to: Vector3;
-  radius: number;
+// How a stage is seen.
+export interface Sight {
+  at(point: Vector3): [number, number]; // on the canvas [px]
+  scale(point: Vector3): number; // [px/m]
+  toEye(point: Vector3): Vector3;
+  sees(brick: number, point: [number, number]): boolean; // whether it is the nearest there
+  left: number; // of its part of the canvas [px]
+  width: number;
+  height: number;
 }
 
-function arrows(list: Arrow[], paint: MeshBasicMaterial, tips: boolean): Object3D {
-  const group = new Object3D();
-  const shafts = new InstancedMesh(shaft, paint, list.length);
-  const heads = new InstancedMesh(tip, paint, tips ? list.length : 0);
-  const turn = new Quaternion();
-  const matrix = new Matrix4();
-  list.forEach(({ from, to, radius }, place) => {
-    const along = to.clone().sub(from);
-    const length = Math.max(along.length(), 1e-9);
-    turn.setFromUnitVectors(UP, along.divideScalar(length));
-    const head = tips ? Math.min(0.4 * length, 6 * radius) : 0;
-    shafts.setMatrixAt(place, matrix.compose(from, turn, new Vector3(radius, length - head, radius)));
-    if (tips) heads.setMatrixAt(place, matrix.compose(to, turn, new Vector3(2.5 * radius, head, 2.5 * radius)));
-  });
-  for (const mesh of [shafts, heads]) {
-    mesh.frustumCulled = false;
-    mesh.renderOrder = 2;
-    group.add(mesh);
-  }
-  return group;
+// A force of a proof between two bodies.
+export interface Force {
+  lower: number | string;
+  upper: number | string;
+  point: Vector3; // where it acts as a whole [m]
+  force: Vector3; // of the lower body on the upper one [N]
 }
 
-// Bodies of a contact with its first point and how many there are.
-function* contacts({ proof }: Forces): Generator<[number | string, number | string, number, number]> {
+export interface Arrow {
+  tip: Vector3;
+  force: Vector3; // towards the tip [N]
+}
+
+export interface ForceScale {
+  perNewton: number; // [px]
+  force: number; // that the bar stands for [N]
+  text: string;
+  title: string;
+}
+
+interface Box {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+const known = new WeakMap<object, Force[]>();
+
+// One force for each contact that carries anything, where it acts as a whole.
+export function forcesOf({ proof, points, forces }: Forces): Force[] {
+  const found = known.get(proof);
+  if (found) return found;
+  const all: Force[] = [];
   let begin = 0;
-  for (let contact = 0; contact < proof.counts.length; contact++) {
-    yield [proof.lower[contact], proof.upper[contact], begin, proof.counts[contact]];
-    begin += proof.counts[contact];
-  }
+  proof.counts.forEach((count, contact) => {
+    const [point, force] = [new Vector3(), new Vector3()];
+    let total = 0;
+    for (let place = begin; place < begin + count; place++) {
+      const each = at(forces, place);
+      force.add(each);
+      total += each.length();
+      point.addScaledVector(at(points, place), each.length());
+    }
+    begin += count;
+    if (total > 0) all.push({ lower: proof.lower[contact], upper: proof.upper[contact], point: point.divideScalar(total), force });
+  });
+  known.set(proof, all);
+  return all;
 }
 
 const at = (values: Float32Array, place: number): Vector3 => new Vector3().fromArray(values, 3 * place);
 
 export class Overlays {
-  readonly group = new Object3D();
-  private shown = "";
+  bar: ForceScale | undefined; // of the forces that are drawn
+  arrows: Arrow[] = [];
+  private motions: [number, number][] | undefined;
+  private boxes: Box[] = []; // that texts take up so far
+  private readonly was: Pose = { position: new Vector3(), orientation: new Quaternion() };
+  private readonly matrix = new Matrix4();
 
-  constructor(
-    private readonly run: Run,
-    private readonly size: number, // the length of a usual brick [m]
-    private readonly centre: (brick: number) => Vector3,
-  ) {}
+  constructor(private readonly stage: Stage) {}
 
-  show(wanted: Set<Overlay>, time: number): void {
-    const found = this.run.proofAt(time);
-    const { fall } = this.run.told;
-    const falls = fall !== null && wanted.has("motion") && Math.abs(time - fall.time) < 0.5;
-    const key = [...wanted, found?.proof.begin, falls].join();
-    if (key === this.shown) return;
-    this.shown = key;
-    this.forget();
-    if (falls) this.group.add(this.motion());
-    if (found === undefined) return;
-    if (wanted.has("contacts")) this.group.add(this.patches(found));
-    if (wanted.has("forces")) this.group.add(this.forces(found));
-    if (wanted.has("paths")) this.group.add(this.paths(found));
-    if (wanted.has("graph")) this.group.add(this.graph(found));
+  draw(pen: CanvasRenderingContext2D, sight: Sight, look: Look): void {
+    const { run } = this.stage;
+    const { time, overlays, picked } = look;
+    const found = run.proofAt(time);
+    const { fall } = run.told;
+    this.boxes = [];
+    this.bar = undefined;
+    this.arrows = [];
+    pen.lineJoin = pen.lineCap = "round";
+    pen.font = `12px ${colourOf("--sans")}`;
+    this.pulledOut(pen, sight, time);
+    if (found && overlays.has("contacts")) this.patches(pen, sight, found, picked);
+    if (found && overlays.has("paths")) this.paths(pen, sight, found);
+    if (found && overlays.has("graph")) this.graph(pen, sight, found);
+    if (picked !== undefined && this.stage.shows(picked, time)) this.edges(pen, sight, picked, this.place(picked), "--accent", 2);
+    if (found && overlays.has("forces")) this.forces(pen, sight, found, look);
+    if (fall && overlays.has("motion") && Math.abs(time - fall.time) < AROUND_FALL) this.motion(pen, sight);
+    this.names(pen, sight, look);
   }
 
-  private forget(): void {
-    this.group.traverse((one) => {
-      if (one instanceof InstancedMesh) one.dispose();
-      else if (one instanceof Mesh || one instanceof LineSegments) one.geometry.dispose();
-    });
-    this.group.clear();
-  }
-
-  private patches(found: Forces): Object3D {
-    const corners: number[] = [];
-    const ends: number[] = [];
-    for (const [, , begin, count] of contacts(found)) {
-      for (let place = 1; place < count - 1; place++) {
-        for (const corner of [0, place, place + 1]) corners.push(...at(found.points, begin + corner).toArray());
-      }
-      if (count < 3) for (const end of [0, count - 1]) ends.push(...at(found.points, begin + end).toArray());
+  // Only the edges of faces that look at the eye: those behind would be taken for parts of other bricks.
+  private edges(pen: CanvasRenderingContext2D, sight: Sight, brick: number, place: Matrix4, colour: string, width: number): void {
+    const shape = this.stage.run.told.shapes[this.stage.run.told.bricks.shape[brick]];
+    const corners = shape.corners.map((corner) => new Vector3(...corner).applyMatrix4(place));
+    pen.strokeStyle = colourOf(colour);
+    pen.lineWidth = width;
+    pen.beginPath();
+    for (const face of shape.faces) {
+      const [a, b, c] = face.map((corner) => corners[corner]);
+      if (b.clone().sub(a).cross(c.clone().sub(b)).dot(sight.toEye(a)) <= 0) continue;
+      face.forEach((corner, number) => (number ? pen.lineTo(...sight.at(corners[corner])) : pen.moveTo(...sight.at(corners[corner]))));
+      pen.closePath();
     }
-    const paint = new MeshBasicMaterial({ color: new Color("#1f6feb"), transparent: true, opacity: 0.55, side: DoubleSide, depthTest: false });
-    const mesh = new Mesh(geometryOf(corners), paint);
-    mesh.renderOrder = 1;
-    mesh.add(lines(ends, "#1f6feb"));
-    return mesh;
+    pen.stroke();
   }
 
-  private forces(found: Forces): Object3D {
-    const sizes = Array.from({ length: found.points.length / 3 }, (_, place) => at(found.forces, place).length());
-    const most = Math.max(...sizes.slice(0, 100000), 1e-12);
-    const list: Arrow[] = [];
-    sizes.forEach((size, place) => {
-      if (size < 0.002 * most) return;
-      const from = at(found.points, place);
-      const to = from.clone().addScaledVector(at(found.forces, place), (0.6 * this.size) / most);
-      list.push({ from, to, radius: 0.008 * this.size });
+  // What was pulled out, where it was; while bricks move, others can be there.
+  private pulledOut(pen: CanvasRenderingContext2D, sight: Sight, time: number): void {
+    const { run } = this.stage;
+    this.motions ??= run.motions();
+    if (this.motions.some(([begin, end]) => time > begin && time < end)) return;
+    const { gone } = run.told.bricks;
+    pen.setLineDash([4, 3]);
+    for (let brick = 0; brick < run.count; brick++) {
+      const removed = gone[brick];
+      if (removed === null || removed > time) continue;
+      run.poseAt(brick, -1, this.was); // where it was set down
+      this.edges(pen, sight, brick, this.matrix.compose(this.was.position, this.was.orientation, ONES), "--ink-2", 1);
+    }
+    pen.setLineDash([]);
+  }
+
+  private patches(pen: CanvasRenderingContext2D, sight: Sight, found: Forces, picked: number | undefined): void {
+    const { proof, points } = found;
+    pen.strokeStyle = pen.fillStyle = colourOf("--accent");
+    pen.lineWidth = 1.5;
+    let begin = 0;
+    proof.counts.forEach((count, contact) => {
+      const corners = Array.from({ length: count }, (_, place) => sight.at(this.follow(at(points, begin + place), proof.upper[contact], found)));
+      begin += count;
+      if (picked !== undefined && proof.lower[contact] !== picked && proof.upper[contact] !== picked) return;
+      pen.beginPath();
+      corners.forEach(([x, y], place) => (place ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+      pen.closePath();
+      pen.globalAlpha = 0.25;
+      pen.fill();
+      pen.globalAlpha = 1;
+      pen.stroke();
+      if (count < 3) for (const [x, y] of corners) dot(pen, x, y, 2.5);
     });
-    return arrows(list, FORCE, true);
+  }
+
+  private forces(pen: CanvasRenderingContext2D, sight: Sight, found: Forces, { which, picked }: Look): void {
+    const { told } = this.stage.run;
+    const all = forcesOf(found).filter(({ force }) => force.length() > 0);
+    const own = which === "selected" && picked !== undefined;
+    let shown = own ? all.filter(({ lower, upper }) => lower === picked || upper === picked) : all.slice().sort((one, other) => other.force.length() - one.force.length());
+    if (!own && which !== "all") shown = shown.slice(0, TEN);
+    const most = shown.reduce((so_far, { force }) => Math.max(so_far, force.length()), 0);
+    if (!most) return;
+    shown = shown.filter(({ force }) => force.length() >= LEAST * most);
+    this.arrows = shown.map(({ lower, upper, point, force }) => ({ tip: this.follow(point, upper, found), force: own && lower === picked ? force.clone().negate() : force }));
+    const middle = this.arrows.reduce((sum, { tip }) => sum.addScaledVector(tip, 1 / this.arrows.length), new Vector3());
+    const longest = Math.min(LONGEST, Math.max(28, 0.7 * this.stage.size * sight.scale(middle)));
+    const words = newtons(most);
+    const force = niceAbove(most) > 1.5 * most ? niceAbove(most / 2.5) : niceAbove(most);
+    const title = own ? `Forces on ${told.bricks.name[picked]}` : which === "all" ? (shown.length < all.length ? `${shown.length} of ${howMany(all.length, "force")}` : `All ${howMany(all.length, "force")}`) : `The ${shown.length} largest of ${howMany(all.length, "force")}`;
+    this.bar = { perNewton: longest / most, force, text: words.text(force), title };
+    const drawn = this.arrows.map(({ tip, force }): [[number, number], [number, number], number] => {
+      const length = (this.bar!.perNewton * force.length()) / sight.scale(tip);
+      return [sight.at(tip.clone().addScaledVector(force, -length / force.length())), sight.at(tip), force.length() / most];
+    });
+    drawn.sort(([, , one], [, , other]) => one - other);
+    for (const [from, to, share] of drawn) arrow(pen, from, to, share);
+    const low = sight.height - 14;
+    const right = sight.left + sight.width - 14;
+    const wide = this.bar.perNewton * force;
+    pen.textAlign = "right";
+    pen.textBaseline = "alphabetic";
+    this.text(pen, title, right, low - 34, "--ink-2");
+    this.text(pen, this.bar.text, right, low - 16, "--ink");
+    arrow(pen, [right - wide, low - 4], [right, low - 4], Math.min(1, force / most));
+    this.boxes.push({ left: right - Math.max(wide, 150), top: low - 50, right, bottom: low + 4 });
+    if (which === "all" && !own) return;
+    drawn.reverse().forEach(([[x, y], [tipX, tipY], share]) => {
+      const below = y > tipY;
+      pen.textAlign = "center";
+      this.free(pen, words.text(share * most), x + (Math.abs(x - tipX) > 8 ? Math.sign(x - tipX) * 14 : 0), y + (below ? 15 : -6), "--ink");
+    });
   }
 
   // From the centre of each brick, through where its load goes out, to the centre of what takes it; the more, the thicker.
-  private paths(found: Forces): Object3D {
-    const flows: [Vector3, Vector3, Vector3, number][] = [];
-    for (const [lower, upper, begin, count] of contacts(found)) {
-      const through = new Vector3();
-      let total = 0;
-      for (let place = begin; place < begin + count; place++) {
-        const size = at(found.forces, place).length();
-        through.addScaledVector(at(found.points, place), size);
-        total += size;
+  private paths(pen: CanvasRenderingContext2D, sight: Sight, found: Forces): void {
+    const all = forcesOf(found).slice().sort((one, other) => one.force.length() - other.force.length());
+    const most = all.length ? all[all.length - 1].force.length() : 1;
+    const wide = Math.max(3, Math.min(9, 0.12 * this.stage.size * (all[0] ? sight.scale(all[0].point) : 1)));
+    for (const halo of [true, false]) {
+      for (const { lower, upper, point, force } of all) {
+        const share = force.length() / most;
+        const through = this.follow(point, upper, found);
+        pen.beginPath();
+        pen.moveTo(...sight.at(this.centre(upper, through)));
+        pen.lineTo(...sight.at(through));
+        pen.lineTo(...sight.at(this.centre(lower, through)));
+        pen.lineWidth = Math.max(1, wide * Math.sqrt(share)) + (halo ? 2 : 0);
+        pen.strokeStyle = colourOf(halo ? "--halo" : colourFor(share));
+        pen.stroke();
       }
-      if (total <= 0) continue;
-      through.divideScalar(total);
-      flows.push([this.endOf(upper, through), through, this.endOf(lower, through), total]);
     }
-    const most = flows.reduce((so_far, [, , , total]) => Math.max(so_far, total), 1e-12);
-    const list = flows.flatMap(([above, through, below, total]): Arrow[] => {
-      const radius = 0.03 * this.size * Math.sqrt(total / most);
-      return [
-        { from: above, to: through, radius },
-        { from: through, to: below, radius },
-      ];
-    });
-    return arrows(list, PATH, false);
   }
 
-  private graph({ proof }: Forces): Object3D {
-    const ends: number[] = [];
+  private graph(pen: CanvasRenderingContext2D, sight: Sight, { proof }: Forces): void {
+    pen.lineWidth = 1.5;
     proof.bricks.forEach((brick, place) => {
-      const from = this.centre(brick);
+      const from = this.centre(brick, ONES);
+      const [x, y] = sight.at(from);
       for (const [below] of proof.rests[place]) {
-        const to = this.endOf(below, new Vector3(from.x, from.y, 0));
-        ends.push(...from.toArray(), ...to.toArray());
+        const to = sight.at(typeof below === "number" ? this.centre(below, ONES) : new Vector3(from.x, from.y, this.foot(brick)));
+        pen.strokeStyle = pen.fillStyle = colourOf("--pass");
+        pen.beginPath();
+        pen.moveTo(x, y);
+        pen.lineTo(...to);
+        pen.stroke();
       }
+      pen.fillStyle = colourOf("--pass");
+      dot(pen, x, y, 2.5);
     });
-    return lines(ends, "#116329");
   }
 
-  private motion(): Object3D {
-    const fall = this.run.told.fall!;
-    const fastest = Math.max(...fall.velocity.map((v) => Math.hypot(...v)), 1e-12);
-    const list = fall.bricks.map((brick, place): Arrow => {
-      const from = this.centre(brick);
-      const to = from.clone().addScaledVector(new Vector3(...fall.velocity[place]), (0.6 * this.size) / fastest);
-      return { from, to, radius: 0.012 * this.size };
+  // Velocities with which it begins to fall, of bricks where they are now.
+  private motion(pen: CanvasRenderingContext2D, sight: Sight): void {
+    const fall = this.stage.run.told.fall!;
+    const fastest = fall.velocity.reduce((most, v) => Math.max(most, Math.hypot(...v)), 1e-12);
+    fall.bricks.forEach((brick, place) => {
+      const velocity = new Vector3(...fall.velocity[place]);
+      const share = velocity.length() / fastest;
+      if (share < LEAST) return;
+      const from = this.centre(brick, ONES);
+      const long = Math.min(LONGEST / sight.scale(from), 0.6 * this.stage.size);
+      arrow(pen, sight.at(from), sight.at(from.clone().addScaledVector(velocity, long / fastest)), share, "--accent");
     });
-    return arrows(list, MOTION, true);
   }
 
-  private endOf(body: number | string, otherwise: Vector3): Vector3 {
-    return typeof body === "number" ? this.centre(body) : otherwise;
+  // Names: of the picked brick with a leader, of the one that is pointed at, and on demand of all that find room, those of
+  // every fifth level first.
+  private names(pen: CanvasRenderingContext2D, sight: Sight, { picked, hovered, overlays, time }: Look): void {
+    const { run } = this.stage;
+    const { name, level } = run.told.bricks;
+    pen.textBaseline = "middle";
+    if (picked !== undefined && this.stage.shows(picked, time)) this.leader(pen, sight, picked);
+    pen.textAlign = "center";
+    if (!overlays.has("names")) return;
+    const there = Array.from({ length: run.count }, (_, brick) => brick).filter((brick) => brick !== picked && this.stage.shows(brick, time));
+    const fifth = (brick: number): number => (brick === hovered ? 2 : level[brick] && level[brick] % 5 === 0 ? 1 : 0);
+    const near = new Map(there.map((brick) => [brick, sight.scale(this.centre(brick, ONES))]));
+    there.sort((one, other) => fifth(other) - fifth(one) || near.get(other)! - near.get(one)!);
+    let tries = TRIES;
+    for (const brick of there) {
+      const [x, y] = sight.at(this.centre(brick, ONES));
+      if (!this.room(pen, name[brick], x, y)) continue;
+      if (!tries--) break;
+      if (sight.sees(brick, [x, y])) this.free(pen, name[brick], x, y, "--ink", "middle");
+    }
+  }
+
+  private leader(pen: CanvasRenderingContext2D, sight: Sight, brick: number): void {
+    const box = this.stage.boxOf(brick, sight);
+    const name = this.stage.run.told.bricks.name[brick];
+    pen.font = `600 14px ${colourOf("--sans")}`;
+    const wide = pen.measureText(name).width;
+    const after = box.right + 28 + wide < sight.left + sight.width;
+    const [from, high, x] = after ? [box.right, box.rightAt, box.right + 24] : [box.left, box.leftAt, Math.max(sight.left + wide + 4, box.left - 24)];
+    const y = Math.min(sight.height - 10, Math.max(10, high - 10));
+    pen.strokeStyle = colourOf("--accent");
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    pen.moveTo(from, high);
+    pen.lineTo(x, y);
+    pen.stroke();
+    pen.textAlign = after ? "left" : "right";
+    this.text(pen, name, x + (after ? 4 : -4), y, "--ink");
+    this.boxes.push({ left: after ? x : x - wide - 4, right: after ? x + wide + 4 : x, top: y - 10, bottom: y + 10 });
+    pen.font = `12px ${colourOf("--sans")}`;
+  }
+
+  private text(pen: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string): void {
+    pen.lineWidth = 4;
+    pen.strokeStyle = colourOf("--halo");
+    pen.strokeText(text, x, y);
+    pen.fillStyle = colourOf(colour);
+    pen.fillText(text, x, y);
+  }
+
+  // A text where no other one is.
+  private free(pen: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string, base: CanvasTextBaseline = "alphabetic"): void {
+    const box = boxAround(pen, text, x, base === "middle" ? y : y - 4);
+    if (this.boxes.some((other) => overlap(box, other))) return;
+    this.boxes.push(box);
+    pen.textBaseline = base;
+    this.text(pen, text, x, y, colour);
+  }
+
+  private room(pen: CanvasRenderingContext2D, text: string, x: number, y: number): boolean {
+    const box = boxAround(pen, text, x, y);
+    return !this.boxes.some((other) => overlap(box, other));
+  }
+
+  private place(brick: number): Matrix4 {
+    return this.stage.matrixOf(brick, this.matrix);
+  }
+
+  private centre(body: number | string, otherwise: Vector3): Vector3 {
+    return typeof body === "number" ? new Vector3().setFromMatrixPosition(this.place(body)) : otherwise;
+  }
+
+  // The height of the lowest point of a brick [m].
+  private foot(brick: number): number {
+    const { run } = this.stage;
+    const place = this.place(brick);
+    return run.told.shapes[run.told.bricks.shape[brick]].corners.reduce((low, corner) => Math.min(low, new Vector3(...corner).applyMatrix4(place).z), Infinity);
+  }
+
+  // A point of a proof on the brick that it is on, wherever that is drawn now.
+  private follow(point: Vector3, body: number | string, { proof }: Forces): Vector3 {
+    if (typeof body !== "number") return point;
+    this.stage.run.poseAt(body, proof.begin, this.was);
+    point = point.clone().sub(this.was.position).applyQuaternion(this.was.orientation.invert());
+    return point.applyMatrix4(this.place(body));
   }
 }
 
-function geometryOf(points: number[]): BufferGeometry {
-  const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
-  return geometry;
+const ONES = new Vector3(1, 1, 1);
+
+function colourFor(share: number): string {
+  return RAMP[Math.min(RAMP.length - 1, Math.floor(share * RAMP.length))];
 }
 
-function lines(points: number[], code: string): LineSegments {
-  const paint = new LineBasicMaterial({ color: new Color(code), depthTest: false });
-  const found = new LineSegments(geometryOf(points), paint);
-  found.renderOrder = 2;
-  found.frustumCulled = false;
-  return found;
+// An arrow with a halo; the more, the thicker and the darker.
+function arrow(pen: CanvasRenderingContext2D, from: [number, number], to: [number, number], share: number, colour = colourFor(share)): void {
+  const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+  if (length < 1) return;
+  const wide = 1.5 + 2 * share;
+  const head = Math.min(0.6 * length, 5 + 6 * share);
+  const [x, y] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
+  const neck: [number, number] = [to[0] - x * head * 0.8, to[1] - y * head * 0.8];
+  for (const halo of [true, false]) {
+    pen.strokeStyle = pen.fillStyle = colourOf(halo ? "--halo" : colour);
+    pen.lineWidth = wide + (halo ? 3 : 0);
+    pen.beginPath();
+    pen.moveTo(...from);
+    pen.lineTo(...neck);
+    pen.stroke();
+    pen.beginPath();
+    pen.moveTo(...to);
+    for (const side of [-1, 1]) pen.lineTo(to[0] - x * head - side * y * head * 0.45, to[1] - y * head + side * x * head * 0.45);
+    pen.closePath();
+    if (halo) {
+      pen.lineWidth = 3;
+      pen.stroke();
+    }
+    pen.fill();
+  }
+}
+
+function dot(pen: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
+  pen.beginPath();
+  pen.arc(x, y, radius, 0, 2 * Math.PI);
+  pen.fill();
+}
+
+function boxAround(pen: CanvasRenderingContext2D, text: string, x: number, y: number): Box {
+  const half = pen.measureText(text).width / 2 + 2;
+  return { left: x - half, right: x + half, top: y - 8, bottom: y + 8 };
+}
+
+function overlap(one: Box, other: Box): boolean {
+  return one.left < other.right && other.left < one.right && one.top < other.bottom && other.top < one.bottom;
+}
+
+// The step of the grid on the ground as a text.
+export function lengthText(metres: number): string {
+  return metres >= 1 ? `${threeDigits(metres)} m` : `${threeDigits(1000 * metres)} mm`;
 }

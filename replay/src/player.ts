@@ -1,7 +1,7 @@
 // What is played, and how: time, speed, colours, and what is looked at.
 import { Vector3 } from "three";
 import { MODES, type Mode, OF_PROOFS } from "./colours";
-import { NEED_PROOF, type Overlay } from "./overlays";
+import { NEED_PROOF, type Overlay, type Which } from "./overlays";
 import { goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
@@ -12,6 +12,8 @@ const LATE = 1 / 35; // [s] between frames
 const COARSEST = 0.5; // fewer pixels than a quarter of them save nothing more: then it is corners that take the time
 const TELLING = 60; // [ms] between texts while it plays, which nobody reads faster
 const SWINGING = 1.5; // [s] from where it stood and back
+const RESTING = 200; // [ms] after which a picture is drawn finely
+const LOOKING = 250; // [ms] between looks at whether it has grown out of the picture
 
 export class Player {
   readonly viewer = new Viewer(() => this.touch());
@@ -21,6 +23,10 @@ export class Player {
   speed = 1;
   mode: Mode = "state";
   overlays = new Set<Overlay>();
+  which: Which = "selected";
+  xray = false;
+  top = Infinity; // the highest level that is drawn
+  hovered: [number, number] | undefined; // which stage, which brick
   following = false;
   swinging = false;
   picked: [number, number] | undefined; // which stage, which brick
@@ -32,9 +38,12 @@ export class Player {
   private fresh = false; // whether what is drawn is what is there
   private said = false; // likewise what is told in words
   private before = 0; // when the last frame was drawn [ms]
+  private drawnAt = 0; // when the bricks last changed [ms]
   private late = 0; // [s] between the last frames
   private toldAt = 0; // when texts and the line of time were last brought up to date [ms]
   private swingTime = 0; // [s]
+  private fine = true; // whether it is drawn finely, or cannot be
+  private lookedAt = 0; // when it was last looked at whether it has grown [ms]
   private readonly made = new Map<number, Stage>();
 
   constructor(readonly runs: Run[]) {}
@@ -90,9 +99,9 @@ export class Player {
     const golden = this.runs.findIndex((run) => run.told.name === goldenOf(this.runs[number]));
     const differs = golden >= 0 && Object.keys(this.runs[golden].told.marks ?? {}).length > 0;
     this.show(number, ...(differs ? [golden] : []));
-    this.viewer.look("three-quarter", this.timeline.end);
+    this.viewer.look("three-quarter", this.timeline.end, false);
     this.seek(this.beginning());
-    this.viewer.fit(this.time, undefined, this.timeline.end);
+    this.viewer.fit(this.time, undefined, this.timeline.end, false);
     this.sought = false;
   }
 
@@ -158,15 +167,21 @@ export class Player {
     this.touch();
   }
 
-  // The colours that are shown: those of a proof only while one holds.
+  // The colours that are shown: those of the state if what is chosen has nothing to tell.
   get seen(): Mode {
-    return OF_PROOFS.has(this.mode) && !this.proves() ? "state" : this.mode;
+    return this.silent(this.mode) ? "state" : this.mode;
+  }
+
+  // Why a colouring has nothing to tell at this time; empty if it has.
+  silent(mode: Mode): string {
+    const reasons = this.viewer.stages.map((stage) => stage.colours.silent(mode, this.time));
+    return reasons.every(Boolean) ? (reasons[0] ?? "") : "";
   }
 
   // What is chosen, but has nothing to show at this time, as no proof holds.
   get missing(): string[] {
     if (this.proves()) return [];
-    return [...(this.seen === this.mode ? [] : [`colours by ${this.mode}`]), ...[...this.overlays].filter((overlay) => NEED_PROOF.has(overlay))];
+    return [...(OF_PROOFS.has(this.mode) ? [`colours by ${this.mode}`] : []), ...[...this.overlays].filter((overlay) => NEED_PROOF.has(overlay))];
   }
 
   private proves(): boolean {
@@ -175,6 +190,8 @@ export class Player {
 
   overlay(name: Overlay): void {
     if (!this.overlays.delete(name)) this.overlays.add(name);
+    const fall = this.viewer.stages[0]?.run.told.fall;
+    if (name === "motion" && fall && this.overlays.has(name)) this.seek(fall.time); // it is the motion of this moment
     this.touch();
   }
 
@@ -185,12 +202,20 @@ export class Player {
 
   pick(found: [number, number] | undefined): void {
     this.picked = found;
+    this.hovered = undefined;
     if (!found) this.following = false;
     this.touch();
   }
 
   follow(): void {
     this.following = !this.following && this.picked !== undefined;
+    this.touch();
+  }
+
+  // A brick that is pointed at.
+  point(found: [number, number] | undefined): void {
+    if (this.hovered?.join() === found?.join()) return;
+    this.hovered = found;
     this.touch();
   }
 
@@ -214,11 +239,19 @@ export class Player {
     }
     if (this.swinging) this.swingTime += passed;
     if (!this.viewer.stages.length) return;
+    if (now - this.lookedAt > LOOKING) {
+      this.lookedAt = now;
+      if (!this.fresh && !this.following) this.viewer.follow(this.time);
+    }
     if (!this.fresh || this.swinging) {
       [this.fresh, this.said] = [true, false];
       this.update();
       this.viewer.draw();
       this.drawn++;
+      [this.fine, this.drawnAt] = [!this.viewer.coarse, now];
+    } else if (!this.fine && !this.playing && now - this.drawnAt > RESTING) {
+      this.fine = true;
+      this.viewer.draw(true);
     }
     if (this.said || (this.playing && now - this.toldAt < TELLING)) return;
     [this.said, this.toldAt] = [true, now];
@@ -243,8 +276,9 @@ export class Player {
     const { stages } = this.viewer;
     stages.forEach((stage, place) => {
       const other = stages.length > 1 ? stages[1 - place].run : undefined;
-      const picked = this.picked?.[0] === place ? this.picked[1] : undefined;
-      stage.update({ time: this.time, mode: this.seen, overlays: this.overlays, swing, picked }, other, other && placesOf(other));
+      const [picked, hovered] = [this.picked, this.hovered].map((one) => (one?.[0] === place ? one[1] : undefined));
+      const { time, seen: mode, overlays, which, xray, top } = this;
+      stage.update({ time, mode, overlays, which, xray, top, swing, picked, hovered }, (point) => this.viewer.toEye(point), other, other && placesOf(other));
     });
     const is = this.following ? this.centre() : undefined;
     if (was && is) this.viewer.shift(is.sub(was));

@@ -180,6 +180,11 @@ export class Run {
     return low;
   }
 
+  // The highest of its levels; 0 if it has none.
+  get levels(): number {
+    return this.told.bricks.level.reduce((most, level) => Math.max(most, level), 0);
+  }
+
   nameOf(body: number | string): string {
     return typeof body === "string" ? body : this.told.bricks.name[body];
   }

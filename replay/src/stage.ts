@@ -1,105 +1,291 @@
-// One run on the screen: its bricks, what is drawn over them, and the ground.
-import { Box3, Color, DoubleSide, GridHelper, InstancedMesh, LineSegments, Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Scene, Vector3 } from "three";
-import { Bricks } from "./bricks";
-import { Colours, type Mode } from "./colours";
-import { type Overlay, Overlays } from "./overlays";
+// One run on the screen: its bricks, what is drawn over them, the ground, and the light.
+import {
+  DepthTexture,
+  DoubleSide,
+  InstancedMesh,
+  LessEqualCompare,
+  LinearFilter,
+  Matrix4,
+  Mesh,
+  Object3D,
+  OrthographicCamera,
+  PlaneGeometry,
+  Quaternion,
+  Scene,
+  ShaderMaterial,
+  Sphere,
+  Vector2,
+  Vector3,
+  WebGLRenderTarget,
+  type WebGLRenderer,
+} from "three";
+import { Bricks, type Light, Mark, SHADED } from "./bricks";
+import { Colours, type Mode, niceAbove, token } from "./colours";
+import { type Overlay, Overlays, type Sight, type Which } from "./overlays";
 import { marksOf, type Pose, type Run } from "./run";
 
-export const DIFFERENT = new Color("#ff00ff");
-const PICKED = new Color("#ffffff");
+const SUN = new Vector3(-0.45, -0.75, 1.1).normalize(); // towards it
+const SHADOWED = 1500; // bricks up to which they cast shadows; benchmarks/replay.py measures what more of them cost
+const SHARPNESS = 2048; // [px] of the map of shadows, along a side
+const NEARBY = 2; // times the ball around what was built: what ends farther out would make it tiny
+const INSIDE = 0.9; // of the way to its corners: points of a brick that are to be seen
+
+// What the sun sees: how far each place is from it.
+const CAST = new ShaderMaterial({
+  vertexShader: `
+    attribute vec4 tint;
+    void main() {
+      gl_Position = fract(tint.w) > 0.25 ? vec4(2.0) : projectionMatrix * (viewMatrix * (instanceMatrix * vec4(position, 1.0)));
+    }`,
+  fragmentShader: "void main() { gl_FragColor = vec4(1.0); }",
+  side: DoubleSide,
+});
 
 export interface Look {
   time: number; // [s]
   mode: Mode;
   overlays: Set<Overlay>;
+  which: Which; // of the forces
+  xray: boolean; // whether what hides the picked brick is drawn as if of glass
+  top: number; // the highest level that is drawn
   swing: number; // how far the proven motion is drawn, in its longest brick; 0 for none
   picked: number | undefined; // a brick of this run
+  hovered: number | undefined;
 }
 
 export class Stage {
   readonly scene = new Scene();
   readonly colours: Colours;
-  readonly size: number; // the longest side of a brick [m]
+  readonly size: number; // the longest side of a usual brick [m]
+  readonly grid: number; // its step [m]
+  readonly overlays: Overlays;
+  private readonly near: Sphere; // what is outside has gone far from what was built
+  private readonly home: Sphere; // around what is built, and what of it ends nearby
   private readonly bricks: Bricks;
-  private readonly overlays: Overlays;
+  private readonly grounds = new Object3D();
+  private readonly light: Light = {
+    sun: { value: SUN },
+    shift: { value: 0 },
+    shade: { value: new Matrix4() },
+    shadows: { value: null },
+    soft: { value: 1.6 / SHARPNESS },
+    outlines: { value: [] },
+    pixel: { value: 1 },
+  };
+  private readonly sun = new OrthographicCamera();
+  private readonly map: WebGLRenderTarget | undefined;
   private readonly pose: Pose = { position: new Vector3(), orientation: new Quaternion() };
   private readonly other: Pose = { position: new Vector3(), orientation: new Quaternion() };
-  private readonly mixed = new Color();
+  private readonly matrix = new Matrix4();
+  private readonly ghosts = new Set<number>();
   private passed = ""; // what the bricks that do not move depend on
+  private lit = false; // whether shadows are those of what is drawn
+  private castAt = -Infinity; // when shadows were last drawn [ms]
+  private look: Look | undefined;
 
   constructor(readonly run: Run) {
-    this.size = 2 * Math.max(...run.halves.map((half) => Math.max(half.x, half.y, half.z)), 1e-6);
-    this.bricks = new Bricks(run);
+    const sides = run.told.bricks.shape.map((shape) => 2 * Math.max(...run.halves[shape].toArray())).sort((one, other) => one - other);
+    this.size = sides[sides.length >> 1] || 1e-6;
+    this.grid = niceAbove(this.size * 0.8);
+    [this.near, this.home] = this.builtWithin();
+    this.bricks = new Bricks(run, this.light);
     this.colours = new Colours(run);
-    this.overlays = new Overlays(run, this.size, (brick) => this.bricks.drawn(brick, new Vector3()));
-    this.scene.add(this.bricks.group, this.overlays.group);
-    for (const plane of run.told.planes) this.scene.add(this.surface(plane));
+    this.overlays = new Overlays(this);
+    this.scene.add(this.grounds, this.bricks.group, this.bricks.ghosts);
+    for (const plane of run.told.planes) this.grounds.add(this.surface(plane));
+    if (run.count > SHADOWED) return;
+    this.map = new WebGLRenderTarget(SHARPNESS, SHARPNESS);
+    this.map.depthTexture = new DepthTexture(SHARPNESS, SHARPNESS);
+    this.map.depthTexture.compareFunction = LessEqualCompare;
+    this.map.depthTexture.minFilter = this.map.depthTexture.magFilter = LinearFilter;
+    this.light.shadows.value = this.map.depthTexture;
+    for (const one of [this.bricks.material, ...this.grounds.children.map((ground) => (ground as Mesh).material as ShaderMaterial)]) one.defines = { ...one.defines, SHADOWS: "" };
+    const { center } = this.home;
+    const radius = 1.1 * this.home.radius;
+    [this.sun.left, this.sun.right, this.sun.bottom, this.sun.top, this.sun.near, this.sun.far] = [-radius, radius, -radius, radius, 0, 4 * radius];
+    this.sun.position.copy(center).addScaledVector(SUN, 2 * radius);
+    this.sun.up.set(0, 0, 1);
+    this.sun.lookAt(center);
+    this.sun.updateProjectionMatrix();
+    this.sun.updateMatrixWorld();
+    this.light.shift.value = (3 * radius) / SHARPNESS;
+    const half = new Matrix4().makeScale(0.5, 0.5, 0.5).setPosition(0.5, 0.5, 0.5);
+    this.light.shade.value = half.multiply(this.sun.projectionMatrix).multiply(this.sun.matrixWorldInverse);
   }
 
   // Put everything where it is at a time; `beside` is another run that this one is compared with.
-  update(look: Look, beside?: Run, places?: Map<string, number>): void {
-    const { run, bricks } = this;
-    const passed = [run.passed(look.time), look.mode, look.picked, beside?.told.name, beside?.passed(look.time), look.swing > 0].join();
+  update(look: Look, toEye: (point: Vector3) => Vector3, beside?: Run, places?: Map<string, number>): void {
+    const { run, bricks, ghosts } = this;
+    this.hide(look, toEye);
+    const { time, mode, picked, hovered, top } = look;
+    const passed = [run.passed(time), mode, picked, hovered, top, beside?.told.name, beside?.passed(time), look.swing > 0, run.proofAt(time)?.proof.begin, token("--wood").getHex(), ...ghosts].join();
     const fresh = passed !== this.passed || beside !== undefined;
     this.passed = passed;
+    this.look = look;
     const all = fresh ? run.count : run.moving.length;
+    if (all) this.lit = false;
     for (let place = 0; place < all; place++) {
       const brick = fresh ? place : run.moving[place];
-      if (!run.isThere(brick, look.time)) {
+      if (!this.shows(brick, time)) {
         bricks.hide(brick);
         continue;
       }
-      run.poseAt(brick, look.time, this.pose);
+      run.poseAt(brick, time, this.pose);
       bricks.put(brick, this.pose);
-      const colour = this.colours.of(look.mode, brick, look.time);
-      if (brick === look.picked) bricks.paint(brick, this.mixed.copy(colour).lerp(PICKED, 0.6));
-      else if (beside && this.differs(brick, look.time, beside, places)) bricks.paint(brick, this.mixed.copy(colour).lerp(DIFFERENT, 0.6));
-      else bricks.paint(brick, colour);
+      const differs = beside !== undefined && this.differs(brick, time, beside, places);
+      const mark = brick === picked ? Mark.Picked : differs ? Mark.Different : brick === hovered ? Mark.Hovered : Mark.None;
+      bricks.paint(brick, this.colours.of(mode, brick, time), mark, ghosts.has(brick));
     }
     if (look.swing) this.swing(look);
     bricks.done();
-    this.overlays.show(look.overlays, look.time);
+    bricks.ghosts.visible = ghosts.size > 0;
+  }
+
+  // Whether a brick is drawn at a time: bricks above the highest level that is looked at are left out.
+  shows(brick: number, time: number): boolean {
+    return this.run.isThere(brick, time) && this.run.told.bricks.level[brick] <= (this.look?.top ?? Infinity);
+  }
+
+  // Draw the bricks and the ground.
+  draw(renderer: WebGLRenderer, camera: Parameters<WebGLRenderer["render"]>[1], pixel: number): void {
+    this.light.pixel.value = pixel;
+    this.light.outlines.value = ["--outline", "--accent", "--accent", "--known"].map(token);
+    renderer.render(this.scene, camera);
+  }
+
+  // Draw what the sun sees, unless nothing has moved since or it was drawn just now.
+  cast(renderer: WebGLRenderer, pause: number): void {
+    const now = performance.now();
+    if (!this.map || this.lit || now - this.castAt < pause) return;
+    [this.lit, this.castAt] = [true, now];
+    const unseen = [this.grounds, this.bricks.ghosts].map((one): [Object3D, boolean] => [one, one.visible]);
+    for (const [one] of unseen) one.visible = false;
+    this.scene.overrideMaterial = CAST;
+    renderer.setRenderTarget(this.map);
+    renderer.clear();
+    renderer.render(this.scene, this.sun);
+    renderer.setRenderTarget(null);
+    this.scene.overrideMaterial = null;
+    for (const [one, visible] of unseen) one.visible = visible;
+  }
+
+  drawOver(pen: CanvasRenderingContext2D, sight: Sight): void {
+    if (this.look) this.overlays.draw(pen, sight, this.look);
   }
 
   // It is not drawn any more: give back what it has on the graphics card.
   forget(): void {
+    this.map?.depthTexture?.dispose();
+    this.map?.dispose();
     this.scene.traverse((one) => {
       if (one instanceof InstancedMesh) one.dispose();
-      if (one instanceof Mesh || one instanceof LineSegments) one.geometry.dispose();
+      if (one instanceof Mesh) one.geometry.dispose();
     });
   }
 
   // Where a brick is drawn.
   drawn(brick: number): Vector3 {
-    return this.bricks.drawn(brick, new Vector3());
+    return new Vector3().setFromMatrixPosition(this.matrixOf(brick, this.matrix));
   }
 
-  // The corners of all that is there and was not thrown.
+  matrixOf(brick: number, matrix: Matrix4): Matrix4 {
+    return this.bricks.drawn(brick, matrix);
+  }
+
+  // What a brick takes up on the canvas, and how high its outermost corners are [px].
+  boxOf(brick: number, sight: Pick<Sight, "at">): { left: number; top: number; right: number; bottom: number; leftAt: number; rightAt: number } {
+    const place = this.matrixOf(brick, this.matrix);
+    const box = { left: Infinity, top: Infinity, right: -Infinity, bottom: -Infinity, leftAt: 0, rightAt: 0 };
+    for (const corner of this.run.told.shapes[this.run.told.bricks.shape[brick]].corners) {
+      const [x, y] = sight.at(new Vector3(...corner).applyMatrix4(place));
+      if (x < box.left) [box.left, box.leftAt] = [x, y];
+      if (x > box.right) [box.right, box.rightAt] = [x, y];
+      box.top = Math.min(box.top, y);
+      box.bottom = Math.max(box.bottom, y);
+    }
+    return box;
+  }
+
+  // The corners of all that is there, was not thrown, and has not gone far from what was built.
   corners(time: number): Vector3[] {
     const { run, pose } = this;
     const found: Vector3[] = [];
     for (let brick = 0; brick < run.count; brick++) {
       if (!run.isThere(brick, time) || run.told.bricks.thrown[brick]) continue;
       run.poseAt(brick, time, pose);
+      if (!this.near.containsPoint(pose.position)) continue;
       for (const corner of run.told.shapes[run.told.bricks.shape[brick]].corners) {
-        found.push(new Vector3(...(corner as [number, number, number])).applyQuaternion(pose.orientation).add(pose.position));
+        found.push(new Vector3(...corner).applyQuaternion(pose.orientation).add(pose.position));
       }
     }
     return found;
   }
 
-  // The nearest brick that a ray meets.
-  pick(origin: Vector3, direction: Vector3, time: number): number | undefined {
+  // How far any of these is from a point [m].
+  reach(time: number, from: Vector3): number {
+    const { run, pose } = this;
+    let most = 0;
+    for (let brick = 0; brick < run.count; brick++) {
+      if (!run.isThere(brick, time) || run.told.bricks.thrown[brick]) continue;
+      run.poseAt(brick, time, pose);
+      if (this.near.containsPoint(pose.position)) most = Math.max(most, pose.position.distanceTo(from) + run.halves[run.told.bricks.shape[brick]].length());
+    }
+    return most;
+  }
+
+  // The nearest brick that a ray meets, of those that are not of glass.
+  pick(origin: Vector3, direction: Vector3): number | undefined {
+    const time = this.look?.time ?? 0;
     let [nearest, found]: [number, number | undefined] = [Infinity, undefined];
     for (let brick = 0; brick < this.run.count; brick++) {
-      if (!this.run.isThere(brick, time)) continue;
-      this.run.poseAt(brick, time, this.pose);
-      const back = this.pose.orientation.conjugate();
-      const from = origin.clone().sub(this.pose.position).applyQuaternion(back);
-      const at = intoBox(from, direction.clone().applyQuaternion(back), this.run.halves[this.run.told.bricks.shape[brick]]);
+      if (!this.shows(brick, time) || this.ghosts.has(brick)) continue;
+      const at = this.meets(brick, origin, direction, time);
       if (at < nearest) [nearest, found] = [at, brick];
     }
     return found;
+  }
+
+  // Where a ray enters a brick, in its own length; Infinity if it misses.
+  private meets(brick: number, origin: Vector3, direction: Vector3, time: number): number {
+    this.run.poseAt(brick, time, this.pose);
+    const back = this.pose.orientation.conjugate();
+    const from = origin.clone().sub(this.pose.position).applyQuaternion(back);
+    return intoBox(from, direction.clone().applyQuaternion(back), this.run.halves[this.run.told.bricks.shape[brick]]);
+  }
+
+  // What hides the picked brick is drawn as if of glass: all above it, and all between it and the eye.
+  private hide({ xray, picked, time }: Look, toEye: (point: Vector3) => Vector3): void {
+    const { run, ghosts } = this;
+    ghosts.clear();
+    if (!xray || picked === undefined || !run.isThere(picked, time)) return;
+    run.poseAt(picked, time, this.other);
+    const half = run.halves[run.told.bricks.shape[picked]];
+    const points = CORNERS.map((corner) => corner.clone().multiply(half).multiplyScalar(INSIDE).applyQuaternion(this.other.orientation).add(this.other.position));
+    const highest = points.reduce((most, { z }) => Math.max(most, z), -Infinity);
+    const rays = points.map((point): [Vector3, Vector3] => [point, toEye(point)]);
+    for (let brick = 0; brick < run.count; brick++) {
+      if (brick === picked || !run.isThere(brick, time)) continue;
+      run.poseAt(brick, time, this.pose);
+      if (this.pose.position.z > highest || rays.some(([point, way]) => this.meets(brick, point, way, time) < Infinity)) ghosts.add(brick);
+    }
+  }
+
+  // Around all that is built, where it is set down, and where it ends if that is not far away.
+  private builtWithin(): [Sphere, Sphere] {
+    const { run, pose } = this;
+    const built: Vector3[] = [];
+    const end: Vector3[] = [];
+    for (let brick = 0; brick < run.count; brick++) {
+      if (run.told.bricks.thrown[brick]) continue;
+      for (const [time, points] of [[-1, built], [run.told.end, end]] as [number, Vector3[]][]) {
+        run.poseAt(brick, time, pose);
+        for (const corner of run.told.shapes[run.told.bricks.shape[brick]].corners) points.push(new Vector3(...corner).applyQuaternion(pose.orientation).add(pose.position));
+      }
+    }
+    const found = built.length ? new Sphere().setFromPoints(built) : new Sphere(new Vector3(), this.size);
+    const wide = found.clone();
+    wide.radius *= NEARBY;
+    return [wide, built.length ? new Sphere().setFromPoints([...built, ...end.filter((point) => wide.containsPoint(point))]) : found];
   }
 
   private differs(brick: number, time: number, beside: Run, places?: Map<string, number>): boolean {
@@ -135,23 +321,77 @@ export class Stage {
   }
 
   private surface(plane: { point: number[]; normal: number[] }): Mesh {
-    const box = new Box3().setFromPoints(this.corners(this.run.told.end));
-    const middle = box.isEmpty() ? new Vector3() : box.getCenter(new Vector3());
-    const wide = Math.max(box.isEmpty() ? 1 : box.getSize(new Vector3()).length() * 2, 4 * this.size);
+    const { center, radius } = this.home;
     const normal = new Vector3(...plane.normal);
-    const foot = middle.clone().addScaledVector(normal, -normal.dot(middle.clone().sub(new Vector3(...plane.point))));
-    const paint = new MeshBasicMaterial({ color: 0x8a8577, transparent: true, opacity: 0.22, side: DoubleSide, depthWrite: false });
-    const mesh = new Mesh(new PlaneGeometry(wide, wide), paint);
-    const grid = new GridHelper(wide, Math.min(80, Math.round(wide / this.size)), 0x8a8577, 0x8a8577);
-    grid.material.transparent = true;
-    grid.material.opacity = 0.25;
-    grid.rotateX(Math.PI / 2);
-    mesh.add(grid);
-    mesh.position.copy(foot).addScaledVector(normal, -1e-4 * wide);
+    const foot = center.clone().addScaledVector(normal, -normal.dot(center.clone().sub(new Vector3(...plane.point))));
+    const wide = 3.5 * Math.max(radius, this.size);
+    const paint = new ShaderMaterial({
+      vertexShader: GROUND_VERTEX,
+      fragmentShader: GROUND_FRAGMENT,
+      transparent: true,
+      depthWrite: false,
+      side: DoubleSide,
+      uniforms: {
+        ...this.light,
+        ground: { value: token("--ground") },
+        lines: { value: token("--grid") },
+        each: { value: this.grid },
+        wide: { value: wide },
+        solid: { value: normal.z > 0.5 ? 1 : 0.3 },
+        origin: { value: new Vector2() },
+      },
+    });
+    const mesh = new Mesh(new PlaneGeometry(2 * wide, 2 * wide), paint);
     mesh.quaternion.setFromUnitVectors(new Vector3(0, 0, 1), normal);
+    const away = foot.clone().applyQuaternion(mesh.quaternion.clone().invert());
+    paint.uniforms.origin.value.set(away.x % (5 * this.grid), away.y % (5 * this.grid)); // lines stay where they are in the world
+    mesh.position.copy(foot).addScaledVector(normal, -1e-3 * this.size);
+    mesh.onBeforeRender = () => {
+      paint.uniforms.ground.value = token("--ground");
+      paint.uniforms.lines.value = token("--grid");
+    };
     return mesh;
   }
 }
+
+const CORNERS = [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => new Vector3(bits & 1 ? 1 : -1, bits & 2 ? 1 : -1, bits & 4 ? 1 : -1)).concat(new Vector3());
+
+const GROUND_VERTEX = `
+  uniform mat4 shade;
+  varying vec2 vAt;
+  varying vec3 vShade;
+  void main() {
+    vAt = position.xy;
+    vec4 at = modelMatrix * vec4(position, 1.0);
+    #ifdef SHADOWS
+    vShade = (shade * at).xyz;
+    #endif
+    gl_Position = projectionMatrix * (viewMatrix * at);
+  }`;
+const GROUND_FRAGMENT = `
+  uniform vec3 ground;
+  uniform vec3 lines;
+  uniform vec2 origin;
+  uniform float each;
+  uniform float wide;
+  uniform float solid;
+  uniform float pixel;
+  varying vec2 vAt;
+  varying vec3 vShade;
+  ${SHADED}
+  float grid(float by) {
+    vec2 at = (vAt + origin) / by;
+    vec2 one = fwidth(at);
+    vec2 away = abs(fract(at - 0.5) - 0.5) / max(one, 1e-9) / pixel;
+    return (1.0 - clamp(min(away.x, away.y) - 0.1, 0.0, 1.0)) * (1.0 - smoothstep(0.08, 0.3, max(one.x, one.y)));
+  }
+  void main() {
+    float line = max(0.5 * grid(each), grid(5.0 * each));
+    vec3 colour = mix(ground, lines, line) * mix(0.5, 1.0, lit(vShade));
+    float far = length(vAt) / wide;
+    gl_FragColor = vec4(colour, (gl_FrontFacing ? solid : 0.3) * (1.0 - smoothstep(0.55, 1.0, far)));
+    #include <colorspace_fragment>
+  }`;
 
 // Where a ray enters a box about the origin, in its own length; Infinity if it misses.
 function intoBox(from: Vector3, direction: Vector3, half: Vector3): number {

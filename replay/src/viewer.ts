@@ -1,38 +1,62 @@
-// The picture: one canvas, one camera, and one run, or two side by side that are seen from the same place.
-import { Color, OrthographicCamera, PerspectiveCamera, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
+// The picture: one canvas for the bricks, one for what is drawn over them, one camera, and one run, or two side by side that
+// are seen from the same place.
+import { OrthographicCamera, PerspectiveCamera, Sphere, Vector2, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { token } from "./colours";
+import { lengthText, type Sight } from "./overlays";
 import { colourOf } from "./page";
 import type { Stage } from "./stage";
 
-export type From = "three-quarter" | "front" | "side" | "plan";
-const DIRECTIONS: Record<From, Vector3> = {
+export type From = "three-quarter" | "front" | "side" | "plan" | "weakest";
+const DIRECTIONS: Record<Exclude<From, "weakest">, Vector3> = {
   "three-quarter": new Vector3(0.75, -1, 0.55).normalize(),
   front: new Vector3(0, -1, 0),
   side: new Vector3(1, 0, 0),
   plan: new Vector3(0, -1e-4, 1).normalize(),
 };
 const FIELD = 35; // [deg]
-const NEARBY = 2; // times the ball around what stands: what ends farther out would make it tiny
+const TANGENT = Math.tan((FIELD / 2) * (Math.PI / 180));
 const ROOM = 0.85; // share of the height that is filled
+const MOVING = 280; // [ms] that the camera takes to a new place
+const GROWN = 1.25; // times what was last fitted: then it is fitted anew
+const FINE = 2; // pixels for each of the screen, along one side, of a picture that rests and was drawn without smooth edges
+const LAGGING = 120; // [ms] by which shadows may lag behind where frames take too long
+const FINGER = 14; // [px] around a tap in which a brick is looked for
+const STILL = matchMedia("(prefers-reduced-motion: reduce)");
+
+interface Place {
+  target: Vector3;
+  direction: Vector3; // from the target to the eye
+  away: number; // [m]
+}
 
 export class Viewer {
   readonly canvas = document.createElement("canvas");
+  readonly over = document.createElement("canvas");
   stages: Stage[] = [];
   from: From = "three-quarter";
   sharpness = 1; // pixels that are drawn for each of the screen, along one side
+  turned = false; // whether the person has moved the camera since it was last fitted
+  readonly coarse: boolean; // whether a picture that rests is drawn again with smooth edges
   private readonly renderer: WebGLRenderer;
   private readonly near = new PerspectiveCamera(FIELD, 1, 0.001, 1000);
   private readonly flat = new OrthographicCamera();
   private readonly controls: OrbitControls;
+  private fitted: Sphere | undefined; // around what was last fitted
+  private move: { from: Place; to: Place; began: number } | undefined;
 
-  constructor(changed: () => void) {
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !drawnBySoftware() });
+  constructor(private readonly changed: () => void) {
+    const software = drawnBySoftware();
+    this.coarse = software && devicePixelRatio < FINE;
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !software });
     this.renderer.autoClear = false;
     this.near.up.set(0, 0, 1);
     this.flat.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.near, this.canvas);
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", changed);
+    this.controls.addEventListener("start", () => ([this.turned, this.move] = [true, undefined]));
+    this.over.className = "over";
   }
 
   get orthographic(): boolean {
@@ -47,39 +71,45 @@ export class Viewer {
     this.controls.update();
   }
 
-  look(from: From, time: number): void {
+  // Whether it is known from where a motion of the weakest part is seen from aside.
+  get knowsWeakest(): boolean {
+    return this.stages[0]?.run.told.weakest?.bearing_deg !== undefined;
+  }
+
+  look(from: From, time: number, smoothly = true): void {
     this.from = from;
-    this.fit(time, DIRECTIONS[from]);
+    this.fit(time, from === "weakest" ? this.aside() : DIRECTIONS[from], time, smoothly);
   }
 
   // See all that is there, from a direction or from where it is seen now; and what of it is near at another time.
-  fit(time: number, from?: Vector3, also = time): void {
-    const corners = this.stages.flatMap((stage) => stage.corners(time));
+  fit(time: number, from?: Vector3, also = time, smoothly = true): void {
+    const corners = this.stages.flatMap((stage) => [...stage.corners(time), ...(also === time ? [] : stage.corners(also))]);
     if (!corners.length) return;
-    if (also !== time) {
-      const around = new Sphere().setFromPoints(corners);
-      around.radius *= NEARBY;
-      corners.push(...this.stages.flatMap((stage) => stage.corners(also)).filter((corner) => around.containsPoint(corner)));
-    }
-    const camera = this.controls.object;
-    const direction = (from ?? camera.position.clone().sub(this.controls.target)).clone().normalize();
-    const up = Math.tan((FIELD / 2) * (Math.PI / 180)) * ROOM;
-    const right = new Vector3().crossVectors(camera.up, direction).normalize();
+    this.turned = false;
+    this.fitted = new Sphere().setFromPoints(corners);
+    const { up } = this.controls.object;
+    const direction = (from ?? this.place().direction).clone().normalize();
+    const high = TANGENT * ROOM;
+    const right = new Vector3().crossVectors(up, direction).normalize();
     const upwards = new Vector3().crossVectors(direction, right);
-    const middle = new Vector3();
+    const target = new Vector3();
     for (const axis of [direction, right, upwards]) {
       const [least, most] = corners.reduce(([low, high], corner) => [Math.min(low, corner.dot(axis)), Math.max(high, corner.dot(axis))], [Infinity, -Infinity]);
-      middle.addScaledVector(axis, (least + most) / 2);
+      target.addScaledVector(axis, (least + most) / 2);
     }
     const away = corners.reduce((farthest, corner) => {
-      corner.sub(middle);
-      const aside = Math.max(Math.abs(corner.dot(upwards)) / up, Math.abs(corner.dot(right)) / up / this.aspect);
+      corner.sub(target);
+      const aside = Math.max(Math.abs(corner.dot(upwards)) / high, Math.abs(corner.dot(right)) / high / this.aspect);
       return Math.max(farthest, aside + (this.orthographic ? 0 : corner.dot(direction))); // what is nearer looks larger
     }, 0);
-    this.controls.target.copy(middle);
-    camera.position.copy(this.controls.target).addScaledVector(direction, away);
-    this.flat.zoom = 1;
-    this.controls.update();
+    this.goTo({ target, direction, away }, smoothly);
+  }
+
+  // Fit it again if it has grown out of the picture, unless the person has turned it since.
+  follow(time: number): void {
+    const { fitted } = this;
+    if (this.turned || this.move || !fitted) return;
+    if (this.stages.some((stage) => stage.reach(time, fitted.center) > GROWN * fitted.radius)) this.fit(time);
   }
 
   // Move along with something.
@@ -90,56 +120,160 @@ export class Viewer {
   }
 
   zoom(factor: number): void {
-    const camera = this.controls.object;
-    camera.position.sub(this.controls.target).multiplyScalar(1 / factor).add(this.controls.target);
-    this.controls.update();
+    this.settle();
+    this.turned = true;
+    const { target, direction, away } = this.place();
+    this.stand({ target, direction, away: away / factor });
   }
 
-  draw(): void {
+  // End a motion of the camera at once.
+  settle(): void {
+    if (this.move) this.stand(this.move.to);
+    this.move = undefined;
+  }
+
+  // Draw it; finely if it rests.
+  draw(finely = false): void {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (!width || !height) return;
-    const size = this.renderer.getSize(new Vector2());
-    const ratio = Math.min(devicePixelRatio, 2) * this.sharpness;
-    if (size.x !== width || size.y !== height || this.renderer.getPixelRatio() !== ratio) {
-      this.renderer.setPixelRatio(ratio);
-      this.renderer.setSize(width, height, false);
+    const { renderer } = this;
+    this.advance();
+    const size = renderer.getSize(new Vector2());
+    const ratio = finely ? FINE : Math.min(devicePixelRatio, FINE) * this.sharpness;
+    if (size.x !== width || size.y !== height || renderer.getPixelRatio() !== ratio) {
+      renderer.setPixelRatio(ratio);
+      renderer.setSize(width, height, false);
     }
     this.suit();
-    this.renderer.setClearColor(new Color(colourOf("--paper")));
-    this.renderer.setScissorTest(false);
-    this.renderer.clear();
-    this.renderer.setScissorTest(true);
+    for (const stage of this.stages) stage.cast(renderer, this.sharpness < 1 ? LAGGING : 0);
+    renderer.setClearColor(token("--scene"));
+    renderer.setScissorTest(false);
+    renderer.clear();
+    renderer.setScissorTest(true);
     const each = width / Math.max(1, this.stages.length);
     this.stages.forEach((stage, place) => {
-      this.renderer.setViewport(place * each, 0, each, height);
-      this.renderer.setScissor(place * each, 0, each, height);
-      this.renderer.render(stage.scene, this.controls.object);
+      renderer.setViewport(place * each, 0, each, height);
+      renderer.setScissor(place * each, 0, each, height);
+      stage.draw(renderer, this.controls.object, ratio);
+    });
+    this.drawOver(width, height);
+    if (this.move) this.changed();
+  }
+
+  private drawOver(width: number, height: number): void {
+    const sharp = Math.min(devicePixelRatio, FINE);
+    if (this.over.width !== Math.round(width * sharp) || this.over.height !== Math.round(height * sharp)) [this.over.width, this.over.height] = [Math.round(width * sharp), Math.round(height * sharp)];
+    const pen = this.over.getContext("2d")!;
+    pen.setTransform(sharp, 0, 0, sharp, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    this.stages.forEach((stage, place) => {
+      const sight = this.sight(place);
+      pen.save();
+      pen.beginPath();
+      pen.rect(sight.left, 0, sight.width, height);
+      pen.clip();
+      stage.drawOver(pen, sight);
+      pen.font = `12px ${colourOf("--sans")}`;
+      pen.textAlign = "left";
+      pen.textBaseline = "alphabetic";
+      pen.fillStyle = colourOf("--ink-2");
+      if (stage.run.told.planes.length) pen.fillText(`grid ${lengthText(stage.grid)}`, sight.left + 12, height - 10);
+      pen.restore();
     });
   }
 
-  // The brick under a point of the canvas [px], and in which of the stages.
-  pick(x: number, y: number, time: number): [number, number] | undefined {
+  // How one of the stages is seen.
+  sight(place: number): Sight {
+    this.suit();
+    const camera = this.controls.object;
+    camera.updateMatrixWorld();
+    const height = this.canvas.clientHeight;
+    const width = this.canvas.clientWidth / Math.max(1, this.stages.length);
+    const left = place * width;
+    const seen = new Vector3();
+    return {
+      left,
+      width,
+      height,
+      at: (point) => {
+        seen.copy(point).project(camera);
+        return [left + ((seen.x + 1) / 2) * width, ((1 - seen.y) / 2) * height];
+      },
+      scale: (point) => (height / (2 * TANGENT)) * (this.orthographic ? this.flat.zoom / this.place().away : 1 / Math.max(1e-9, -seen.copy(point).applyMatrix4(camera.matrixWorldInverse).z)),
+      toEye: (point) => this.toEye(point),
+      sees: (brick, [x, y]) => this.pick(x, y)?.[1] === brick,
+    };
+  }
+
+  // The way from a point to the eye.
+  toEye(point: Vector3): Vector3 {
+    const { target, direction, away } = this.place();
+    return this.orthographic ? direction : target.addScaledVector(direction, away).sub(point).normalize();
+  }
+
+  // The brick under a point of the canvas [px], and in which of the stages; near a tap if there is none under it.
+  pick(x: number, y: number, tapped = false): [number, number] | undefined {
     if (!this.stages.length) return undefined;
     const each = this.canvas.clientWidth / Math.max(1, this.stages.length);
-    const place = Math.min(this.stages.length - 1, Math.floor(x / each));
+    const place = Math.min(this.stages.length - 1, Math.max(0, Math.floor(x / each)));
     const inside = new Vector2((2 * (x - place * each)) / each - 1, 1 - (2 * y) / this.canvas.clientHeight);
     this.suit();
     const camera = this.controls.object;
     camera.updateMatrixWorld();
     const origin = new Vector3(inside.x, inside.y, -1).unproject(camera);
     const direction = new Vector3(inside.x, inside.y, 1).unproject(camera).sub(origin).normalize();
-    const brick = this.stages[place].pick(origin, direction, time);
-    return brick === undefined ? undefined : [place, brick];
+    const brick = this.stages[place].pick(origin, direction);
+    if (brick !== undefined) return [place, brick];
+    if (!tapped) return undefined;
+    for (let turn = 0; turn < 8; turn++) {
+      const found = this.pick(x + FINGER * Math.cos((turn * Math.PI) / 4), y + FINGER * Math.sin((turn * Math.PI) / 4));
+      if (found) return found;
+    }
+    return undefined;
   }
 
   // Where a point is on the canvas [px], in one of the stages.
   onScreen(point: Vector3, place: number): [number, number] {
-    this.suit();
-    const camera = this.controls.object;
-    camera.updateMatrixWorld();
-    const seen = point.clone().project(camera);
-    const each = this.canvas.clientWidth / Math.max(1, this.stages.length);
-    return [place * each + ((seen.x + 1) / 2) * each, ((1 - seen.y) / 2) * this.canvas.clientHeight];
+    return this.sight(place).at(point);
+  }
+
+  // Where the camera stands; zooming in with parallel rays counts as going nearer.
+  private place(): Place {
+    const { object, target } = this.controls;
+    const direction = object.position.clone().sub(target);
+    const away = direction.length();
+    return { target: target.clone(), direction: direction.divideScalar(away || 1), away: away / (this.orthographic ? this.flat.zoom : 1) };
+  }
+
+  private stand({ target, direction, away }: Place): void {
+    this.controls.target.copy(target);
+    this.controls.object.position.copy(target).addScaledVector(direction, away);
+    this.flat.zoom = 1;
+    this.controls.update();
+  }
+
+  private goTo(to: Place, smoothly: boolean): void {
+    this.move = smoothly && !STILL.matches ? { from: this.place(), to, began: performance.now() } : undefined;
+    if (this.move) this.changed();
+    else this.stand(to);
+  }
+
+  private advance(): void {
+    if (!this.move) return;
+    const { from, to, began } = this.move;
+    const part = (performance.now() - began) / MOVING;
+    if (part >= 1) return this.settle();
+    const eased = part < 0.5 ? 2 * part * part : 1 - 2 * (1 - part) ** 2;
+    const direction = from.direction.clone().lerp(to.direction, eased).normalize();
+    this.stand({ target: from.target.clone().lerp(to.target, eased), direction, away: from.away * (to.away / from.away) ** eased });
+  }
+
+  // From aside of the way in which the weakest part gives way.
+  private aside(): Vector3 {
+    const bearing = ((this.stages[0]?.run.told.weakest?.bearing_deg ?? 0) * Math.PI) / 180;
+    const side = new Vector3(Math.sin(bearing), -Math.cos(bearing), 0);
+    if (side.y > 1e-9) side.negate(); // from the front rather than from behind
+    return side.setZ(0.2).normalize();
   }
 
   private get aspect(): number {
@@ -152,7 +286,7 @@ export class Viewer {
     this.near.near = away / 100;
     this.near.far = away * 100;
     this.near.updateProjectionMatrix();
-    const high = away * Math.tan((FIELD / 2) * (Math.PI / 180));
+    const high = away * TANGENT;
     [this.flat.top, this.flat.bottom, this.flat.left, this.flat.right] = [high, -high, -high * this.aspect, high * this.aspect];
     [this.flat.near, this.flat.far] = [-away * 100, away * 100];
     this.flat.updateProjectionMatrix();
