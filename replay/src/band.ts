@@ -120,5 +120,6 @@ export function answerOf(run: Run, brief = false): Answer {
   if (told.status === "passed" && nearest?.margin && !nearest.margin.startsWith("0 ")) lead.push(["Margin", nearest.margin]);
   const count = told.claims.length;
   const about = [system, !count ? "" : failed.length ? `${failed.length} of ${count} claims failed` : `${count} of ${count} claims hold`, failed[0]?.place ?? ""];
-  return { status: told.status, headline: told.headline, lead, helps: told.helps, claims: told.claims, truths: told.truths, facts: rest, see: told.see, name, about: about.filter(Boolean).join(", ") };
+  const image = told.status === "differs" ? "disagrees" : undefined; // it fails as expected, and no golden file differs
+  return { status: told.status, image, headline: told.headline, lead, helps: told.helps, claims: told.claims, truths: told.truths, facts: rest, see: told.see, name, about: about.filter(Boolean).join(", ") };
 }

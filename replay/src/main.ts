@@ -34,7 +34,7 @@ const SHOWN: Record<Overlay, [string, string, string]> = {
   names: ["Names", "copy", "n: names of the bricks in view that find room, those of every fifth level first"],
   motion: ["Motion", "motion", "velocities with which the fall begins"],
 };
-const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "golden differs", open: "not checked" };
+const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "expected failure", open: "not checked" };
 
 function build(player: Player): Heard {
   const { runs, viewer, timeline } = player;
@@ -132,7 +132,7 @@ function build(player: Player): Heard {
     const marks = marksOf(run, shown[1]);
     const answer = answered(shown, marks, heard, player.shown[0]);
     band.say(heard.failed ? { ...answer, ...heard.failed } : answer);
-    document.title = `${answer.name}: ${answer.status === "open" ? answer.headline.split(/[;:]/)[0].toLowerCase() : WORD[answer.status]}`;
+    document.title = `${answer.name}: ${shown.length > 1 && !marks ? WORD[answer.status] : answer.headline.split(/[;:]/)[0].toLowerCase()}`;
     weakest.hidden = weakestOf() === undefined;
     room.hidden = run.told.room === null;
     swing.hidden = run.told.fall === null;
@@ -260,7 +260,7 @@ function answered(shown: Run[], marks: Map<string, string[]> | undefined, heard:
     const count = [...marks.values()].flat().length;
     const of = [...marks].slice(0, 3).map(([name, texts]): [string, string] => [name, texts[0]]);
     const status = answer.status === "failed" ? "failed" : "differs";
-    return { ...answer, status, headline: `Golden differs in ${howMany(count, "value")}`, lead: of, facts: [...[...marks].flatMap(([name, texts]) => texts.map((text): [string, string] => [name, text])), ...answer.facts] };
+    return { ...answer, status, image: undefined, headline: `Golden differs in ${howMany(count, "value")}`, lead: of, facts: [...[...marks].flatMap(([name, texts]) => texts.map((text): [string, string] => [name, text])), ...answer.facts] };
   }
   const other = answerOf(shown[1]);
   const [mine, its] = shortNames(shown);

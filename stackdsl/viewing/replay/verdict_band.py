@@ -7,14 +7,17 @@ from typing import Any, Final, TypeAlias
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of
 from stackdsl.judging.remedies import Remedies, remedies_of
+from stackdsl.report.outline import Status, failure_lines, status_of
 from stackdsl.report.statics import counterweight_text, friction_text
-from stackdsl.report.text import cause_text, ending_text, outcome_text, significant, unchecked_text
+from stackdsl.report.text import ending_text, outcome_text, significant, unchecked_text
 from stackdsl.results import ClaimOutcome, RunStatus, VariantResult
 from stackdsl.viewing.run_view import RunView
 from stackdsl.work import limit
 
 Json: TypeAlias = Mapping[str, Any]
 
+SHOWN: Final = {Status.PASSED: "passed", Status.FAILED: "failed", Status.EXPECTED_FAILURE: "differs"}  # others: open
+IN_HEADLINE: Final = ("expected", "measured")
 TO_FALL: Final = ("collapses", "falls", "pivots")  # claims that no remedy against a fall helps
 
 
@@ -36,23 +39,24 @@ def verdict_json(run: RunView, hurried: bool = False) -> Json:
 def _headline(run: RunView) -> tuple[str, str]:
     """Return the status, which the page shows in colour and shape, and the answer in one line."""
     result, failed = run.result, [outcome for outcome in run.result.outcomes if not outcome.passed]
-    count = len(result.outcomes)
     if result.status is not RunStatus.DONE or run.marks is not None:
         return "open", run.verdict[:1].upper() + run.verdict[1:]
-    if result.xfail is not None and result.passed:
-        return "failed" if result.strict else "differs", f"Passed, but marked `xfail`: {result.xfail}"
-    if result.xfail is not None:
-        return "differs", f"Failed, as marked by `xfail`: {result.xfail}"
-    if not result.outcomes:
-        return "failed" if result.must_claim else "open", f"Not checked: {unchecked_text(result)}"
-    if failed and count == 1:
-        return "failed", f"Failed: {_short(failed[0])}"
-    if failed:
-        return "failed", f"Failed: {len(failed)} of {count} claims; {_short(failed[0])}"
-    if not result.passed:
-        return "failed", f"Failed: {result.numerical}"
-    only = _short(result.outcomes[0]) if count == 1 else f"all {count} claims hold"
-    return "passed", f"Passed: {only}"
+    count = len(result.outcomes)
+    several = f"{len(failed)} of {count} claims; " if count > 1 else ""
+    match status := status_of(result):
+        case Status.PASSED:
+            answer = f"Passed: {_short(result.outcomes[0])}" if count == 1 else f"Passed: all {count} claims hold"
+        case Status.EXPECTED_FAILURE:
+            answer = f"Expected failure: {result.xfail}"
+        case Status.FAILED if failed:
+            answer = f"Failed: {several}{_short(failed[0])}"
+        case Status.FAILED if result.xfail is not None:
+            answer = f"Passed, but marked `xfail`: {result.xfail}"
+        case _ if result.outcomes:
+            answer = f"Failed: {result.numerical}"
+        case _:
+            answer = f"Not checked: {unchecked_text(result)}"
+    return SHOWN.get(status, "open"), answer
 
 
 def _short(outcome: ClaimOutcome) -> str:
@@ -62,11 +66,8 @@ def _short(outcome: ClaimOutcome) -> str:
 
 
 def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
-    """Yield what explains the verdict, in the order of all reports: why, after what, what came first."""
-    if result.why is not None:
-        yield "Why", cause_text(result.why)
-        yield "After", result.why.before
-        yield "First", result.why.first
+    """Yield what explains the verdict, in the order of all reports; the headline has the first two."""
+    yield from ((name.capitalize(), text) for name, text in failure_lines(result) if name not in IN_HEADLINE)
     disagreeing = [truth for truth in result.truths if not truth.passed]
     yield "Reference disagrees", "; ".join(outcome_text(truth) for truth in disagreeing)
     if result.early_end is not None:
