@@ -33,7 +33,7 @@ export class Inspector {
     }
     const { run } = stages[0];
     const at = run.passed(time);
-    renew(this.element, ["events", run.told.name, run.told.events.length, run.told.end, at, run.proofAt(time)?.proof.begin].join(), () => this.events(run, time, at));
+    renew(this.element, ["events", run.told.name, run.told.events.length, run.told.end, at, run.proofAt(time)?.proof.begin].join(), () => this.events(run, at));
   }
 
   private brick(run: Run, brick: number, time: number, marks: Map<string, string[]> | undefined, weakest: string | undefined): Node[] {
@@ -106,7 +106,7 @@ export class Inspector {
   }
 
   // What happens around now; each goes there.
-  private events(run: Run, time: number, at: number): Node[] {
+  private events(run: Run, at: number): Node[] {
     const moments: { event: Told; past: boolean; text: string }[] = [];
     run.told.events.forEach((event, number) => {
       const before = moments[moments.length - 1];
@@ -124,7 +124,7 @@ export class Inspector {
     const before = first;
     const after = moments.length - first - shown.length;
     return [
-      part("div", { class: "top" }, part("h2", { text: "Events" }), part("span", { class: "faint", text: `around ${seconds(time)}` })),
+      part("div", { class: "top" }, part("h2", { text: "Events" }), part("span", { class: "faint", text: "around this time" })),
       ...(before ? [part("p", { class: "faint", text: `${howMany(before, "earlier event")}` })] : []),
       part("ol", { class: "events" }, ...rows),
       ...(after ? [part("p", { class: "faint", text: `${howMany(after, "later event")}` })] : []),
