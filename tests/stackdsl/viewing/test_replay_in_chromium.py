@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote, urlsplit
 
 import numpy as np
 import pytest
@@ -365,6 +366,23 @@ def test_no_text_is_cut_off_and_no_marks_overlap(falling: "Chrome", width: int, 
         assert falling.execute_script(CUT) == []
         assert falling.execute_script(OVERLAPS) == []
     assert complaints(falling) == []
+
+
+def test_a_window_that_becomes_that_of_a_phone_shows_the_same_as_one_that_opens_as_such(falling: "Chrome") -> None:
+    def spread() -> float:
+        left, right = (asked(falling, f"replay.onScreen({name!r})[0]") for name in ("L6.1", "L6.3"))
+        return float(right - left)
+
+    resize(falling, 420, 900)
+    opened(falling, Path(unquote(urlsplit(falling.current_url).path)))
+    settle(falling)
+    of_phone = spread()
+    resize(falling, 1280, 500)
+    opened(falling, Path(unquote(urlsplit(falling.current_url).path)))
+    settle(falling)
+    assert spread() != pytest.approx(of_phone, rel=0.2)
+    resize(falling, 420, 900)
+    wait_for(lambda: spread() == pytest.approx(of_phone, rel=0.05))
 
 
 def test_marks_that_touch_are_joined_and_no_time_is_lost(falling: "Chrome") -> None:
