@@ -16,6 +16,7 @@ from stackdsl.viewing.replay.page import live_page, page_of
 from stackdsl.viewing.server import Folder, OnePage
 from tests.stackdsl.viewing.chromium import chromium, wait_for
 from tests.stackdsl.viewing.test_check_report import result
+from tests.stackdsl.viewing.test_replay_in_chromium import CUT, SIZES, resize
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
@@ -157,4 +158,8 @@ def test_a_fall_is_told_with_its_cause_and_a_first_remedy_to_copy(
         assert tall <= 2 * 24  # the rest is folded
         assert not browser.execute_script("return document.querySelector('details').open")
         assert "stands: all" in text_of(browser, ".excerpt .failing")
+        for width, height in SIZES:
+            resize(browser, width, height, dark=width < 1000)
+            assert browser.execute_script(CUT) == []
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
