@@ -41,15 +41,15 @@ html_show_sphinx = False
 
 # The navigation: groups of pages, in order.
 GROUPS: Final = {
-    "Start": ["tutorial", "gallery", "limits", "README"],
+    "Start": ["install", "tutorial", "gallery", "limits", "choose", "README"],
     "Guides by reader": [
         *("guides/pallets", "guides/masonry", "guides/robot-assembly"),
         *("guides/engine-developers", "guides/teachers", "guides/games"),
     ],
     "How to": ["seeing", "loads", "python-api", "your-own-pybullet-world", "own-engine", "scale"],
-    "Reference": ["command", "language", "../stackdsl/diagnostics", "api", "glossary"],
+    "Reference": ["command", "language", "units", "columns", "../stackdsl/diagnostics", "api", "glossary"],
     "Background": [
-        *("physics", "systems", "speed-against-error", "benchmarks", "moving-part", "method"),
+        *("physics", "load-core", "systems", "speed-against-error", "benchmarks", "moving-part", "method", "cite"),
         *("../SECURITY", "../CHANGELOG", "../CONTRIBUTING"),
     ],
 }

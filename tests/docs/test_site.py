@@ -20,6 +20,9 @@ PAGES = (
     "docs/language",
     "docs/command",
     "docs/api",
+    "docs/choose",
+    "docs/units",
+    "docs/columns",
     "search",
 )
 CUT_OFF = """
