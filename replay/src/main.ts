@@ -90,7 +90,7 @@ function build(player: Player): Heard {
   const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom, "contacts");
   const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing(), "how-it-falls");
   speed.value = "1";
-  const fit = button("Fit", "0: see all bricks", () => (viewer.fit(player.time), player.touch()), "fit");
+  const fit = button("Fit", "0: see all bricks", () => (viewer.refit(player.time), player.touch()), "fit");
   const tools = new Tools([
     ["Colour by", [colour]],
     ["Camera", [view, fit, flat, xray, levels]],
@@ -213,7 +213,7 @@ function build(player: Player): Heard {
     ".": () => player.step(1),
     Home: () => player.seek(0),
     End: () => player.seek(timeline.end),
-    "0": () => viewer.fit(player.time),
+    "0": () => viewer.refit(player.time),
     f: () => player.follow(),
     o: () => (viewer.orthographic = !viewer.orthographic),
     v: () => player.look(VIEWS[(VIEWS.findIndex(([from]) => from === viewer.from) + 1) % (VIEWS.length - (viewer.knowsWeakest ? 0 : 1))][0]),
@@ -373,7 +373,17 @@ function expose(player: Player): void {
   const numberOf = (name: string): [number, number] => [0, player.viewer.stages[0].run.told.bricks.name.indexOf(name)];
   Object.assign(window, {
     replay: {
-      seek: (time: number) => (player.play(false), player.seek(time), player.update(), player.viewer.draw()),
+      seek: (time: number) => (player.play(false), player.seek(time), player.viewer.settle(), player.update(), player.viewer.draw()),
+      colourOf: (name: string) => player.viewer.stages[0].colours.of(player.seen, numberOf(name)[1], player.time).getHexString(),
+      forceScale: () => player.viewer.stages[0].overlays.bar,
+      forces: () =>
+        player.viewer.stages[0].overlays.arrows.map(({ tip, force }) => {
+          const sight = player.viewer.sight(0);
+          const from = tip.clone().addScaledVector(force, -player.viewer.stages[0].overlays.bar!.perNewton / sight.scale(tip));
+          return { from: sight.at(from), tip: sight.at(tip), newtons: force.length() };
+        }),
+      motions: () => player.viewer.stages[0].overlays.motions.map(({ brick, from }) => [player.viewer.stages[0].run.nameOf(brick), from.toArray(), player.viewer.stages[0].drawn(brick).toArray()]),
+      pickedAt: (x: number, y: number) => player.viewer.stages[0].run.told.bricks.name[player.viewer.pick(x, y)?.[1] ?? -1] ?? "",
       time: () => player.time,
       drawn: () => player.drawn,
       heard: () => player.heard,
@@ -382,6 +392,8 @@ function expose(player: Player): void {
         player.viewer.stages[0].run.poseAt(numberOf(name)[1], player.time, pose), [...pose.position.toArray(), ...pose.orientation.toArray()]
       ),
       onScreen: (name: string) => player.viewer.onScreen(player.viewer.stages[0].drawn(numberOf(name)[1]), 0),
+      pickNamed: (name: string) => player.pickNamed(name),
+      perMetre: () => player.viewer.sight(0).scale(player.viewer.stages[0].drawn(0)),
       onTimeline: (time: number) => player.timeline.placeOf(time),
     },
   });

@@ -42,6 +42,7 @@ export interface Force {
 }
 
 export interface Arrow {
+  brick: number | string; // that it is drawn at
   tip: Vector3;
   force: Vector3; // towards the tip [N]
 }
@@ -88,8 +89,9 @@ const at = (values: Float32Array, place: number): Vector3 => new Vector3().fromA
 
 export class Overlays {
   bar: ForceScale | undefined; // of the forces that are drawn
-  arrows: Arrow[] = [];
-  private motions: [number, number][] | undefined;
+  arrows: Arrow[] = []; // forces
+  motions: { brick: number; from: Vector3; tip: Vector3 }[] = []; // velocities of a proven motion
+  private moved: [number, number][] | undefined; // when anything moves [s]
   private boxes: Box[] = []; // that texts take up so far
   private readonly was: Pose = { position: new Vector3(), orientation: new Quaternion() };
   private readonly matrix = new Matrix4();
@@ -104,6 +106,7 @@ export class Overlays {
     this.boxes = [];
     this.bar = undefined;
     this.arrows = [];
+    this.motions = [];
     pen.lineJoin = pen.lineCap = "round";
     pen.font = `12px ${colourOf("--sans")}`;
     this.pulledOut(pen, sight, time);
@@ -135,8 +138,8 @@ export class Overlays {
   // What was pulled out, where it was; while bricks move, others can be there.
   private pulledOut(pen: CanvasRenderingContext2D, sight: Sight, time: number): void {
     const { run } = this.stage;
-    this.motions ??= run.motions();
-    if (this.motions.some(([begin, end]) => time > begin && time < end)) return;
+    this.moved ??= run.motions();
+    if (this.moved.some(([begin, end]) => time > begin && time < end)) return;
     const { gone } = run.told.bricks;
     pen.setLineDash([4, 3]);
     for (let brick = 0; brick < run.count; brick++) {
@@ -177,7 +180,7 @@ export class Overlays {
     const most = shown.reduce((so_far, { force }) => Math.max(so_far, force.length()), 0);
     if (!most) return;
     shown = shown.filter(({ force }) => force.length() >= LEAST * most);
-    this.arrows = shown.map(({ lower, upper, point, force }) => ({ tip: this.follow(point, upper, found), force: own && lower === picked ? force.clone().negate() : force }));
+    this.arrows = shown.map(({ lower, upper, point, force }) => ({ brick: own ? picked : upper, tip: this.follow(point, upper, found), force: own && lower === picked ? force.clone().negate() : force }));
     const middle = this.arrows.reduce((sum, { tip }) => sum.addScaledVector(tip, 1 / this.arrows.length), new Vector3());
     const longest = Math.min(LONGEST, Math.max(28, 0.7 * this.stage.size * sight.scale(middle)));
     const words = newtons(most);
@@ -255,7 +258,9 @@ export class Overlays {
       if (share < LEAST) return;
       const from = this.centre(brick, ONES);
       const long = Math.min(LONGEST / sight.scale(from), 0.6 * this.stage.size);
-      arrow(pen, sight.at(from), sight.at(from.clone().addScaledVector(velocity, long / fastest)), share, "--accent");
+      const tip = from.clone().addScaledVector(velocity, long / fastest);
+      this.motions.push({ brick, from, tip });
+      arrow(pen, sight.at(from), sight.at(tip), share, "--accent");
     });
   }
 

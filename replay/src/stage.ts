@@ -28,6 +28,7 @@ const SUN = new Vector3(-0.45, -0.75, 1.1).normalize(); // towards it
 const SHADOWED = 1500; // bricks up to which they cast shadows; benchmarks/replay.py measures what more of them cost
 const SHARPNESS = 2048; // [px] of the map of shadows, along a side
 const NEARBY = 2; // times the ball around what was built: what ends farther out would make it tiny
+const APART = 12; // times the size of a structure: another one farther away is left out of the picture
 const INSIDE = 0.9; // of the way to its corners: points of a brick that are to be seen
 
 // What the sun sees: how far each place is from it.
@@ -59,6 +60,7 @@ export class Stage {
   readonly size: number; // the longest side of a usual brick [m]
   readonly grid: number; // its step [m]
   readonly overlays: Overlays;
+  apart = 0; // bricks of structures so far away that they are left out of the picture
   private readonly near: Sphere; // what is outside has gone far from what was built
   private readonly home: Sphere; // around what is built, and what of it ends nearby
   private readonly bricks: Bricks;
@@ -206,17 +208,13 @@ export class Stage {
     return box;
   }
 
-  // The corners of all that is there, was not thrown, and has not gone far from what was built.
-  corners(time: number): Vector3[] {
-    const { run, pose } = this;
+  // The corners of all that is there and was not thrown; unless all is asked for, of what is near what was built.
+  corners(time: number, all = false): Vector3[] {
+    const { run } = this;
     const found: Vector3[] = [];
     for (let brick = 0; brick < run.count; brick++) {
       if (!run.isThere(brick, time) || run.told.bricks.thrown[brick]) continue;
-      run.poseAt(brick, time, pose);
-      if (!this.near.containsPoint(pose.position)) continue;
-      for (const corner of run.told.shapes[run.told.bricks.shape[brick]].corners) {
-        found.push(new Vector3(...corner).applyQuaternion(pose.orientation).add(pose.position));
-      }
+      if (all || this.near.containsPoint(this.centreAt(brick, time))) found.push(...this.cornersOf(brick, time));
     }
     return found;
   }
@@ -270,22 +268,64 @@ export class Stage {
     }
   }
 
-  // Around all that is built, where it is set down, and where it ends if that is not far away.
+  // Around what is built, where it is set down, and where it ends if that is not far away. Of structures so far apart that
+  // none could be seen beside the other, the one that falls first, or the one with the most bricks.
   private builtWithin(): [Sphere, Sphere] {
+    const { run } = this;
+    const built = Array.from({ length: run.count }, (_, brick) => brick).filter((brick) => !run.told.bricks.thrown[brick]);
+    if (!built.length) return [new Sphere(new Vector3(), Infinity), new Sphere(new Vector3(), this.size)];
+    const all = this.around(built, -1);
+    const groups = this.groups(built);
+    const fall = (group: number[]): number => group.reduce((first, brick) => Math.min(first, run.told.bricks.left[brick] ?? Infinity), Infinity);
+    groups.sort((one, other) => (fall(one) < fall(other) ? -1 : fall(one) > fall(other) ? 1 : other.length - one.length));
+    const first = this.around(groups[0], -1);
+    this.apart = groups.length > 1 && all.radius > APART * first.radius ? built.length - groups[0].length : 0;
+    const found = this.apart ? first : all;
+    const near = new Sphere(found.center, NEARBY * found.radius);
+    const ended = built.filter((brick) => near.containsPoint(this.centreAt(brick, run.told.end)));
+    return [near, ended.length ? found.clone().union(this.around(ended, run.told.end)) : found];
+  }
+
+  private around(bricks: number[], time: number): Sphere {
+    return new Sphere().setFromPoints(bricks.flatMap((brick) => this.cornersOf(brick, time)));
+  }
+
+  private centreAt(brick: number, time: number): Vector3 {
+    this.run.poseAt(brick, time, this.pose);
+    return this.pose.position;
+  }
+
+  private cornersOf(brick: number, time: number): Vector3[] {
     const { run, pose } = this;
-    const built: Vector3[] = [];
-    const end: Vector3[] = [];
-    for (let brick = 0; brick < run.count; brick++) {
-      if (run.told.bricks.thrown[brick]) continue;
-      for (const [time, points] of [[-1, built], [run.told.end, end]] as [number, Vector3[]][]) {
-        run.poseAt(brick, time, pose);
-        for (const corner of run.told.shapes[run.told.bricks.shape[brick]].corners) points.push(new Vector3(...corner).applyQuaternion(pose.orientation).add(pose.position));
-      }
+    run.poseAt(brick, time, pose);
+    return run.told.shapes[run.told.bricks.shape[brick]].corners.map((corner) => new Vector3(...corner).applyQuaternion(pose.orientation).add(pose.position));
+  }
+
+  // Bricks in cells that touch each other, a few bricks wide.
+  private groups(bricks: number[]): number[][] {
+    const cells = new Map<string, number[]>();
+    const wide = 8 * this.size;
+    for (const brick of bricks) {
+      const key = this.centreAt(brick, -1).toArray().map((x) => Math.floor(x / wide)).join();
+      const inside = cells.get(key);
+      if (inside) inside.push(brick);
+      else cells.set(key, [brick]);
     }
-    const found = built.length ? new Sphere().setFromPoints(built) : new Sphere(new Vector3(), this.size);
-    const wide = found.clone();
-    wide.radius *= NEARBY;
-    return [wide, built.length ? new Sphere().setFromPoints([...built, ...end.filter((point) => wide.containsPoint(point))]) : found];
+    const groups: number[][] = [];
+    while (cells.size) {
+      const group: number[] = [];
+      const next = [cells.keys().next().value!];
+      for (let key = next.pop(); key !== undefined; key = next.pop()) {
+        const inside = cells.get(key);
+        if (!inside) continue;
+        cells.delete(key);
+        for (const brick of inside) group.push(brick); // a spread of many would be too many arguments
+        const [x, y, z] = key.split(",").map(Number);
+        for (const a of [-1, 0, 1]) for (const b of [-1, 0, 1]) for (const c of [-1, 0, 1]) next.push([x + a, y + b, z + c].join());
+      }
+      groups.push(group);
+    }
+    return groups;
   }
 
   private differs(brick: number, time: number, beside: Run, places?: Map<string, number>): boolean {

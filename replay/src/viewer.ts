@@ -6,6 +6,7 @@ import { token } from "./colours";
 import { lengthText, type Sight } from "./overlays";
 import { colourOf } from "./page";
 import type { Stage } from "./stage";
+import { howMany } from "./wording";
 
 export type From = "three-quarter" | "front" | "side" | "plan" | "weakest";
 const DIRECTIONS: Record<Exclude<From, "weakest">, Vector3> = {
@@ -37,6 +38,7 @@ export class Viewer {
   from: From = "three-quarter";
   sharpness = 1; // pixels that are drawn for each of the screen, along one side
   turned = false; // whether the person has moved the camera since it was last fitted
+  private whole = false; // whether structures far away are fitted as well
   readonly coarse: boolean; // whether a picture that rests is drawn again with smooth edges
   private readonly renderer: WebGLRenderer;
   private readonly near = new PerspectiveCamera(FIELD, 1, 0.001, 1000);
@@ -81,9 +83,15 @@ export class Viewer {
     this.fit(time, from === "weakest" ? this.aside() : DIRECTIONS[from], time, smoothly);
   }
 
+  // See it again from where it is seen now, or if that is what is seen, with structures that are far away.
+  refit(time: number): void {
+    this.whole = !this.whole && !this.turned && !this.move && this.stages.some((stage) => stage.apart > 0);
+    this.fit(time);
+  }
+
   // See all that is there, from a direction or from where it is seen now; and what of it is near at another time.
   fit(time: number, from?: Vector3, also = time, smoothly = true): void {
-    const corners = this.stages.flatMap((stage) => [...stage.corners(time), ...(also === time ? [] : stage.corners(also))]);
+    const corners = this.stages.flatMap((stage) => [...stage.corners(time, this.whole), ...(also === time ? [] : stage.corners(also, this.whole))]);
     if (!corners.length) return;
     this.turned = false;
     this.fitted = new Sphere().setFromPoints(corners);
@@ -108,7 +116,7 @@ export class Viewer {
   // Fit it again if it has grown out of the picture, unless the person has turned it since.
   follow(time: number): void {
     const { fitted } = this;
-    if (this.turned || this.move || !fitted) return;
+    if (this.turned || this.whole || this.move || !fitted) return;
     if (this.stages.some((stage) => stage.reach(time, fitted.center) > GROWN * fitted.radius)) this.fit(time);
   }
 
@@ -178,6 +186,7 @@ export class Viewer {
       pen.textBaseline = "alphabetic";
       pen.fillStyle = colourOf("--ink-2");
       if (stage.run.told.planes.length) pen.fillText(`grid ${lengthText(stage.grid)}`, sight.left + 12, height - 10);
+      if (stage.apart && !this.whole) pen.fillText(`${howMany(stage.apart, "more brick")} far away: Fit, twice, shows all`, sight.left + 12, 20);
       pen.restore();
     });
   }

@@ -1,0 +1,227 @@
+"""The picture of a replay in a real browser: colours, forces with their scale, names, X-ray and camera."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from time import sleep
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from stackdsl.viewing.replay.page import replay_page
+from stackdsl.viewing.run_view import RunView
+from tests.stackdsl.viewing.chromium import chromium, opened, wait_for
+from tests.stackdsl.viewing.test_replay_in_chromium import PULLS, asked, complaints, press, text_of
+from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
+
+pytestmark = pytest.mark.xdist_group("chromium")
+
+GROWING = """
+    scenario: growing
+    build:
+      - column: {levels: 20}
+        every: 0.1 s
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+FAR_APART = """
+    scenario: far-apart
+    build:
+      - column: {levels: 3}
+        name: here
+      - column: {levels: 3, origin: [20 m, 0 mm, 0 mm]}
+        name: there
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+LEGEND = """[...document.querySelectorAll('.legend .entry')].map(
+    e => [e.childNodes[1].textContent, +e.querySelector('.number').textContent])"""
+# From the first to the last pixel with ink in the row of the bar, right of the middle of the picture.
+BAR = """(() => {
+    const over = document.querySelector('.over'), pen = over.getContext('2d'), ratio = over.width / over.clientWidth;
+    const row = pen.getImageData(0, Math.round((over.clientHeight - 18) * ratio), over.width, 1).data;
+    const half = over.width / 2;
+    const ink = [...Array(over.width).keys()].filter(x => x > half && row[4 * x + 3] > 200);
+    return (ink[ink.length - 1] - ink[0]) / ratio;
+})()"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator["Chrome"]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def tower() -> RunView:
+    (found,) = views_of(SLANT_TOWER)
+    return found
+
+
+@pytest.fixture(scope="module")
+def falling() -> RunView:
+    (found,) = views_of(PULLS)
+    return found
+
+
+def show(browser: "Chrome", view: RunView, folder: Path) -> "Chrome":
+    file = folder / "scene.html"
+    file.write_text(replay_page([view], "scene"), encoding="utf-8")
+    opened(browser, file)
+    return browser
+
+
+def choose(page: "Chrome", title: str, value: str) -> None:
+    page.execute_script(
+        "const s = document.querySelector(`select[title='${arguments[0]}']`);"
+        "s.value = arguments[1]; s.dispatchEvent(new Event('change'))",
+        title,
+        value,
+    )
+
+
+def click(page: "Chrome", name: str) -> None:
+    from selenium.webdriver import ActionChains  # noqa: PLC0415 -- only where there is a browser
+
+    x, y = asked(page, f"replay.onScreen({name!r})")
+    canvas = page.find_element("css selector", ".view canvas")
+    across, down = (int(place - canvas.size[side] / 2) for place, side in ((x, "width"), (y, "height")))
+    ActionChains(page).move_to_element_with_offset(canvas, across, down).click().perform()
+    wait_for(lambda: text_of(page, ".inspector h2") == name)
+
+
+def test_no_two_levels_that_touch_have_one_colour(browser: "Chrome", tower: RunView, tmp_path: Path) -> None:
+    page = show(browser, tower, tmp_path)
+    asked(page, "replay.seek(12.5)")
+    choose(page, "colour by", "level")
+    colours = [asked(page, f"replay.colourOf('L{level}.1')") for level in range(1, 8)]
+    assert len(set(colours)) == 7
+    light = [sum(int(code[at : at + 2], 16) for at in (0, 2, 4)) for code in colours]
+    assert all(below < above for below, above in pairwise(light)), "the lowest level is the darkest"
+
+
+@pytest.mark.parametrize("mode", ["state", "level", "room", "load", "stage"])
+def test_the_legend_counts_each_brick_that_is_there_once(
+    browser: "Chrome", falling: RunView, tmp_path: Path, mode: str
+) -> None:
+    page = show(browser, falling, tmp_path)
+    asked(page, "replay.seek(2)")
+    choose(page, "colour by", mode)
+    wait_for(lambda: text_of(page, ".legend").startswith(mode) or mode == "stage")
+    counts = dict(asked(page, LEGEND))
+    assert counts.pop("pulled out") == 3
+    assert sum(counts.values()) == 15
+    if mode == "level":
+        levels = Counter(
+            f"level {place.level}"
+            for place in falling.timeline.placements
+            if place.brick.id not in {"L3.2", "L4.2", "L5.2"}
+        )
+        assert counts == levels
+
+
+def test_colours_that_tell_nothing_say_why_and_keep_the_state(
+    browser: "Chrome", falling: RunView, tmp_path: Path
+) -> None:
+    page = show(browser, falling, tmp_path)
+    asked(page, "replay.seek(2)")
+    state = asked(page, "replay.colourOf('L1.1')")
+    choose(page, "colour by", "material")
+    wait_for(lambda: "all bricks have one size and one density" in text_of(page, ".notice"))
+    assert asked(page, "replay.colourOf('L1.1')") == state
+
+
+def test_forces_are_those_of_the_selected_brick_and_the_bar_is_as_long_as_the_force_it_names(
+    browser: "Chrome", falling: RunView, tmp_path: Path
+) -> None:
+    page = show(browser, falling, tmp_path)
+    press(page, "Parallel")
+    choose(page, "view", "front")
+    asked(page, "replay.seek(2)")
+    click(page, "L2.1")
+    press(page, "Forces")
+    wait_for(lambda: asked(page, "replay.forces().length") > 0)
+    proof = next(one for one in falling.proofs.standing if one.begin <= 2 < one.end)
+    own = [
+        np.linalg.norm(np.sum(contact.forces_W, axis=0))
+        for contact in proof.contacts
+        if "L2.1" in (contact.lower, contact.upper)
+    ]
+    drawn = asked(page, "replay.forces()")
+    assert sorted(each["newtons"] for each in drawn) == pytest.approx(sorted(filter(None, own)), rel=1e-4)
+    bar = asked(page, "replay.forceScale()")
+    for each in drawn:
+        length = np.hypot(*np.subtract(each["tip"], each["from"]))
+        assert length == pytest.approx(bar["perNewton"] * each["newtons"], rel=1e-3)
+    printed = re.fullmatch(r"([\d.]+) (m?)N", bar["text"])
+    assert printed is not None
+    newtons = float(printed[1]) / (1000 if printed[2] else 1)
+    assert asked(page, BAR) == pytest.approx(bar["perNewton"] * newtons, abs=5)
+    choose(page, "which forces", "largest")
+    wait_for(lambda: len(asked(page, "replay.forces()")) == 10)
+    assert "of" in asked(page, "replay.forceScale().title")
+    assert complaints(page) == []
+
+
+def test_arrows_of_the_motion_stay_on_their_bricks_while_these_move(
+    browser: "Chrome", falling: RunView, tmp_path: Path
+) -> None:
+    page = show(browser, falling, tmp_path)
+    press(page, "How it falls")
+    before = dict[str, list[float]]()
+    wait_for(lambda: before.update({name: at for name, at, _ in asked(page, "replay.motions()")}) or before)
+
+    def moved() -> bool:
+        now = asked(page, "replay.motions()")
+        assert all(arrow == pytest.approx(brick, abs=1e-6) for _, arrow, brick in now)
+        return any(np.linalg.norm(np.subtract(at, before[name])) > 2e-3 for name, at, _ in now)
+
+    wait_for(moved)
+
+
+def test_x_ray_shows_and_selects_what_others_hide(browser: "Chrome", falling: RunView, tmp_path: Path) -> None:
+    page = show(browser, falling, tmp_path)
+    asked(page, "replay.seek(2)")
+    x, y = asked(page, "replay.onScreen('L1.2')")
+    assert asked(page, f"replay.pickedAt({x}, {y})") not in ("", "L1.2")
+    click(page, "L6.1")
+    asked(page, "replay.pickNamed('L1.2')")
+    press(page, "X-ray")
+    wait_for(lambda: asked(page, f"replay.pickedAt({x}, {y})") == "L1.2")
+    press(page, "X-ray")
+    wait_for(lambda: asked(page, f"replay.pickedAt({x}, {y})") != "L1.2")
+
+
+def test_the_camera_takes_in_what_has_grown_unless_somebody_turned_it(browser: "Chrome", tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains  # noqa: PLC0415 -- only where there is a browser
+
+    (view,) = views_of(GROWING)
+    page = show(browser, view, tmp_path)
+    canvas = page.find_element("css selector", ".view canvas")
+    for turned in (False, True):
+        asked(page, "replay.seek(0.05)")
+        press(page, "Fit")
+        asked(page, "replay.seek(0.05)")
+        if turned:
+            ActionChains(page).move_to_element(canvas).click_and_hold().move_by_offset(3, 0).release().perform()
+        asked(page, "replay.seek(3)")
+        if turned:
+            sleep(1)  # the camera has time to move, and stays
+        else:
+            wait_for(lambda: asked(page, "replay.onScreen('L20.1')[1]") > 0)
+        assert (asked(page, "replay.onScreen('L20.1')[1]") < 0) is turned
+
+
+def test_of_structures_far_apart_one_is_seen_and_the_other_is_told(browser: "Chrome", tmp_path: Path) -> None:
+    (view,) = views_of(FAR_APART)
+    page = show(browser, view, tmp_path)
+    near = asked(page, "replay.perMetre()")
+    assert near > 500, "a plank of 117.6 mm is wider than 50 px"
+    press(page, "Fit")
+    wait_for(lambda: asked(page, "replay.perMetre()") < near / 20)
