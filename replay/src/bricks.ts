@@ -121,7 +121,9 @@ const FRAGMENT = `
     float rim = min(vRim.z - abs(vRim.x), vRim.w - abs(vRim.y));
     int mark = int(vTint.w);
     float wide = (mark == 0 ? 0.4 : 1.6) * pixel;
-    float inside = clamp(rim / max(fwidth(rim), 1e-9) - wide, 0.0, 1.0);
+    float each = max(fwidth(rim), 1e-9);
+    float inside = clamp(rim / each - wide, 0.0, 1.0);
+    if (mark == 0) inside = mix(1.0, inside, clamp(min(vRim.z, vRim.w) / each / pixel / 6.0, 0.25, 1.0)); // rims of what is tiny would hide it
     float light = vLight.x + vLight.y * lit(vShade);
     vec3 fill = vTint.rgb * light * light;
     #ifdef GHOST

@@ -93,7 +93,7 @@ export class Colours {
 
   // The line of the legend that a brick belongs to, its colour, and where that line stands.
   private entry(mode: Mode, brick: number, time: number, found: ReturnType<Run["proofAt"]>): [string, Color, number] {
-    const unknown: [string, Color, number] = [NOTHING, token("--skip-bg"), 1e9];
+    const unknown: [string, Color, number] = [NOTHING, token("--edge"), 1e9];
     const place = found?.place.get(brick);
     switch (mode) {
       case "state": {

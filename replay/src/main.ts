@@ -13,7 +13,6 @@ import { Tools } from "./tools";
 import type { From } from "./viewer";
 import { eventText, howMany, names, seconds, WORDS } from "./wording";
 
-const RESHAPED = 0.1; // by how much the logarithm of width to height changes before the structure is fitted anew
 const NOTHING_YET = "Waiting for the first run";
 const VIEWS: [From, string][] = [
   ["three-quarter", "3/4 view"],
@@ -243,14 +242,7 @@ function build(player: Player): Heard {
     event.preventDefault();
     player.touch();
   });
-  let shape = 0; // of the picture, when it was last fitted into it
-  new ResizeObserver(() => {
-    player.touch();
-    const now = Math.log(viewer.canvas.clientWidth / Math.max(1, viewer.canvas.clientHeight));
-    if (Math.abs(now - shape) < RESHAPED || !viewer.stages.length) return;
-    if (shape && !viewer.turned && !player.following) viewer.fit(player.time, undefined, timeline.end, false);
-    shape = now;
-  }).observe(viewer.canvas);
+  new ResizeObserver(() => (player.following || viewer.resized(), player.touch())).observe(viewer.canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => player.touch());
   new ResizeObserver(() => player.touch()).observe(timeline.element);
   if (!runs.length) band.say({ status: "open", headline: NOTHING_YET, lead: [], helps: [], claims: [], truths: [], facts: [], see: "", name: document.title, about: "" });

@@ -16,6 +16,7 @@ export const NEED_PROOF: ReadonlySet<Overlay> = new Set<Overlay>(["contacts", "f
 // Which forces are drawn: those of the selected brick or, while none is selected, the ten largest; the ten largest; or all.
 export type Which = "selected" | "largest" | "all";
 const TEN = 10;
+const MANY = 200; // arrows: more of them have no halo, which would hide what is behind
 const LEAST = 0.002; // of the largest force: smaller ones are not drawn
 const LONGEST = 76; // [px] of an arrow
 const RAMP = ["--f1", "--f2", "--f3", "--f4", "--f5"];
@@ -192,7 +193,7 @@ export class Overlays {
       return [sight.at(tip.clone().addScaledVector(force, -length / force.length())), sight.at(tip), force.length() / most];
     });
     drawn.sort(([, , one], [, , other]) => one - other);
-    for (const [from, to, share] of drawn) arrow(pen, from, to, share);
+    for (const [from, to, share] of drawn) arrow(pen, from, to, share, colourFor(share), drawn.length < MANY);
     const low = sight.height - 14;
     const right = sight.left + sight.width - 14;
     const wide = this.bar.perNewton * force;
@@ -359,14 +360,14 @@ function colourFor(share: number): string {
 }
 
 // An arrow with a halo; the more, the thicker and the darker.
-function arrow(pen: CanvasRenderingContext2D, from: [number, number], to: [number, number], share: number, colour = colourFor(share)): void {
+function arrow(pen: CanvasRenderingContext2D, from: [number, number], to: [number, number], share: number, colour = colourFor(share), haloed = true): void {
   const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
   if (length < 1) return;
   const wide = 1.5 + 2 * share;
   const head = Math.min(0.6 * length, 5 + 6 * share);
   const [x, y] = [(to[0] - from[0]) / length, (to[1] - from[1]) / length];
   const neck: [number, number] = [to[0] - x * head * 0.8, to[1] - y * head * 0.8];
-  for (const halo of [true, false]) {
+  for (const halo of haloed ? [true, false] : [false]) {
     pen.strokeStyle = pen.fillStyle = colourOf(halo ? "--halo" : colour);
     pen.lineWidth = wide + (halo ? 3 : 0);
     pen.beginPath();

@@ -33,7 +33,7 @@ export function say(where: HTMLElement, text: string): void {
 
 // A text in which no unit is parted from its number.
 export function kept(text: string): string {
-  return text.replace(/(\d) (?=(?:s|mm|m|g|kg|N|mN|kN|deg|%)(?![\w/]))/g, "$1\u00a0");
+  return text.replace(/(\d) (?=(?:s|mm|m|g|kg|N|mN|kN|MN|deg|%)(?![\w/]))/g, "$1\u00a0");
 }
 
 // Put parts somewhere, unless they come of the same things as before.

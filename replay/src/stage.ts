@@ -427,7 +427,7 @@ const GROUND_FRAGMENT = `
   }
   void main() {
     float line = max(0.5 * grid(each), grid(5.0 * each));
-    vec3 colour = mix(ground, lines, line) * mix(0.5, 1.0, lit(vShade));
+    vec3 colour = mix(ground, lines, line) * mix(0.6, 1.0, lit(vShade));
     float far = length(vAt) / wide;
     gl_FragColor = vec4(colour, (gl_FrontFacing ? solid : 0.3) * (1.0 - smoothstep(0.55, 1.0, far)));
     #include <colorspace_fragment>

@@ -44,6 +44,7 @@ export class Viewer {
   private readonly near = new PerspectiveCamera(FIELD, 1, 0.001, 1000);
   private readonly flat = new OrthographicCamera();
   private readonly controls: OrbitControls;
+  private fittedAt: [number, number] | undefined; // the times that it was fitted to [s]
   private fitted: Sphere | undefined; // around what was last fitted
   private move: { from: Place; to: Place; began: number } | undefined;
 
@@ -94,6 +95,7 @@ export class Viewer {
     const corners = this.stages.flatMap((stage) => [...stage.corners(time, this.whole), ...(also === time ? [] : stage.corners(also, this.whole))]);
     if (!corners.length) return;
     this.turned = false;
+    this.fittedAt = [time, also];
     this.fitted = new Sphere().setFromPoints(corners);
     const { up } = this.controls.object;
     const direction = (from ?? this.place().direction).clone().normalize();
@@ -118,6 +120,11 @@ export class Viewer {
     const { fitted } = this;
     if (this.turned || this.whole || this.move || !fitted) return;
     if (this.stages.some((stage) => stage.reach(time, fitted.center) > GROWN * fitted.radius)) this.fit(time);
+  }
+
+  // The canvas has another size: what was fitted to it is fitted again.
+  resized(): void {
+    if (!this.turned && this.fittedAt) this.fit(this.fittedAt[0], this.move?.to.direction, this.fittedAt[1], false);
   }
 
   // Move along with something.

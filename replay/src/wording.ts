@@ -28,7 +28,7 @@ export function threeDigits(value: number): string {
 
 // A force in the one unit that suits the largest of those that are shown together.
 export function newtons(most: number): { unit: string; text(force: number): string } {
-  const [factor, unit] = most < 0.1 ? [1000, "mN"] : most < 1000 ? [1, "N"] : [0.001, "kN"];
+  const [factor, unit] = most < 0.1 ? [1000, "mN"] : most < 1000 ? [1, "N"] : most < 1e6 ? [1e-3, "kN"] : [1e-6, "MN"];
   return { unit, text: (force) => `${threeDigits(force * factor)} ${unit}` };
 }
 
