@@ -119,7 +119,7 @@ const FRAGMENT = `
   ${SHADED}
   void main() {
     float rim = min(vRim.z - abs(vRim.x), vRim.w - abs(vRim.y));
-    int mark = int(vTint.w);
+    int mark = int(vTint.w + 0.25); // between corners it is not quite whole
     float wide = (mark == 0 ? 0.4 : 1.6) * pixel;
     float each = max(fwidth(rim), 1e-9);
     float inside = clamp(rim / each - wide, 0.0, 1.0);

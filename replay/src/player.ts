@@ -43,6 +43,7 @@ export class Player {
   private toldAt = 0; // when texts and the line of time were last brought up to date [ms]
   private swingTime = 0; // [s]
   private fine = true; // whether it is drawn finely, or cannot be
+  private looked = false; // whether it was looked at whether it has grown since it last changed
   private lookedAt = 0; // when it was last looked at whether it has grown [ms]
   private readonly made = new Map<number, Stage>();
 
@@ -239,9 +240,10 @@ export class Player {
     }
     if (this.swinging) this.swingTime += passed;
     if (!this.viewer.stages.length) return;
-    if (now - this.lookedAt > LOOKING) {
-      this.lookedAt = now;
-      if (!this.fresh && !this.following) this.viewer.follow(this.time);
+    if (!this.fresh) this.looked = false;
+    if (!this.looked && now - this.lookedAt > LOOKING) {
+      [this.looked, this.lookedAt] = [true, now];
+      if (!this.following) this.viewer.follow(this.time);
     }
     if (!this.fresh || this.swinging) {
       [this.fresh, this.said] = [true, false];
