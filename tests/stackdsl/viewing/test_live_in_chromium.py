@@ -68,6 +68,7 @@ def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "
         browser.switch_to.frame(0)
         wait_for(lambda: browser.find_element("css selector", "#search").is_displayed())
         browser.get(f"{served.url}replay.html")
+        wait_for(lambda: browser.find_elements("css selector", "h1"))
         wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
         assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
         browser.get(f"{served.url}theirs.html")
