@@ -5,9 +5,9 @@ from math import ceil, floor, log10
 from typing import Final, TypeVar
 
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
+from stability.name_order import MOST_NAMES
 
 MILLIMETRES: Final = 1000.0  # in a metre
-MOST_NAMES: Final = 6  # names written out in one list
 
 Name = TypeVar("Name")
 
@@ -62,12 +62,6 @@ def shortened(names: Sequence[Name], least: int = 2) -> tuple[Sequence[Name], in
     """Return the names to write out and the number left out, which is 0 or at least `least`."""
     more = len(names) - MOST_NAMES
     return (names, 0) if more < least else (names[:MOST_NAMES], more)
-
-
-def names_text(names: Sequence[str], least: int = 2) -> str:
-    """Format names on one line: `a, b, c, d, e, f and 3 more`."""
-    shown, more = shortened(names, least)
-    return ", ".join(shown) + (f" and {more} more" if more else "")
 
 
 def broke_text(level: int | None, brick: str | None) -> str:

@@ -28,7 +28,7 @@ from stability.analysis.uniqueness_program import (
 )
 from stability.geometry.rows import Array
 from stability.model import BodyId
-from stability.name_order import in_order
+from stability.name_order import in_order, names_text
 from stability.problem import Forces, Problem, Tolerances
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_forces, admit_problem
@@ -228,8 +228,7 @@ class RestOutcome:
         if self.lets_go:
             return f"the bricks could also start to move: {self.lets_go}"
         if self.undecided:
-            names = in_order(self.undecided)
-            shown = ", ".join(names) if len(names) <= MOST_BRICKS else f"{names[0]} and {len(names) - 1} more"
+            shown = names_text(in_order(self.undecided))
             return f"friction is needed, and it is undecided whether {shown} could start to move"
         return "friction is needed, and no motion is possible" if self.braced else ""
 

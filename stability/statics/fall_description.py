@@ -7,7 +7,7 @@ from math import atan2, dist, hypot
 from stability.contact_law import ContactLaw
 from stability.geometry.vectors import subtract
 from stability.model import BodyId, Vec3
-from stability.name_order import in_order
+from stability.name_order import in_order, names_text
 from stability.problem import ZERO, Contact, Motion, Placed, Problem, Stability, Stage, Verdict
 
 # Description of a fall: bricks that tip over others, slide on others, or drop without support.
@@ -16,7 +16,6 @@ from stability.problem import ZERO, Contact, Motion, Placed, Problem, Stability,
 STUCK = 1e-2  # of the speed of a group: a point that is slower relative to another body is a pivot of the group
 TURNING = 1e-3  # of the speed of a group: its spin may add this much without the motion counting as a rotation
 ROUNDED = 1e-5  # of the fastest brick: slower bricks are numerical noise of the solver, and count as standing
-MOST_NAMES = 6  # written-out names; further bricks are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +157,7 @@ def _half(problem: Problem, name: BodyId) -> float:
 
 
 def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
-    names = in_order(bodies)
-    more = len(names) - MOST_NAMES
-    return ", ".join(names) if more <= 1 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
+    return names_text(in_order(bodies))
 
 
 # The direction of a fall, and the overhang of the centre of mass over the tipping edge.

@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Iterator, Sequence
 
-from stability.name_order import in_order
+from stability.name_order import in_order, names_text
 from stability.problem import Placed, Stability, Verdict
 from stability.statics.fall_description import FallSide, fall_side
 from stackdsl.checking.cases import STDIN_SHOWN, Case
@@ -26,7 +26,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import Event, Trace
-from stackdsl.wording import mm, moving_text, names_text, shaking_text, touching_text
+from stackdsl.wording import mm, moving_text, shaking_text, touching_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {

@@ -27,7 +27,6 @@ from stackdsl.cli.options import (
     Number,
     Output,
     OutputChoice,
-    Style,
     code_without_runs,
     outputs_of,
     warn_of_nothing,
@@ -40,6 +39,7 @@ from stackdsl.goldens.golden import GoldenWriteRefusedError, PendingStore, is_ci
 from stackdsl.language.yaml.includes import root_of
 from stackdsl.language.yaml.source import MAX_BYTES
 from stackdsl.project_file import Project, ProjectError, confined, project_of
+from stackdsl.report.blocks import TextStyle
 from stackdsl.results import Report, exit_code
 from stackdsl.shown_text import visible
 from stackdsl.user_files import read_user_file
@@ -69,6 +69,8 @@ class CheckOptions(TypedDict):
     watch: bool
     outputs: tuple[Output, ...]
     verbosity: int
+    table: bool
+    every_case: bool
     durations: int
     update: bool
     accept_failing: bool
@@ -124,8 +126,10 @@ OPTIONS: Final = (
     ),
     click.option("-q", "--quiet", "verbosity", flag_value=-1, type=int, help="Print only failures and totals."),
     click.option(
-        "-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="Also print passed cases and all notes."
+        "-v", "--verbose", "verbosity", flag_value=1, type=int, default=0, help="Also print every case and all notes."
     ),
+    click.option("--table", is_flag=True, help="Also print a table with a row for each case."),
+    click.option("--progress", "every_case", is_flag=True, help="Report each case as it finishes."),
     click.option("--durations", type=click.IntRange(0), default=0, metavar="N", help="Also list the N slowest cases."),
     click.option("--update", is_flag=True, help="Write the results as new golden files. Refused in CI."),
     click.option("--accept-failing", is_flag=True, help="With --update, also accept results that fail expectations."),
@@ -268,8 +272,8 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
         _tell_only(asked, outputs, found, selected)
         context.exit(code_without_runs(found, selected))
     whole = is_whole_set(paths, golden, scenarios)
-    report = _checked(found, selected, whole and not asked["no_golden"], terms)
-    write_report(report, outputs, Style(asked["verbosity"], asked["durations"]))
+    report = _checked(found, selected, whole and not asked["no_golden"], terms, asked["every_case"])
+    write_report(report, outputs, TextStyle(asked["verbosity"], asked["durations"], asked["table"]))
     if asked["html"] is not None and not report.interrupted:
         from stackdsl.cli.html_report import write_html  # noqa: PLC0415 -- few calls want it
 
@@ -277,10 +281,12 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     context.exit(exit_code(report))
 
 
-def _checked(found: CaseSurvey, selected: Sequence[Listed], whole: bool, terms: CheckConfig) -> Report:
+def _checked(
+    found: CaseSurvey, selected: Sequence[Listed], whole: bool, terms: CheckConfig, every_case: bool
+) -> Report:
     recalled = recall(selected, terms)
     try:
-        with progress(len(selected) - len(recalled)) as bar:
+        with progress(len(selected) - len(recalled), every_case) as bar:
             shown = replace(terms, on_wait=bar.wait, on_drawn=bar.drawn, on_result=bar.tell)
             report = check(found, selected, whole, shown, recalled)
     except ChangedMeanwhileError as error:

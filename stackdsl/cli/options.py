@@ -16,9 +16,10 @@ import click
 from stackdsl.checking.cases import Case, GatheredCases, gather
 from stackdsl.checking.check import FoundCases
 from stackdsl.checking.selection import KeywordError, Selectable, Selection, expression_of, nothing_selected_text
-from stackdsl.cli.terminal import paper, tell, write, write_data
+from stackdsl.cli.terminal import paper, tell, with_known_marks, write, write_data
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
+from stackdsl.report.blocks import TextStyle
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.results import Report
 from stackdsl.shown_text import harmless
@@ -183,25 +184,17 @@ def requirement() -> str:
 # Formats and files of a report.
 
 
-@dataclass(frozen=True, slots=True)
-class Style:
-    """The extent of a text report."""
-
-    verbosity: int = 0  # -1: only what failed; 1: also what passed
-    durations: int = 0  # how many of the slowest cases
+Renderer: TypeAlias = Callable[[Report, TextStyle], str]
 
 
-Renderer: TypeAlias = Callable[[Report, Style], str]
+def _text(report: Report, style: TextStyle) -> str:
+    from stackdsl.report.check_text import report_text  # noqa: PLC0415 -- only the requested one
 
-
-def _text(report: Report, style: Style) -> str:
-    from stackdsl.report.text import report_text  # noqa: PLC0415 -- only the requested one
-
-    return report_text(report, *paper(), verbosity=style.verbosity, durations=style.durations)
+    return with_known_marks(report_text(report, *paper(), style))
 
 
 def _of(name: str) -> Renderer:
-    def render(report: Report, _: Style) -> str:
+    def render(report: Report, _: TextStyle) -> str:
         text: str = getattr(import_module("stackdsl.report.formats"), f"report_{name}")(report)
         return harmless(text)
 
@@ -271,7 +264,7 @@ def outputs_of(asked: Sequence[Output]) -> Sequence[Output]:
     return asked if streamed else (*asked, Output("text"))
 
 
-def write_report(report: Report, outputs: Sequence[Output], style: Style) -> None:
+def write_report(report: Report, outputs: Sequence[Output], style: TextStyle) -> None:
     """Write a report to all outputs, files first. Raises click.ClickException."""
     for output in sorted(outputs, key=lambda output: output.file is None):
         report_format = REPORT_FORMATS[output.form]

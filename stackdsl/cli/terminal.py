@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from io import StringIO
 from math import inf
 from time import monotonic
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import TYPE_CHECKING, Final, Protocol, TextIO
 
 import click
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 
 PAUSE = 0.1  # [s] least time between two updates of a bar, since drawing can take longer than a verdict
+SIGN_OF_LIFE = 30.0  # [s] between two lines of a log on the number of finished cases
+UNREMARKABLE = ("passed", "skipped", "unchecked", "xfailed", "recorded")  # conclusions without a line in a log
 NO_TERMINAL = 160  # [characters] width of output that does not go to a terminal
 
 
@@ -59,6 +61,19 @@ def occupy_standard_streams() -> None:
         except OSError:
             nowhere = os.open(os.devnull, os.O_RDWR)  # gets the least free number, which is this one
             os.set_inheritable(nowhere, True)
+
+
+# Marks and typographic characters of reports, for terminals and files that cannot show them.
+ASCII_MARKS: Final = str.maketrans({"\u2713": "v", "\u2717": "X", "\u2260": "~", "\u2013": "-", "\u00b7": "-"})
+
+
+def with_known_marks(text: str) -> str:
+    """Replace marks that the encoding of the output stream does not have."""
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except (LookupError, UnicodeEncodeError):
+        return text.translate(ASCII_MARKS)
+    return text
 
 
 def write(text: str) -> None:
@@ -119,16 +134,16 @@ def paper() -> tuple[int, bool]:
 
 
 @contextmanager
-def progress(total: int) -> Iterator[Bar]:
-    """Show a bar on a terminal and a line per case elsewhere, both on the error stream."""
-    if _is_no_terminal(sys.stderr):
-        yield _Lines(total)
+def progress(total: int, every_case: bool = False) -> Iterator[Bar]:
+    """Show a bar on a terminal, and lines elsewhere or for every case, on the error stream."""
+    if every_case or _is_no_terminal(sys.stderr):
+        yield _Lines(total, every_case)
         return
     from rich.console import Console  # noqa: PLC0415 -- as in `paper`
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _Lines(total)
+        yield _Lines(total, every_case)
         return
     with _drawn(console) as bar:
         yield _DrawnBar(bar, bar.add_task("playing", total=total))
@@ -161,9 +176,11 @@ def _drawn(console: "Console") -> "Progress":
         Progress,
         TextColumn,
         TimeElapsedColumn,
+        TimeRemainingColumn,
     )
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    what = TextColumn("{task.description}", markup=False)
+    columns = (what, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
     # No automatic refresh: it needs a thread, with which workers could not be forks of this process.
     return Progress(*columns, console=console, transient=True, auto_refresh=False)
 
@@ -190,14 +207,19 @@ class _DrawnBar:
 
 
 class _Lines:
-    """A progress display with a line for each finished case."""
+    """A progress display for logs: each case that does not pass, and the number of finished cases every half minute."""
 
-    def __init__(self, total: int) -> None:
-        self._total, self._done = total, 0
+    def __init__(self, total: int, every_case: bool) -> None:
+        self._total, self._done, self._every_case = total, 0, every_case
+        self._told = monotonic()
 
     def tell(self, result: DisplayedResult) -> None:
         self._done += 1
-        tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
+        if self._every_case or result.conclusion not in UNREMARKABLE:
+            tell(f"[{self._done}/{self._total}] {result.name}: {result.conclusion}")
+        elif monotonic() - self._told > SIGN_OF_LIFE:
+            tell(f"[{self._done}/{self._total}]")
+            self._told = monotonic()
 
     def wait(self) -> None:
         pass

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import inf
 
-from stability.name_order import in_order
+from stability.name_order import in_order, names_text
 from stability.problem import Stability, Verdict
 from stackdsl.compiler.impacts import impact_actions
 from stackdsl.compiler.schedule import ResolvedScenario, resolved_scenario
@@ -19,7 +19,7 @@ from stackdsl.language.yaml.source import Source
 from stackdsl.results import ClaimOutcome
 from stackdsl.timeline import Action, HoldAction, Placement, time_of_arrival
 from stackdsl.trace import Event, EventKind, Trace
-from stackdsl.wording import level_text, names_text
+from stackdsl.wording import level_text
 
 EARLY = 0.05  # [s] by which a thrown or dropped brick may hit the structure before its planned time of arrival
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from stability.name_order import names_text
 from stability.problem import Stability
 from stackdsl.judging.before_impacts import falls_before_impacts
 from stackdsl.language.claims.claim import Claim
@@ -19,7 +20,7 @@ from stackdsl.simulation.runner import StopCondition, never_stop_early
 from stackdsl.simulation.systems import Method, System, as_played
 from stackdsl.timeline import Timeline
 from stackdsl.trace import UNRELIABLE, Collapse, Ensemble, Trace
-from stackdsl.wording import energy_fault, how_many, names_text
+from stackdsl.wording import energy_fault, how_many
 
 if TYPE_CHECKING:
     from stackdsl.judging.statistics import Decision

@@ -18,9 +18,9 @@ from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning, ScenarioWarning
+from stackdsl.report.check_text import report_text
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.formats import warnings_of
-from stackdsl.report.text import report_text
 from stackdsl.results import GoldenStatus, Report, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.simulation.known_systems import unplayable

@@ -28,6 +28,15 @@ Row: TypeAlias = dict[str, str]  # by column
 
 
 @dataclass(frozen=True, slots=True)
+class TextStyle:
+    """The extent of a text report."""
+
+    verbosity: int = 0  # -1: only what failed; 1: also every case, passed expectations and all notes
+    durations: int = 0  # number of slowest cases to list
+    table: bool = False  # whether to add a table with a row for each case
+
+
+@dataclass(frozen=True, slots=True)
 class Line:
     """Text that is not wrapped."""
 

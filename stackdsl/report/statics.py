@@ -11,7 +11,7 @@ from stability.contact_law import Friction, as_friction
 from stability.geometry.box_distance import TOUCHING, reach_between
 from stability.geometry.vectors import body_axes, scale
 from stability.model import GROUND, BodyId, Brick, Vec3
-from stability.name_order import in_order
+from stability.name_order import in_order, names_text
 from stability.problem import Placed, Stability
 from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
@@ -41,7 +41,7 @@ from stackdsl.timeline import (
     Timeline,
 )
 from stackdsl.trace import VerdictMargins
-from stackdsl.wording import moving_text, names_text, shaking_text, touching_text
+from stackdsl.wording import moving_text, shaking_text, touching_text
 
 # Verdicts of statics on scenarios, without simulation.
 

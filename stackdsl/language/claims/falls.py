@@ -6,12 +6,12 @@ from typing import ClassVar
 from pydantic import Field
 
 from stability.model import BodyId
+from stability.name_order import names_text
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, placed, remaining, within
 from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import BrickState, Trace
-from stackdsl.wording import names_text
 
 
 @claim("falls", "names or number of the bricks that fall")

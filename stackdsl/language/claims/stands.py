@@ -8,6 +8,7 @@ from typing import ClassVar, Self
 from pydantic import Field, model_validator
 
 from stability.model import BodyId
+from stability.name_order import names_text
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
 from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, margin_to_collapse, remaining
@@ -15,7 +16,7 @@ from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace
-from stackdsl.wording import MILLIMETRES, level_text, mm, names_text
+from stackdsl.wording import MILLIMETRES, level_text, mm
 
 
 @claim("stands", "bricks are where they came to rest")
