@@ -8,10 +8,10 @@ import pytest
 from tests.paths import ROOT
 
 LOCKS = sorted(ROOT.glob("requirements*.lock"))
-CONDITION = r"(python_full_version|sys_platform|implementation_name|platform_python_implementation) (<|>=|==|!=) '[\w.*]+'"
-PINNED = re.compile(
-    rf"[A-Za-z0-9._-]+==[A-Za-z0-9.!+_-]+( ; {CONDITION})?( \\\n    --hash=sha256:[0-9a-f]{{64}})+"
+CONDITION = (
+    r"(python_full_version|sys_platform|implementation_name|platform_python_implementation) (<|>=|==|!=) '[\w.*]+'"
 )
+PINNED = re.compile(rf"[A-Za-z0-9._-]+==[A-Za-z0-9.!+_-]+( ; {CONDITION})?( \\\n    --hash=sha256:[0-9a-f]{{64}})+")
 NAMES = re.compile(r"^([A-Za-z0-9._-]+)==", re.MULTILINE)
 
 

@@ -16,11 +16,11 @@ from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
 from stackdsl.checking.selection import Selection, nothing_selected_text
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
-from stackdsl.cli.terminal import counted, tell, write
+from stackdsl.cli.terminal import counted, tell, with_known_marks, write
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.report.text import claim_lines, event_text, run_text
+from stackdsl.report.text import EventLines, claim_lines, run_text
 from stackdsl.report.warnings import ensemble_lines
 from stackdsl.results import Report, VariantResult, exit_code
 from stackdsl.shown_text import harmless
@@ -351,16 +351,21 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
         may_stop = stop_condition_of(case.scenario, case.system)
         recorder = keeping.recorder()
 
+        lines = EventLines(all_names)
+
         def told(event: Event) -> None:
-            write(event_text(event, all_names))
+            for text in lines.after(event):
+                write(text)
 
         trace = play_case(case.timeline, case.system, may_stop, told, recorder)
+        for text in lines.rest():
+            write(text)
     except BlockedPlacementError as error:
         result = blocked_result(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
-        write(run_text(trace, result, all_names))
+        write(with_known_marks(run_text(trace, result, all_names)))
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result

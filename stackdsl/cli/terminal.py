@@ -70,7 +70,7 @@ ASCII_MARKS: Final = str.maketrans({"\u2713": "v", "\u2717": "X", "\u2260": "~",
 def with_known_marks(text: str) -> str:
     """Replace marks that the encoding of the output stream does not have."""
     try:
-        text.encode(sys.stdout.encoding or "utf-8")
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
     except (LookupError, UnicodeEncodeError):
         return text.translate(ASCII_MARKS)
     return text

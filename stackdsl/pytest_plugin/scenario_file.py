@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from warnings import warn
 
 import pytest
+from _pytest._code.code import ReprFileLocation, TerminalRepr
+from _pytest._io import TerminalWriter
 
 from stackdsl.checking.cases import Case, gather
 from stackdsl.checking.check import unused_goldens
@@ -21,13 +23,14 @@ from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEn
 from stackdsl.report.check_text import report_text
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.formats import warnings_of
+from stackdsl.report.outline import failure_lines
 from stackdsl.results import GoldenStatus, Report, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.systems import SYSTEMS
 
 if TYPE_CHECKING:
-    from _pytest._code.code import ExceptionInfo, TerminalRepr, TracebackStyle
+    from _pytest._code.code import ExceptionInfo, TracebackStyle
 
 Name = pytest.StashKey[dict[str, Path]]()  # file of each scenario, by name
 Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without a scenario, by their directory
@@ -35,6 +38,25 @@ Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without 
 
 class MissedError(Exception):
     """A scenario failed its expectations or differs from its golden file. The text is the report."""
+
+    def __init__(self, text: str, summary: str = "") -> None:
+        super().__init__(text)
+        self.summary = summary  # one line for the summary of pytest
+
+
+class _Failure(TerminalRepr):
+    """The report of a case, with one line for the summary of pytest."""
+
+    def __init__(self, text: str, file: str, summary: str) -> None:
+        self._text = text
+        self.reprcrash = ReprFileLocation(file, 0, summary)
+
+    def __str__(self) -> str:
+        return self._text
+
+    def toterminal(self, tw: TerminalWriter) -> None:
+        """Print the report."""
+        tw.line(self._text)
 
 
 class ScenarioFile(pytest.File):
@@ -79,7 +101,10 @@ class ScenarioItem(pytest.Item):
             renamed = result.golden is not None and result.golden.status is GoldenStatus.RENAMED
             accept = ("" if renamed else "pytest --snapshot-update (with syrupy), or: ") + "stackdsl check --update"
             to_accept = result.golden_failed and result.may_be_locked
-            raise MissedError(report_text(Report((result,), accept=accept if to_accept else "")))
+            report = Report((result,), accept=accept if to_accept else "")
+            told = dict(failure_lines(result))
+            summary = f"expected {told['expected']}, measured {told['measured']}" if "expected" in told else ""
+            raise MissedError(report_text(report), summary or "differs from its golden file")
 
     def _result(self) -> VariantResult:
         case = self.case
@@ -129,7 +154,7 @@ class ScenarioItem(pytest.Item):
     ) -> "str | TerminalRepr":
         """Return the report of the case, or a traceback for other errors."""
         if isinstance(excinfo.value, MissedError | GoldenWriteRefusedError):
-            return str(excinfo.value)
+            return _Failure(str(excinfo.value), str(self.path), getattr(excinfo.value, "summary", ""))
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:

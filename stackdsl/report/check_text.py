@@ -32,6 +32,7 @@ from stackdsl.report.warnings import (
 from stackdsl.results import (
     GOLDEN_FAILURES,
     REFERENCE_SYSTEM,
+    UNCHECKED,
     ClaimOutcome,
     GoldenDifference,
     GoldenStatus,
@@ -101,8 +102,10 @@ def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
     if verbose:
         yield titled("Passed expectations", list(_met(report)))
         yield from _notes(report)
-    elif not quiet:
+    if not verbose:
         yield _fallen_unchecked(report)
+    if not verbose and not quiet:
+        yield titled("Skipped", list(_skipped(report)))
         yield titled(
             "Warnings", list(dict.fromkeys(str(each) for result in report.results for each in result.warnings))
         )
@@ -128,10 +131,14 @@ NEAR = 0.5  # share of the limit within which a margin is told
 def _green_lines(groups: Sequence[Group], width: int) -> Iterator[str]:
     """Yield a line for each file or folder: number of cases, the margin nearest to failing, and the time."""
     files = dict.fromkeys(group.file for group in groups)
-    place = (lambda file: file) if len(files) <= MOST_FILES else (lambda file: dirname(file) + "/")
+    by_folder = len(files) > MOST_FILES
+
+    def place(group: Group) -> str:
+        return f"{dirname(group.file)}/" if by_folder else group.file
+
     parts: defaultdict[str, list[Group]] = defaultdict(list)
-    for group in sorted(groups, key=lambda group: natural_key(place(group.file))):
-        parts[place(group.file)].append(group)
+    for group in sorted(groups, key=lambda group: natural_key(place(group))):
+        parts[place(group)].append(group)
     rows = [(name, _marked_counts(of), _remark(of), _time(of)) for name, of in parts.items()]
     names, counts, times = (max((len(row[at]) for row in rows), default=0) for at in (0, 1, 3))
     room = width - names - counts - times - 3 * len(GAP)
@@ -197,10 +204,10 @@ def _place(row: OutlineRow) -> str:
 def _one_failure(row: OutlineRow, width: int) -> Block:
     systems = "".join(f", {result.system}" for result in row.results[1:])
     name = row.first.name.removesuffix("]") + systems + "]"
-    word = f" ({row.first.conclusion})" if row.first.conclusion != "failed" else ""
-    lines = [*failure_lines(row.first), ("see it", _see(row.first))]
+    word = f" ({row.first.conclusion})" if row.first.conclusion not in ("failed", UNCHECKED) else ""
+    lines = failure_lines(row.first)
     told = [text for label, value in lines if value for text in _wrapped(f"  {label:<{LABEL}}", value, width)]
-    return [_head(Status.FAILED, name + word, _place(row), width), *map(line, told)]
+    return [_head(Status.FAILED, name + word, _place(row), width), *map(line, [*told, _see(row.first)])]
 
 
 def _several_failures(group: Group, failed: Sequence[OutlineRow], width: int) -> Block:
@@ -219,14 +226,15 @@ def _several_failures(group: Group, failed: Sequence[OutlineRow], width: int) ->
     for label in ("why", "after"):
         if label in first:
             told += _wrapped(f"  {label:<{LABEL}}", first[label], width)
-    told += _wrapped(f"  {'see it':<{LABEL}}", _see(failed[0].first), width)
+    told.append(_see(failed[0].first))
     name = f"{group.scenario}, {count} of {how_many(total, 'case')}"
     return [_head(Status.FAILED, name, _place(failed[0]), width), *map(line, told)]
 
 
 def _see(result: VariantResult) -> str:
-    """Return the command that shows a failure."""
-    return shlex.join(["stackdsl", "run", result.file, "-k", result.name, "--html", f"{result.scenario}.html"])
+    """Return the line of the command that shows a failure, which stays on one line to be copied."""
+    command = shlex.join(["stackdsl", "run", result.file, "-k", result.name, "--html", f"{result.scenario}.html"])
+    return f"  {'see it':<{LABEL}}{command}"
 
 
 def _wrapped(before: str, text: str, width: int) -> Iterator[str]:
@@ -261,6 +269,9 @@ def _counts(report: Report) -> Iterator[str]:
         "with wrong friction in the engine": sum(result.wrong_friction is not None for result in results),
         "stable only if gaps count as contact": sum(result.touching_within > 0.0 for result in results),
         "with a thrown brick that passed through another": sum(result.passed_through is not None for result in results),
+        "with a golden file of another engine": sum(
+            result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE for result in results
+        ),
         "with changed constants": sum(bool(result.modified) for result in results),
     }
     told = [f"{count} {what}" for what, count in counts.items() if count]
@@ -391,7 +402,7 @@ def _skipped(report: Report) -> Iterator[str]:
     for result in report.results:
         if result.status is RunStatus.SKIPPED:
             names[result.message].append(result.name)
-    yield from (f"{message}: {', '.join(skipped)}" for message, skipped in names.items())
+    yield from (f"{message}: {names_text(skipped)}" for message, skipped in names.items())
 
 
 def _unchecked(report: Report) -> Iterator[Block]:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
-from stackdsl.report.text import cause_text, significant, unchecked_text
+from stackdsl.report.text import cause_text, margin_text, significant, unchecked_text
+from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
-from stackdsl.wording import how_many, level_text
+from stackdsl.wording import energy_fault, how_many, level_text
 
 
 class Status(StrEnum):
@@ -121,7 +122,7 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
     failed = [outcome for outcome in result.outcomes if not outcome.passed]
     if failed:
         yield "expected", "; ".join(f"{outcome.name}: {outcome.expected}" for outcome in failed)
-        yield "measured", "; ".join(dict.fromkeys(outcome.measured for outcome in failed))
+        yield "measured", "; ".join(dict.fromkeys(f"{outcome.measured}{margin_text(outcome)}" for outcome in failed))
     elif result.status is not RunStatus.DONE:
         yield "measured", result_text(result)
     elif result.unchecked:
@@ -138,6 +139,17 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "after", result.why.before
     if result.why is not None and result.why.first:
         yield "first", result.why.first
+    if note := engine_warning(result):
+        yield "note", note
+
+
+def engine_warning(result: VariantResult) -> str:
+    """Return why the motion of a run cannot be trusted; empty if nothing is known against it."""
+    if result.energy_gained:
+        return energy_fault(result.energy_gained)
+    if result.wrong_edges is not None:
+        return wrong_edges_text(result.wrong_edges, result.collapse)
+    return wrong_friction_text(result.wrong_friction) if result.wrong_friction is not None else ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,13 +28,20 @@ from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm,
 # Also the line for a run without expectations.
 
 
+MARK_PASSED, MARK_FAILED = "\u2713", "\u2717"
 TO_CLAIM = "add an expectation under `expect`, such as `- stands: all` or `- collapses: any`"
 
 
 def outcome_text(outcome: ClaimOutcome) -> str:
     """Return the text of an outcome, without place and verdict."""
-    margin = f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")" if isfinite(outcome.margin) else ""
-    return f"{outcome.name}: expected {outcome.expected}, measured {outcome.measured}{margin}"
+    return f"{outcome.name}: expected {outcome.expected}, measured {outcome.measured}{margin_text(outcome)}"
+
+
+def margin_text(outcome: ClaimOutcome) -> str:
+    """Return the margin of an outcome in parentheses; empty if it has none."""
+    if not isfinite(outcome.margin):
+        return ""
+    return f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")"
 
 
 def unchecked_text(result: VariantResult) -> str:
@@ -77,15 +84,62 @@ def _seen(value: Seen, unit: str) -> str:
             return value or NO_VALUE
 
 
-# One event of a run as one line.
+# Events of a run as lines.
 
 
-def event_text(event: Event, all_names: bool = False) -> str:
-    """Return time, kind, bricks and reason of an event; with `all_names` every brick is named."""
-    bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
-    named = ", ".join(bricks) if all_names else names_text(bricks, least=1)
-    reason = f": {event.reason}" if event.reason else ""
-    return f"{event.time:9.3f} s  {event.kind.value:<9}  {named}{reason}"
+WORDS = {
+    EventKind.FROZEN: "at rest",
+    EventKind.WOKEN: "moves",
+    EventKind.COLLAPSED: "fallen",
+}  # in place of their names
+MOST_HITS = 2  # hits told of one event
+
+
+class EventLines:
+    """The events of a run as lines; bricks that are placed and proven to stand at once share a line."""
+
+    def __init__(self, all_names: bool = False) -> None:
+        self._all_names = all_names
+        self._placed: Event | None = None
+
+    def after(self, event: Event) -> Iterator[str]:
+        """Yield the lines that are complete with one more event."""
+        placed, self._placed = self._placed, None
+        if placed is not None and _is_proof_of(event, placed):
+            yield self._line(placed, f", proven to stand: {event.reason}")
+            return
+        if placed is not None:
+            yield self._line(placed)
+        if event.kind is EventKind.PLACED and not event.reason:
+            self._placed = event
+        else:
+            yield self._line(event)
+
+    def rest(self) -> Iterator[str]:
+        """Yield the line of the last event, if it was held back."""
+        if self._placed is not None:
+            yield self._line(self._placed)
+            self._placed = None
+
+    def _line(self, event: Event, more: str = "") -> str:
+        bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
+        named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1)
+        reason = _few_hits(event.reason) if not self._all_names else event.reason
+        told = reason if reason.startswith(f"{named} ") else f"{named}: {reason}" if reason else named
+        return f"{event.time:9.3f} s  {WORDS.get(event.kind, event.kind.value):<9}  {told}{more}"
+
+
+def _is_proof_of(event: Event, placed: Event) -> bool:
+    same = event.time == placed.time and set(event.bricks) == set(placed.bricks)
+    return event.kind is EventKind.FROZEN and same
+
+
+def _few_hits(reason: str) -> str:
+    parts = reason.split(", ")
+    hits = [part for part in parts if " hit by " in part]
+    if len(hits) < len(parts) or len(hits) <= MOST_HITS:
+        return reason
+    return f"{', '.join(hits[:MOST_HITS])} and {how_many(len(hits) - MOST_HITS, 'more hit')}"
 
 
 # Direction of a fall in words.
@@ -114,13 +168,8 @@ def bearing_text(bearing: float) -> str:
 
 def why_lines(why: FailureCause) -> Iterator[str]:
     """Yield one line for each known fact about the cause."""
-    told = {
-        "cause": cause_text(why),
-        "after": why.before,
-        "first": why.first,
-        "see": why.see,
-    }
-    yield from (f"  {name:<5}  {text}" for name, text in told.items() if text)
+    told = {"why": cause_text(why), "after": why.before, "first": why.first, "see it": why.see}
+    yield from (f"  {name:<8}  {text}" for name, text in told.items() if text)
 
 
 def cause_text(why: FailureCause) -> str:
@@ -167,7 +216,7 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
     fell = "" if trace.collapse is None else _collapse(trace.collapse)
-    cost = f"{trace.cost.simulated_time:g} s simulated in {trace.cost.wall_time:.3f} s, {trace.cost.steps} steps"
+    cost = f"{trace.cost.simulated_time:.4g} s simulated in {trace.cost.wall_time:.3g} s, {trace.cost.steps} steps"
     came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
     yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
     yield from (f"warning: {odd}" for odd in result.warnings)
@@ -204,7 +253,8 @@ def claim_lines(result: VariantResult) -> Iterator[str]:
     if result.xfail is not None:
         yield f"{'unexpected pass' if result.passed else 'expected failure'} (xfail): {result.xfail}"
     for outcome in result.outcomes:
-        yield f"{'passed' if outcome.passed else 'failed'}: {outcome.span}: {outcome_text(outcome)}"
+        mark = f"{MARK_PASSED} passed" if outcome.passed else f"{MARK_FAILED} failed"
+        yield f"{mark}  {outcome_text(outcome)}  ({outcome.span})"
     if result.why is not None:
         yield from why_lines(result.why)
     for truth in result.truths:

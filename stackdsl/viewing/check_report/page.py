@@ -24,6 +24,7 @@ from stackdsl.report.outline import (
     Row,
     Status,
     counts_of,
+    engine_warning,
     failure_lines,
     headline,
     nearest,
@@ -31,7 +32,6 @@ from stackdsl.report.outline import (
     result_text,
 )
 from stackdsl.report.text import ending_text
-from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import GoldenResult, Report, VariantResult
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import unplayable
@@ -47,7 +47,7 @@ from stackdsl.viewing.pictures import Panel, picture
 from stackdsl.viewing.replay.page import page_of, policy_of, run_json
 from stackdsl.viewing.run_view import view_of
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
-from stackdsl.wording import energy_fault, how_many
+from stackdsl.wording import how_many
 
 # A case played once more for the report: its replay goes to a page, its small picture into the table.
 
@@ -360,13 +360,7 @@ class ReportPage:
 
 
 def _engine_warning(result: VariantResult) -> str:
-    if result.numerical:
-        return f"a numerical collapse: {result.numerical}"
-    if result.energy_gained:
-        return energy_fault(result.energy_gained)
-    if result.wrong_edges is not None:
-        return wrong_edges_text(result.wrong_edges, result.collapse)
-    return wrong_friction_text(result.wrong_friction) if result.wrong_friction is not None else ""
+    return f"a numerical collapse: {result.numerical}" if result.numerical else engine_warning(result)
 
 
 def _note(result: VariantResult) -> str:

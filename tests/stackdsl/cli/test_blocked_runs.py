@@ -11,7 +11,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
 from stackdsl.checking.results import blocked_result
 from stackdsl.exits import ExitCode
-from stackdsl.report.text import report_text
+from stackdsl.report.check_text import report_text
 from stackdsl.results import Report, RunStatus, exit_code
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError, BrickTracker, require_clearance
 from stackdsl.timeline import Arrival, Placement
@@ -169,4 +169,4 @@ def test_run_tells_what_is_blocked_and_goes_on_with_the_rest(stackdsl: Stackdsl,
     result = stackdsl("run", "scene.yaml")
     assert result.code == 2
     assert "scene.yaml:9:13: SD208" in result.err
-    assert "passed: scene.yaml:19:5: stands" in result.out
+    assert "✓ passed  stands: " in result.out

@@ -89,7 +89,7 @@ def test_parts_are_disjoint_whole_and_the_same_in_any_order(stackdsl: Stackdsl, 
 
 def test_a_scenario_may_come_by_a_pipe(stackdsl_in: StackdslIn, tmp_path: Path) -> None:
     done = stackdsl_in(tmp_path, "check", "-", keys=BAD)
-    assert (done.code, "<stdin>:7:5: bad[exact]: height" in done.out) == (1, True)
+    assert (done.code, "<stdin>:7:5" in done.out) == (1, True)
     assert not (tmp_path / "golden").exists()
 
 
@@ -117,9 +117,9 @@ def test_a_list_may_be_json(stackdsl: Stackdsl) -> None:
 @pytest.mark.usefixtures("folder")
 def test_quiet_tells_failures_alone_and_verbose_what_passed(stackdsl: Stackdsl) -> None:
     quiet, verbose = (stackdsl("check", "scene.yaml", option).out for option in ("-q", "-v"))
-    assert quiet.splitlines()[0] == "Failed expectations"
+    assert quiet.startswith("✗ FAILED  bad[exact]")
     assert "Passed expectations" in verbose
-    assert "scene.yaml:6:5: bad[exact]: stands: expected all" in verbose
+    assert ": good[exact]: stands: expected all" in verbose
     slowest = stackdsl("check", "scene.yaml", "-q", "--durations", "2").out.split("Slowest\n")[1]
     assert slowest.count(" s  ") == 2
 
@@ -154,9 +154,9 @@ def test_a_watch_checks_again_when_a_scenario_is_saved(folder: Path) -> None:
     process = started(folder, "check", "scene.yaml", "--watch", "-q")
     assert process.stdout is not None
     try:
-        assert "1 passed" in next(line for line in process.stdout if "variant" in line)
+        assert "1 passed" in next(line for line in process.stdout if " case" in line)
         saved(folder / "scene.yaml", BAD)
-        assert "1 failed" in next(line for line in process.stdout if "variant" in line)
+        assert "1 failed" in next(line for line in process.stdout if " case" in line)
     finally:
         process.terminate()
         process.communicate(timeout=AMPLE)
@@ -171,9 +171,9 @@ def test_a_watch_of_a_file_notices_what_the_file_is_made_of(folder: Path) -> Non
     process = started(folder, "check", "scene.yaml", "--watch", "-q")
     assert process.stdout is not None
     try:
-        assert "1 passed" in next(line for line in process.stdout if "variant" in line)
+        assert "1 passed" in next(line for line in process.stdout if " case" in line)
         saved(base, BAD)
-        assert "1 failed" in next(line for line in process.stdout if "variant" in line)
+        assert "1 failed" in next(line for line in process.stdout if " case" in line)
     finally:
         process.terminate()
         process.communicate(timeout=AMPLE)

@@ -52,7 +52,7 @@ def test_find_prints_both_sides_of_the_limit(stackdsl: Stackdsl, tmp_path: Path)
     lines = [line.strip() for line in told.out.splitlines()]
     assert lines[0] == "leaning[kind=kapla]"  # of which the step is no part
     assert sides(lines[1], "largest step: (.+) mm stands, (.+) mm falls") == pytest.approx([9.8, 9.8], rel=1e-6)
-    assert lines[2].startswith("fall: L2.1, L3.1")
+    assert lines[2].startswith("fall: L2.1 to L12.1 (11 bricks)")
     assert "tip over L1.1" in lines[2]
     assert lines[3] == "instead of 14 mm at leaning.yaml:3:16"
     assert "most count: 8 stands, 9 falls" in lines  # 117.6 mm / 14 mm

@@ -20,7 +20,7 @@ def test_every_brick_is_named_on_demand(
 ) -> None:
     write(tmp_path, LEANING, "leaning.yaml")
     lines = stackdsl("run", "leaning.yaml", *option).out.splitlines()
-    woken = next(line for line in lines if "  woken " in line)
-    assert (f"  {FALLING}: L2.1, " in woken) == whole
-    assert ("  L2.1, L3.1, L4.1, L5.1, L6.1, L7.1 and 3 more: " in woken) != whole
+    woken = next(line for line in lines if "  moves " in line)
+    assert (f"  {FALLING}: L2.1 to L10.1" in woken) == whole
+    assert woken.endswith("  L2.1 to L10.1 (9 bricks) tip over L1.1") != whole
     assert any(line.startswith("fallen: ") for line in lines) == whole

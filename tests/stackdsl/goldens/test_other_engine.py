@@ -8,7 +8,8 @@ import pytest
 from stackdsl.goldens.file_format import document
 from stackdsl.goldens.golden import check_golden, judge_text
 from stackdsl.goldens.snapshot import current_stamp, made_by_other_engine
-from stackdsl.report.text import report_text
+from stackdsl.report.blocks import TextStyle
+from stackdsl.report.check_text import report_text
 from stackdsl.results import GoldenStatus, Report, RunStatus, VariantResult, exit_code
 from tests.engines_at_hand import needs_pybullet
 from tests.stackdsl.goldens.towers import FALL, taken, tower
@@ -68,7 +69,7 @@ def test_a_golden_of_another_engine_counts_as_neither_passed_nor_failed() -> Non
     golden = judge_text("golden/falls.json", of_mujoco({}), document(FALLS))
     played = VariantResult("falls", "exact", "exact", "falls.yaml", RunStatus.DONE, "collapses", golden=golden)
     report = Report((played,))
-    text = report_text(report)
+    text = report_text(report, style=TextStyle(verbosity=1))
     assert exit_code(report) == 0
     assert "1 golden of another engine" in text
     assert "1 file made with mujoco 4.0.0 (now none)" in text

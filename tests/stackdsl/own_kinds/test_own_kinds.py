@@ -14,9 +14,9 @@ from stackdsl.checking.check import CheckConfig, check
 from stackdsl.language.claims.claim_kind import CLAIMS, ClaimKind, claim
 from stackdsl.language.json_schema import json_schema, keys_at, schema_text
 from stackdsl.language.schema import models
+from stackdsl.report.check_text import report_text
 from stackdsl.report.formats import report_json
 from stackdsl.report.statics import explanation_text
-from stackdsl.report.text import report_text
 from stackdsl.results import VariantResult
 from stackdsl.timeline import PushAction
 from tests.scenes import compiled

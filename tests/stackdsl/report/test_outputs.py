@@ -11,7 +11,8 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import pytest
 
-from stackdsl.cli.options import REPORT_FORMATS, Style
+from stackdsl.cli.options import REPORT_FORMATS
+from stackdsl.report.blocks import TextStyle
 from stackdsl.report.formats import report_csv, report_github, report_json, report_junit, report_markdown
 from stackdsl.results import GoldenStatus, RunStatus
 from stackdsl.shown_text import data_without_commands
@@ -153,7 +154,7 @@ def test_no_report_turns_its_text_or_commands_a_terminal_or_lacks_utf_8(form: st
     golden = replace(with_golden(GoldenStatus.DIFFERENT), file=odd)
     mistake = replace(MISTAKE, message=odd, hint=odd)
     whole = report(replace(CRASHED, message=odd, file=odd, parameters=((odd, odd),)), golden, diagnostics=(mistake,))
-    shown = REPORT_FORMATS[form].render(whole, Style()).replace("\r\n", "\n")
+    shown = REPORT_FORMATS[form].render(whole, TextStyle()).replace("\r\n", "\n")
     shown.encode()
     assert sorted(set(shown) & set(odd)) == []
     if form == "json":

@@ -62,7 +62,7 @@ def test_a_system_of_another_package_plays_what_it_is_asked_for(beside: Played, 
     write(tmp_path, column(10.0, "stands") + "---\n" + column(70.0, "tips"))
     told = beside("check", "scene.yaml", "--system", "example")
     assert told.code == 0, told.text
-    assert "2 variants: 2 passed" in told.out
+    assert "2 cases: 2 passed" in told.out
     assert not (tmp_path / "golden").exists()
 
 
