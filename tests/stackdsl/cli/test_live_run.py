@@ -61,7 +61,7 @@ def test_a_save_is_shown_and_a_mistake_is_told_beside_what_was_there(tmp_path: P
             saved(file, WRONG)
             while not (mistakes := next_of(stream, "status")["mistakes"]):
                 pass
-            assert any("unknown key 'lvels'" in mistake for mistake in mistakes)
+            assert any("unknown key 'lvels'" in str(mistake) for mistake in mistakes)
             with urllib.request.urlopen(f"{url}events", timeout=AMPLE) as another:  # who comes now sees the last run
                 assert len(next_of(another, "run")["told"]["bricks"]["name"]) == 3
             saved(file, GOOD.replace("levels: 3", "levels: 5"))
