@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from typing import Final
 
 from stability.model import BodyId
 
 _NUMBER = re.compile(r"(\d+)")
-_PLACE = re.compile(r"(.*)L(\d+)\.(\d+)")  # name of a brick by level and place
+_PLACE = re.compile(r"(.*)L\d+\.\d+")  # name of a brick: group, level, place
 MOST_NAMES: Final = 6  # names or ranges written out in one list
 SHORTEST = 3  # names of a range
 NO_NUMBER = "-1"  # stands for a missing last number, so that a name comes before its continuations
@@ -26,34 +26,51 @@ def in_order(names: Iterable[BodyId]) -> list[BodyId]:
     return sorted(names, key=natural_key)
 
 
-def names_text(names: Sequence[str], least: int = 2) -> str:
-    """Format names on one line: `a, b, c, d, e, f and 3 more`, and runs of bricks as ranges: `L4.1 to L5.3`.
+def names_text(names: Sequence[str], least: int = 2, among: Iterable[str] = ()) -> str:
+    """Format names on one line: `a, b, c, d, e, f and 3 more`, and runs of bricks as ranges: `L4.1 to L5.3 (6 bricks)`.
 
-    A range joins names that follow each other: the next place on a level, or the first place on the next level. The
-    number of bricks shows whether a level has more bricks than the range. At least `least` names are left out, or none.
+    A range stands for all bricks of the assembly `among` from its first to its last. Without an assembly, it stays on
+    one level, since names alone do not tell how many bricks a level has. At least `least` names are left out, or none.
     """
-    items: list[tuple[str, int]] = []  # text, number of names
-    for run in _runs(names):
-        if len(run) >= SHORTEST:
-            items.append((f"{run[0]} to {run[-1]}", len(run)))
-        else:
-            items += [(name, 1) for name in run]
+    runs = _runs(names, in_order(set(among)) if len(names) >= SHORTEST else [])
+    items = [(_range_text(run, alone=len(runs) == 1), len(run)) for run in runs]
     left_out = sum(count for _, count in items[MOST_NAMES:])
     shown = items[:MOST_NAMES] if left_out >= least else items
-    text = ", ".join(item for item, _ in shown) + (f" and {left_out} more" if len(shown) < len(items) else "")
-    return f"{text} ({len(names)} bricks)" if any(count > 1 for _, count in shown) else text
+    return ", ".join(item for item, _ in shown) + (f" and {left_out} more" if len(shown) < len(items) else "")
 
 
-def _runs(names: Sequence[str]) -> list[list[str]]:
-    """Split names into runs of bricks that follow each other."""
+def _range_text(run: Sequence[str], *, alone: bool) -> str:
+    """Format a run; its number of bricks is told where a reader cannot count them from the names."""
+    if len(run) == 1:
+        return run[0]
+    counted = alone or _level(run[0]) != _level(run[-1])
+    return f"{run[0]} to {run[-1]}" + (f" ({len(run)} bricks)" if counted else "")
+
+
+def _runs(names: Sequence[str], assembly: Sequence[str]) -> list[list[str]]:
+    """Split names into runs of bricks that follow each other; runs too short for a range become single names."""
+    after = dict(pairwise(assembly))
     runs: list[list[str]] = []
-    expected: set[tuple[str, int, int]] = set()
     for name in names:
-        place = _PLACE.fullmatch(name)
-        at = (place[1], int(place[2]), int(place[3])) if place else None
-        if at is not None and at in expected:
+        last = runs[-1][-1] if runs else ""
+        if _group(name) is not None and _group(name) == _group(last) and name in (after.get(last), _next_place(last)):
             runs[-1].append(name)
         else:
             runs.append([name])
-        expected = {(at[0], at[1], at[2] + 1), (at[0], at[1] + 1, 1)} if at is not None else set()
-    return runs
+    return [part for run in runs for part in ([run] if len(run) >= SHORTEST else [[name] for name in run])]
+
+
+def _group(name: str) -> str | None:
+    """Return the group of a brick named by level and place, such as `east.` of `east.L2.1`; None for other names."""
+    place = _PLACE.fullmatch(name)
+    return place[1] if place else None
+
+
+def _level(name: str) -> str:
+    return name.rpartition(".")[0]
+
+
+def _next_place(name: str) -> str:
+    """Return the name of the next brick of a level."""
+    place = int(name.rpartition(".")[2])
+    return f"{_level(name)}.{place + 1}"

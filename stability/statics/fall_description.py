@@ -83,13 +83,13 @@ def _lowest(problem: Problem, group: Sequence[BodyId]) -> float:
 def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
     about, along = _still_against(problem, motion, group)
     if about and _turns(problem, motion, group):
-        also = f" and {_verb('slide', group)} on {_named(along)}" if along else ""
-        return f"{_named(group)} {_verb('tip', group)} over {_named(about)}{also}"
+        also = f" and {_verb('slide', group)} on {_named(problem, along)}" if along else ""
+        return f"{_named(problem, group)} {_verb('tip', group)} over {_named(problem, about)}{also}"
     if along or about:
-        return f"{_named(group)} {_verb('slide', group)} on {_named(along | about)}"
+        return f"{_named(problem, group)} {_verb('slide', group)} on {_named(problem, along | about)}"
     has_something_under_it = any(other == contact.lower for contact, other in _border(problem, group))
     why = "nothing holds" if has_something_under_it else "nothing is under"
-    return f"{_named(group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
+    return f"{_named(problem, group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
 
 
 def _verb(stem: str, group: Sequence[BodyId]) -> str:
@@ -156,8 +156,8 @@ def _half(problem: Problem, name: BodyId) -> float:
     return problem.bricks[name].brick.shape.bounding_radius
 
 
-def _named(bodies: Sequence[BodyId] | set[BodyId]) -> str:
-    return names_text(in_order(bodies))
+def _named(problem: Problem, bodies: Sequence[BodyId] | set[BodyId]) -> str:
+    return names_text(in_order(bodies), among=problem.bricks)
 
 
 # The direction of a fall, and the overhang of the centre of mass over the tipping edge.

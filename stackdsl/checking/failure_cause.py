@@ -92,7 +92,7 @@ def _before(case: Case, trace: Trace, woken: Event | None) -> str:
     together = (last,) if not isinstance(last, Placement) else tuple(_placed_together(last, case.timeline))
     origin = origin_of(last, case.scenario, case.source)
     where = f"{origin.part} {origin.number}, {origin.kind} at {origin.span}: " if origin is not None else ""
-    return f"{where}{_action_text(together)}"
+    return f"{where}{_action_text(together, case.timeline)}"
 
 
 def _effect_time(action: Action) -> float:
@@ -110,10 +110,11 @@ def _placed_together(last: Placement, timeline: Timeline) -> Iterator[Placement]
             yield placement
 
 
-def _action_text(together: Sequence[Action]) -> str:
+def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
+    assembly = [placement.brick.id for placement in timeline.placements]
     match together[0]:
         case Removal() as removal:
-            return f"{names_text(in_order(removal.bricks))} pulled out at {removal.time:g} s"
+            return f"{names_text(in_order(removal.bricks), among=assembly)} pulled out at {removal.time:g} s"
         case PushAction() as push:
             return f"{push.brick} pushed at {push.time:g} s"
         case ShakeAction() as shake:
@@ -121,13 +122,13 @@ def _action_text(together: Sequence[Action]) -> str:
         case MoveAction() as move:
             return f"{move.brick} {moving_text(move.course)} by hand from {move.time:g} s on"
         case HoldAction() as hold:
-            return f"{names_text(hold.bricks)} held from {hold.time:g} s on"
+            return f"{names_text(hold.bricks, among=assembly)} held from {hold.time:g} s on"
         case ReleaseAction() as release:
-            return f"{names_text(release.bricks)} released at {release.time:g} s"
+            return f"{names_text(release.bricks, among=assembly)} released at {release.time:g} s"
         case Placement() as first:
             level = f", level {first.level}" if first.level and len(together) == 1 else ""
             names = [placed.brick.id for placed in together if isinstance(placed, Placement)]
-            return f"{names_text(names)} {ARRIVALS[first.arrival]} at {first.time:g} s{level}"
+            return f"{names_text(names, among=assembly)} {ARRIVALS[first.arrival]} at {first.time:g} s{level}"
 
 
 def _first(trace: Trace) -> str:

@@ -55,8 +55,9 @@ def falls_before_impacts(
     if any(claim.expects_fall_of(fallen) for claim in expected):
         return
     where = f"{level_text(fell.level, fell.step)} at {gave_way:.3f} s"
+    named = names_text(in_order(fallen), among=trace.tracks)
     measured = (
-        f"it gave way at {where}, before {first.name} at {first.begins:g} s: {names_text(in_order(fallen))}; claims "
+        f"it gave way at {where}, before {first.name} at {first.begins:g} s: {named}; claims "
         "about the impact are then meaningless; if the fall is intended, add a claim such as `collapses: any`"
     )
     margin = gave_way - first.met

@@ -41,9 +41,8 @@ def still_moving(result: ClaimResult, trace: Trace) -> ClaimResult:
         reasons.append(f"still moving when the simulation ended: {how_many(count, 'brick')}")
     if slow := [track for track in trace.unsettled if track.brick.id not in trace.moving]:
         causes = dict.fromkeys(track.gives_way or "not at rest" for track in slow)
-        reasons.append(
-            f"not settled when the simulation ended: {names_text([t.brick.id for t in slow])}: {'; '.join(causes)}"
-        )
+        named = names_text([track.brick.id for track in slow], among=trace.tracks)
+        reasons.append(f"not settled when the simulation ended: {named}: {'; '.join(causes)}")
     watched = trace.cost.simulated_time - max(trace.last_action, trace.last_arrival)  # [s]
     advice = f"simulate longer, for example with `watch: {2 * max(1, round(watched))} s`"
     return ClaimResult(

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from math import degrees, isfinite
 
+from stability.model import BodyId
 from stability.name_order import in_order, names_text
 from stability.statics.fall_description import FallSide
 from stackdsl.report.warnings import (
@@ -101,9 +102,14 @@ class EventLines:
     def __init__(self, all_names: bool = False) -> None:
         self._all_names = all_names
         self._placed: Event | None = None
+        self._assembly: set[BodyId] = set()  # bricks that are placed and not removed
 
     def after(self, event: Event) -> Iterator[str]:
         """Yield the lines that are complete with one more event."""
+        if event.kind is EventKind.PLACED:
+            self._assembly |= set(event.bricks)
+        elif event.kind is EventKind.REMOVED:
+            self._assembly -= set(event.bricks)
         placed, self._placed = self._placed, None
         if placed is not None and _is_proof_of(event, placed):
             yield self._line(placed, f", proven to stand: {event.reason}")
@@ -123,7 +129,7 @@ class EventLines:
 
     def _line(self, event: Event, more: str = "") -> str:
         bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
-        named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1)
+        named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1, among=self._assembly)
         reason = _few_hits(event.reason) if not self._all_names else event.reason
         told = reason if reason.startswith(f"{named} ") else f"{named}: {reason}" if reason else named
         return f"{event.time:9.3f} s  {WORDS.get(event.kind, event.kind.value):<9}  {told}{more}"
@@ -227,7 +233,7 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
         yield f"fallen: {', '.join(in_order(fallen))}"
     if trace.moving:
         moving = in_order(trace.moving)
-        yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving)}"
+        yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving, among=trace.tracks)}"
     if result.early_end is not None:
         yield ending_text(result.early_end)
     if result.touching_within:

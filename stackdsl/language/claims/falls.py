@@ -61,7 +61,7 @@ class Falls(ExactlyOneKey, ClaimKind):
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the fallen bricks, or their number."""
         fallen = self._fallen(trace)
-        measured = f"{names_text(fallen)} fell" if fallen else "nothing fell"
+        measured = f"{names_text(fallen, among=dict(remaining(trace)))} fell" if fallen else "nothing fell"
         if self.count is not None:
             return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
         wrong = set(fallen).symmetric_difference(self.bricks or ())

@@ -1,6 +1,6 @@
 """The claim `stands`."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 from typing import ClassVar, Self
@@ -82,7 +82,7 @@ class Stands(Shorthand, ClaimKind):
     def judge(self, trace: Trace) -> ClaimResult:
         """Return whether bricks are where they came to rest, or where a hit shifted them."""
         tracks = self._tracks(trace)
-        result = self._missing(tracks, trace) or _stand(self._in_time(tracks, trace))
+        result = self._missing(tracks, trace) or _stand(self._in_time(tracks, trace), dict(remaining(trace)))
         proven = result.passed and all(track.frozen for track in tracks)
         return _with_margin_of_proof(result, trace) if proven else result
 
@@ -121,10 +121,10 @@ class Stands(Shorthand, ClaimKind):
         return [track for track in tracks if track.left_at is None or in_time(self.for_, track, trace)]
 
 
-def _stand(tracks: Sequence[BrickTrack]) -> ClaimResult:
+def _stand(tracks: Sequence[BrickTrack], assembly: Iterable[BodyId]) -> ClaimResult:
     fallen = [track.brick.id for track in tracks if track.state is BrickState.FALLEN]
     shifted = sum(track.state is BrickState.DISPLACED for track in tracks)
-    which = f": {names_text(fallen)}" if len(fallen) < len(tracks) else ""
+    which = f": {names_text(fallen, among=assembly)}" if len(fallen) < len(tracks) else ""
     measured = f"{len(fallen)} of {len(tracks)} bricks fell{which}" if fallen else f"{len(tracks)} bricks stand"
     measured += f", {shifted} of them displaced" if shifted and not fallen else ""
     margin, unit = min((margin_to_collapse(track) for track in tracks), default=(inf, ""))

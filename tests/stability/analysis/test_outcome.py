@@ -151,7 +151,7 @@ def test_a_large_group_that_needs_friction_is_not_decided() -> None:
     found = of(pile_on_a_slope(6, 10.0, 0.5))
     assert not found.guaranteed
     assert found.start is None
-    assert "undecided whether b0 and 5 more" in found.reason
+    assert "undecided whether b0, b1, b2, b3, b4, b5" in found.reason
 
 
 def test_a_thousandth_of_the_size_and_a_kilometre_away_changes_nothing() -> None:
