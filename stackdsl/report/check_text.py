@@ -72,14 +72,14 @@ def report_text(report: Report, width: int = 120, colour: bool = False, style: T
     A green report has a line for each file; one with failures has a block for each of these. Notes are counted, and
     listed with a verbosity of 1.
     """
-    blocks = [*filter(None, _parts(report, width, style)), [_closing(report)]]
+    blocks = [*filter(None, _parts(report, width, style)), _closing(report, width)]
     return blocks_text(blocks, width, colour)
 
 
-def _closing(report: Report) -> Line:
+def _closing(report: Report, width: int) -> Block:
     """Return the sums, after a mark that says whether anything failed."""
-    code = exit_code(report)
-    return line(f"{MARKS[Status.PASSED if code == ExitCode.OK else Status.FAILED]} {closing_line(report)}", "bold")
+    status = Status.PASSED if exit_code(report) == ExitCode.OK else Status.FAILED
+    return [line(text, "bold") for text in _wrapped(f"{MARKS[status]} ", closing_line(report), width)]
 
 
 def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
@@ -218,13 +218,13 @@ def _several_failures(group: Group, failed: Sequence[OutlineRow], width: int) ->
     for number, row in enumerate(failed[:MOST_ROWS]):
         systems = ", ".join(result.system for result in row.results)
         values = " ".join(f"{name}={text}" for name, text in row.first.parameters) or row.first.case
-        measured = dict(failure_lines(row.first)).get("measured", "")
-        text = f"{values}  {measured}  ({systems})".strip()
+        text = f"{values}  {result_text(row.first)}  ({systems})".strip()
         told += _wrapped(f"  {'measured' if number == 0 else '':<{LABEL}}", text, width)
     if len(failed) > MOST_ROWS:
         told.append(f"  {'':<{LABEL}}and {how_many(len(failed) - MOST_ROWS, 'more case')}; -v lists all")
     for label in ("why", "after"):
-        if label in first:
+        texts = {dict(failure_lines(row.first)).get(label, "") for row in failed}
+        if len(texts) == 1 and label in first:  # a cause of one case is not that of the others
             told += _wrapped(f"  {label:<{LABEL}}", first[label], width)
     told.append(_see(failed[0].first))
     name = f"{group.scenario}, {count} of {how_many(total, 'case')}"

@@ -162,8 +162,10 @@ class Nearest:
 
     @property
     def text(self) -> str:
-        """Return the margin in the unit of its claim: `drift 3.9 mm left`."""
-        return f"{self.outcome.name} {significant(self.outcome.margin)} {self.outcome.unit}".rstrip() + " left"
+        """Return the margin in the unit of its claim: `drift 3.9 mm from its limit`."""
+        return (
+            f"{self.outcome.name} {significant(self.outcome.margin)} {self.outcome.unit}".rstrip() + " from its limit"
+        )
 
 
 def nearest(results: Iterable[VariantResult]) -> list[Nearest]:

@@ -20,7 +20,6 @@ def test_shell_blocks_ask_for_what_there_is(block: Block) -> None:
     assert set(re.findall(r"^stackdsl ([a-z]+)", block.text, re.MULTILINE)) <= set(COMMANDS)
 
 
-def test_the_two_commands_stand_at_the_top_of_readme() -> None:
+def test_readme_gives_the_two_commands_first() -> None:
     first = next(block for block in all_blocks("sh") if block.page.name == "README.md")
     assert [line.split("#")[0].strip() for line in first.text.splitlines()] == ["make check", "make test"]
-    assert (ROOT / "README.md").read_text(encoding="utf-8").index("make test") < 400

@@ -20,7 +20,9 @@ def test_a_tower_that_falls_and_of_which_nothing_is_expected_is_no_pass(stackdsl
         assert told.code == 0
         assert "1 scenario, 1 case: 1 unchecked in" in told.out
         assert "falls.yaml: falls[exact]: it fell at level 4 (L4.1" in told.out
-        assert "why       L2.1 to L4.1 (3 bricks) tip over L1.1, towards +x, its weight 1.2 mm beyond the edge" in told.out
+        assert (
+            "why       L2.1 to L4.1 (3 bricks) tip over L1.1, towards +x, its weight 1.2 mm beyond the edge" in told.out
+        )
     assert "it fell at level 4" in stackdsl("check", "falls.yaml", "-q").out
 
 

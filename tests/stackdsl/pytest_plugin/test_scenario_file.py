@@ -48,7 +48,13 @@ def test_a_standing_scenario_passes_and_a_falling_one_fails_with_place_and_measu
 ) -> None:
     result = pytester.runpytest("--no-golden", "scenarios")
     result.assert_outcomes(passed=2, failed=1)
-    result.stdout.fnmatch_lines(["*FAILED  column[[]levels=3,exact[]]*columns.yaml:8:5", "*expected  stands: all", "*measured  1 of 3 bricks fell*"])
+    result.stdout.fnmatch_lines(
+        [
+            "*FAILED  column[[]levels=3,exact[]]*columns.yaml:8:5",
+            "*expected  stands: all",
+            "*measured  1 of 3 bricks fell*",
+        ]
+    )
     result.stdout.no_fnmatch_line("*Traceback*")
 
 

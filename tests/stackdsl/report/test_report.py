@@ -234,7 +234,7 @@ def test_many_files_are_told_by_folder() -> None:
 def test_the_claim_nearest_to_failing_is_told_of_a_green_file() -> None:
     near = replace(HELD, margin=0.1, unit="mm", numbers=(Measure(9.9, None, 10.0, "mm"),))
     text = report_text(report(replace(PASSED, outcomes=(near,))))
-    assert f"nearest: slant[step=11mm,thesis], {HELD.name} 0.1 mm left" in text
+    assert f"nearest: slant[step=11mm,thesis], {HELD.name} 0.1 mm from its limit" in text
 
 
 def test_disagreement_with_truth_is_a_count_and_a_list_with_v() -> None:

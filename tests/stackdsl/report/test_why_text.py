@@ -45,7 +45,6 @@ def test_the_cause_stands_once_below_all_failures_of_a_run() -> None:
     assert labels == ["expected", "measured", "why", "after", "first", "see"]
 
 
-
 def test_programs_are_told_numbers_and_every_name() -> None:
     (result,) = json.loads(report_json(Report((replace(FAILED, why=WHY),))))["results"]
     assert result["why"] == {
