@@ -90,7 +90,7 @@ def test_a_file_that_hangs_its_parser_is_told_and_all_other_scenarios_are_report
         "hangs.xml:1:1: SD114 the file takes too long to read: took longer than 0.5 s (imported from hangs.yaml:3:5)"
         in said
     )
-    assert "sound[exact]: passed" in said
+    assert "1 passed" in said
     assert running.returncode == 2
 
 
@@ -102,7 +102,7 @@ def test_files_that_break_their_parser_are_told_and_all_other_scenarios_are_repo
     said, _ = running.communicate(timeout=2 * AMPLE)
     for name, told in BROKEN.items():
         assert f"{name}.xml:1:1: SD114 the file crashes its reader: {told}" in said
-    assert "sound[exact]: passed" in said
+    assert "1 passed" in said
     assert "1 passed, 4 mistakes" in said
     assert running.returncode == 2
 
