@@ -171,9 +171,33 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
     """Return a hint that names the closest choice, or else all choices if they are few."""
     close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
-    if close:
+    if close and _is_slip(word, close[0]):
         return f"did you mean '{close[0]}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- more do not fit a line
+
+
+MOST_SLIPS = 0.4  # changed letters of a slip, as a share of the longer word
+
+
+def _is_slip(word: str, choice: str) -> bool:
+    """Return whether a word may be a slip of a choice: few letters differ, or one is the beginning of the other."""
+    if word.startswith(choice) or choice.startswith(word):
+        return True
+    return _distance(word.lower(), choice.lower()) <= MOST_SLIPS * max(len(word), len(choice))
+
+
+def _distance(one: str, other: str) -> int:
+    """Return the number of letters to insert, remove, replace or swap with the next (Damerau 1964)."""
+    before: list[int] = []
+    row = list(range(len(other) + 1))
+    for at, letter in enumerate(one, start=1):
+        above, before, row = before, row, [at]
+        for to, wanted in enumerate(other, start=1):
+            cost = min(before[to] + 1, row[to - 1] + 1, before[to - 1] + (letter != wanted))
+            if at > 1 and to > 1 and letter == other[to - 2] and one[at - 2] == wanted:
+                cost = min(cost, above[to - 2] + 1)
+            row.append(cost)
+    return row[-1]
 
 
 def _compared(word: str, choices: Sequence[str]) -> Iterable[str]:

@@ -138,7 +138,7 @@ UNCHECKED = "unchecked"  # conclusion of a run without expectations
 REFERENCE_SYSTEM = "tuned"  # reference of speed-ups: PyBullet with the best settings for stacks
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class ClaimOutcome:
     """The comparison of a claim with the measured value."""
 
@@ -150,6 +150,11 @@ class ClaimOutcome:
     passed: bool
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
+
+    def __repr__(self) -> str:
+        """Return expected and measured value, which pytest shows where an assertion fails."""
+        word = "passed" if self.passed else "failed"
+        return f"<{word}: {self.name}: expected {self.expected}, measured {self.measured}>"
 
 
 @dataclass(frozen=True, slots=True)

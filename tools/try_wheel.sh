@@ -18,6 +18,7 @@ export CI
 
 "$bin/python" -m pip install --quiet --disable-pip-version-check "$wheel"
 "$bin/stackdsl" schema | cmp - "$work"/empty/lib/python*/site-packages/stackdsl/scenario.schema.json
+"$bin/stackdsl" demo | grep 'proven to stand' > demo.txt
 "$bin/stackdsl" new tower
 "$bin/stackdsl" check scenarios --update
 "$bin/stackdsl" check scenarios

@@ -168,7 +168,9 @@ class Run:
         return self.table().to_polars()
 
     def __repr__(self) -> str:
-        return f"<Run of {self.case.name}: {self.verdict}>"
+        """Return the failed expectations, or the verdict, which pytest shows where an assertion fails."""
+        failed = "; ".join(map(repr, (outcome for outcome in self.outcomes if not outcome.passed)))
+        return f"<Run of {self.case.name}: {failed or self.verdict}>"
 
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:

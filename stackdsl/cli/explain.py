@@ -39,8 +39,8 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     times: bool,
 ) -> None:
     """Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104."""
-    if CODE.fullmatch(str(file)) and not os.path.exists(file):
-        write(_meaning(str(file)))
+    if CODE.fullmatch(str(file).upper()) and not os.path.exists(file):
+        write(_meaning(str(file).upper()))
         return
     gathered, selected = selected_of(file, Selection(systems, keyword))
     code = code_without_runs(gathered, selected)

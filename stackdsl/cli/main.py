@@ -18,26 +18,63 @@ from stackdsl.exits import INTERRUPTS, ExitCode
 
 # Summary of each command: the first sentence of its help. A command is imported when it is called.
 COMMANDS: Final[Mapping[str, str]] = {
-    "check": "Play and judge the scenarios in PATHS (default: scenarios), and compare them with their golden files.",
-    "completion": "Print a completion script for a shell: commands, options, systems and files.",
-    "doctor": "List installed and missing packages, how to install them, and problems of this directory.",
-    "explain": "Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104.",
-    "find": "Find the largest or least value with which FILE stands, proven on both sides and without simulation.",
-    "fragility": "Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve.",
-    "golden": "List differences from golden files, and accept or reject them.",
-    "import": "Convert the boxes in FILE, written by another program, to a scenario, and print it.",
-    "init": "Create the files of a new project in DIRECTORY (default: this one). Existing files are not changed.",
+    "demo": "Show a tower, its proof and its fall, without writing a file in this directory.",
     "new": "Create a first scenario called NAME. An existing file is not changed.",
-    "order": "Find an order of building in which the structure of FILE stands after each step, or the fewest props.",
-    "picture": "Play one case of FILE and draw its end, a given time, a strip of pictures, or a film.",
-    "pull": "List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls.",
+    "import": "Convert the boxes in FILE, written by another program, to a scenario, and print it.",
     "run": "Play FILE, print each event as it happens, and judge the claims. Golden files are not read.",
-    "schema": "Print the JSON Schema of scenarios, for editors.",
-    "sensitivities": "List the bricks, joints and numbers on which the margin of FILE depends most.",
+    "check": "Play and judge the scenarios in PATHS (default: scenarios), and compare them with their golden files.",
+    "explain": "Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104.",
+    "picture": "Play one case of FILE and draw its end, a given time, a strip of pictures, or a film.",
+    "find": "Find the largest or least value with which FILE stands, proven on both sides and without simulation.",
     "suggest": "Find changes that let a falling FILE stand: shifts, counterweights, friction, props. Each is verified.",
+    "pull": "List the bricks that can be pulled out of the structure of FILE, and the longest order of pulls.",
+    "order": "Find an order of building in which the structure of FILE stands after each step, or the fewest props.",
     "survive": "Compute the acceleration and tilt that the structure of FILE survives, and the part that fails first.",
+    "fragility": "Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve.",
+    "sensitivities": "List the bricks, joints and numbers on which the margin of FILE depends most.",
     "sweep": "Judge every variant and every sample of FILE, and write a row for each, or continue such a file.",
+    "golden": "List differences from golden files, and accept or reject them.",
+    "init": "Create the files of a new project in DIRECTORY (default: this one). Existing files are not changed.",
+    "doctor": "List installed and missing packages, how to install them, and problems of this directory.",
+    "schema": "Print the JSON Schema of scenarios, for editors.",
+    "completion": "Print a completion script for a shell: commands, options, systems and files.",
 }
+
+# The groups of the help, in order.
+GROUPS: Final[Mapping[str, tuple[str, ...]]] = {
+    "Build, run, check": (
+        "demo",
+        "new",
+        "import",
+        "run",
+        "check",
+        "explain",
+        "picture",
+    ),
+    "Studies (statics only, unless FILE needs an engine)": (
+        "find",
+        "suggest",
+        "pull",
+        "order",
+        "survive",
+        "fragility",
+        "sensitivities",
+        "sweep",
+    ),
+    "Golden files": ("golden",),
+    "Project": (
+        "init",
+        "doctor",
+        "schema",
+        "completion",
+    ),
+}
+
+EXIT_CODES: Final = (
+    "0 as expected, 1 a claim failed, 2 invalid scenario, 3 golden file differs, 4 wrong use, 5 engine stopped, "
+    "130 interrupted. `stackdsl COMMAND --help` has the options of a command, and `stackdsl explain SD104` the meaning "
+    "of a code."
+)
 
 # The module beside this one that has `<name>_command`, where its name is not that of the command.
 MODULES: Final[Mapping[str, str]] = {
@@ -80,8 +117,11 @@ class CommandsOnCall(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands in the help, with their summaries, without importing them."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        for title, names in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, COMMANDS[name]) for name in names])
+        with formatter.section("Exit codes of check"):
+            formatter.write_text(EXIT_CODES)
 
 
 @click.group(cls=CommandsOnCall, context_settings={"help_option_names": ["-h", "--help"]})
