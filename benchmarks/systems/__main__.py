@@ -9,7 +9,6 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 
 from rich.console import Console
@@ -70,8 +69,6 @@ def main() -> None:
             )
         Console().print(Markdown("".join(cases_text(load(CASES)))))
         return
-    if chosen.write and find_spec("matplotlib") is None:
-        arguments.error("--write draws with matplotlib, which is not installed; try: pip install '.[benchmarks]'")
     systems, factors = _playable(arguments, chosen.systems or SYSTEMS), _factors(arguments, chosen.resolutions)
     cases = _cases(chosen.paths)
     jobs = jobs_of(cases, systems, factors)

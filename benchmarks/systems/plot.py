@@ -3,15 +3,11 @@
 Both axes are logarithmic. A logarithmic axis has no zero, so the bottom of a panel is a band for errors of zero.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import ceil, log10
-from typing import TYPE_CHECKING
 
 from benchmarks.systems.points import MEASURES, Point, fronts_of
-from stackdsl.report.plots import encoded, new_figure
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from stackdsl.viewing.plots import GRID, INK, Axis, grid_of, svg_of, text_at
 
 TITLES: Mapping[str, str] = {
     "wrong": "wrong verdicts [%]",
@@ -21,9 +17,11 @@ TITLES: Mapping[str, str] = {
     "deg": "angles, largest error [deg]",
     "seconds": "times, largest error [s]",
 }
-MARKERS = "osD^vP*X"
+COLOURS = ("#1a56b0", "#cf5a1c", "#0f8f72", "#8a4fa8", "#7a4b00", "#4b4f55", "#b3261e", "#1f7f99", "#6b8e23")
 ACROSS = 2  # panels side by side
-PANEL = (6.0, 4.2)  # [inch]
+PANEL = (560.0, 330.0)  # [px]
+LEGEND = 60.0  # [px] height
+BAND = 18.0  # [px] height of the band for errors of zero
 LEAST_FLOOR, MOST_FLOOR = 1e-9, 1.0
 
 
@@ -33,55 +31,57 @@ def floor_of(errors: Sequence[float]) -> float:
     return min(MOST_FLOOR, max(LEAST_FLOOR, 10.0 ** (ceil(log10(least)) - 1)))
 
 
-def shown_at(error: float, floor_at: float) -> float:
-    """Return the drawn value of an error: the middle of the band for zero."""
-    return error if error > floor_at else floor_at / 10.0**0.5
-
-
 def drawn(points: Sequence[Point]) -> bytes:
-    """Return the picture as SVG. Raises ModuleNotFoundError without matplotlib."""
+    """Return the picture as SVG."""
     fronts = fronts_of(points)
     measures = [measure for measure in MEASURES if measure in fronts]
-    down = ceil(len(measures) / ACROSS)
-    figure = new_figure((ACROSS * PANEL[0], down * PANEL[1]), "constrained")
-    panels = figure.subplots(down, ACROSS, squeeze=False)
-    for panel, measure in zip(panels.flat, measures, strict=False):
-        _draw_panel(panel, measure, points, fronts[measure])
-    for panel in panels.flat[len(measures) :]:
-        panel.set_axis_off()
-    figure.legend(*panels.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=6, frameon=False)
-    return encoded(figure, "svg")
+    systems = list(dict.fromkeys(point.system for point in points if point.pace is not None))
+    colours = dict(zip(systems, COLOURS * len(systems), strict=False))
+    shapes: list[str] = []
+    for number, measure in enumerate(measures):
+        left, top = PANEL[0] * (number % ACROSS), PANEL[1] * (number // ACROSS)
+        shapes.append(f'<g transform="translate({left:.0f} {top:.0f})">')
+        shapes += [*_panel(measure, points, fronts[measure], colours), "</g>"]
+    height = PANEL[1] * ceil(len(measures) / ACROSS)
+    for number, (system, colour) in enumerate((*colours.items(), ("Pareto front", FRONT))):
+        x, y = 64.0 + 170.0 * (number % 6), height + 20.0 + 20.0 * (number // 6)
+        shapes.append(f'<circle cx="{x:.0f}" cy="{y:.0f}" r="4" fill="{colour}"/>')
+        shapes.append(text_at(x + 10, y + 4, system))
+    return svg_of(ACROSS * PANEL[0], height + LEGEND, shapes).encode()
 
 
-def _draw_panel(panel: "Axes", measure: str, points: Sequence[Point], front: Sequence[Point]) -> None:
+FRONT = "#bbbbb4"
+
+
+def _panel(measure: str, points: Sequence[Point], front: Sequence[Point], colours: Mapping[str, str]) -> Iterator[str]:
     told = [point for point in points if point.pace is not None and point.errors[measure] is not None]
-    floor_at = floor_of([_error(point, measure) for point in told])
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    panel.axhspan(floor_at / 10.0, floor_at, color="0.92", zorder=0)
-    panel.text(0.01, floor_at / 9.0, "no error", transform=panel.get_yaxis_transform(), color="0.5", va="bottom")
-    # Numbered over all points, so that a system keeps its colour if another is missing.
-    for number, system in enumerate(dict.fromkeys(point.system for point in points if point.pace is not None)):
-        places = [_place(point, measure, floor_at) for point in told if point.system == system]
-        style = {"marker": MARKERS[number % len(MARKERS)], "color": f"C{number}"}
-        panel.plot(*(zip(*places, strict=True) if places else ((), ())), linewidth=0.8, label=system, **style)
-    places = [_place(point, measure, floor_at) for point in front]
-    panel.step(*zip(*places, strict=True), where="post", color="black", linewidth=2.5, alpha=0.25, label="Pareto front")
-    panel.set_ylim(bottom=floor_at / 10.0)
-    top = panel.get_ylim()[1]
-    panel.set_yticks([tick for tick in panel.get_yticks() if floor_at <= tick <= top])  # the band has no scale
-    panel.tick_params(which="minor", labelsize=6)
-    panel.set_title(TITLES[measure], fontsize=10)
-    panel.set_xlabel("wall time for a simulated second [s]", fontsize=9)
-    panel.grid(which="major", color="0.9", linewidth=0.5)
+    errors, paces = [_error(point, measure) for point in told], [point.pace for point in told if point.pace is not None]
+    floor_at = floor_of(errors)
+    across = Axis(min(paces) / 1.2, max(paces) * 1.2, 64, PANEL[0] - 20, logarithmic=True)
+    up = Axis(floor_at, max(*errors, 2.0 * floor_at) * 1.3, PANEL[1] - 60 - BAND, 40, logarithmic=True)
+    bottom = up.begin + BAND
+
+    def place(point: Point) -> tuple[float, float]:
+        error = _error(point, measure)
+        return across.place(point.pace or 0.0), up.place(error) if error > floor_at else up.begin + BAND / 2.0
+
+    box = f'x="64" y="{up.begin:.1f}" width="{PANEL[0] - 84:.0f}" height="{BAND}"'
+    yield f'<rect {box} fill="{GRID}" fill-opacity=".5"/>'
+    yield text_at(PANEL[0] - 24, bottom - 5, "no error", "end")
+    yield from grid_of(across, up, "", "", below=BAND)
+    yield text_at(64, 22, TITLES[measure], colour=INK, font_size="13", font_weight="600")
+    yield text_at(PANEL[0] - 20, bottom + 34, "wall time for a simulated second [s]", "end")
+    steps = [place(point) for point in front]
+    path = "".join(f"H{x:.1f}V{y:.1f}" if number else f"M{x:.1f} {y:.1f}" for number, (x, y) in enumerate(steps))
+    yield f'<path d="{path}" fill="none" stroke="{FRONT}" stroke-width="5"/>'
+    for system, colour in colours.items():
+        places = [place(point) for point in told if point.system == system]
+        line = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+        yield f'<polyline points="{line}" fill="none" stroke="{colour}"/>'
+        yield from (f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>' for x, y in places)
 
 
 def _error(point: Point, measure: str) -> float:
     error = point.errors[measure]
     assert error is not None
     return error
-
-
-def _place(point: Point, measure: str, floor_at: float) -> tuple[float, float]:
-    assert point.pace is not None
-    return point.pace, shown_at(_error(point, measure), floor_at)

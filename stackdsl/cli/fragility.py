@@ -27,7 +27,6 @@ from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
 from stackdsl.language.expressions import constant, unit_text
 from stackdsl.language.quantities import InputError
-from stackdsl.report.plots import drawn_fragility as drawn_plot
 from stackdsl.report.studies import fragility_lines, fragility_table
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
@@ -35,6 +34,7 @@ from stackdsl.studies.fragility import CurveResult, FragilityPlan
 from stackdsl.studies.fragility import draw as draw_samples
 from stackdsl.studies.fragility_curve import Fragility, spaced
 from stackdsl.studies.fragility_intensity import Intensity, IntensityKind, NoIntensityError, intensity_of
+from stackdsl.viewing.plots import drawn_fragility as drawn_plot
 
 MOST_POINTS = 1000
 USUAL = 1000  # most samples at each point without --samples

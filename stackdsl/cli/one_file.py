@@ -16,7 +16,6 @@ from stackdsl.checking.selection import Selection
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
 from stackdsl.cli.terminal import tell, write, write_data
 from stackdsl.exits import ExitCode
-from stackdsl.report.plots import HINT
 from stackdsl.report.study_table import Part, StudyTable, parts_table
 from stackdsl.user_files import write_user_file
 
@@ -51,7 +50,8 @@ def draw(drawn: Callable[[str], bytes], path: Path) -> None:
     try:
         write_user_file(path, drawn(path.suffix))
     except ModuleNotFoundError as error:
-        raise click.ClickException(f"--plot needs {error.name}, which is not installed; try: {HINT}") from error
+        remedy = "write a .svg file, which needs nothing, or try: pip install 'stackdsl[picture]'"
+        raise click.ClickException(f"{path}: .png needs {error.name}, which is not installed; {remedy}") from error
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
 

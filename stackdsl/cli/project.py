@@ -164,7 +164,7 @@ LIBRARIES: Final = ("stackdsl", "numpy", "scipy", "clarabel", "pydantic", "pyyam
 OPTIONAL: Final = {
     "pytest": "`pytest scenarios`; try: pip install pytest",
     "syrupy": "golden files in tests in Python; try: pip install 'stackdsl[pytest]'",
-    "matplotlib": "`--plot`; try: pip install 'stackdsl[plot]'",
+    "resvg_py": "pictures and plots as PNG; try: pip install 'stackdsl[picture]'",
     "distributed": "`stackdsl sweep --executor dask`; try: pip install 'stackdsl[dask]'",
     "pyarrow": "rows of `stackdsl sweep` as Parquet; try: pip install 'stackdsl[parquet]'",
 }  # with the feature that needs each package

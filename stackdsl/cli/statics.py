@@ -21,7 +21,6 @@ from stackdsl.exits import ExitCode
 from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of, survival_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
-from stackdsl.report.plots import drawn_survival
 from stackdsl.report.studies import (
     limit_lines,
     limit_table,
@@ -40,6 +39,7 @@ from stackdsl.report.studies import (
 from stackdsl.report.study_table import Part
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
+from stackdsl.viewing.plots import drawn_survival
 from stackdsl.wording import how_many
 
 # `stackdsl survive`: acceleration and tilt that a structure survives, by bearing, and the part that fails first.

@@ -421,76 +421,6 @@ def test_a_module_of_the_project_is_not_run_by_the_module_switch(project: Path) 
     assert (done.returncode, (project / "ran").exists()) == (0, False)
 
 
-# --- settings of matplotlib -------------------------------------------------------------------------------------------
-
-# As matplotlib up to 3.10.8 takes its settings when it is loaded, and as all versions draw.
-MATPLOTLIB = """
-import sys
-from collections.abc import Callable
-from pathlib import Path
-from unittest.mock import MagicMock
-
-if Path("matplotlibrc").exists():
-    exec(Path("matplotlibrc").read_text())
-
-
-class Figure(MagicMock):
-    def savefig(self, file, **_):
-        (Path(file).open("wb") if isinstance(file, str | Path) else file).write(b"drawn")
-
-
-use, rcParams = MagicMock(), {}
-for name in ("figure", "pyplot", "ticker"):
-    sys.modules[f"matplotlib.{name}"] = globals()[name] = MagicMock()
-figure.Figure = Figure
-pyplot.subplots = lambda *_, **__: (Figure(), MagicMock())
-"""
-PLOT = ("survive", "scenarios/good.yaml", "--bearings", "4", "--plot")
-
-
-@pytest.fixture
-def drawing(tmp_path: Path, stackdsl_in: Stackdsl, project: Path) -> Stackdsl:
-    """The command, beside such a matplotlib."""
-    write(tmp_path, MATPLOTLIB, "packages/matplotlib/__init__.py")
-
-    def call(*arguments: str) -> Result:
-        beside = f"import sys; sys.path.insert(0, {str(tmp_path / 'packages')!r})"
-        started = f"sys.argv = ['stackdsl', *{[*arguments]!r}]; from stackdsl.__main__ import main; main()"
-        return stackdsl_in(project, program=f"{beside}; {started}")
-
-    return call
-
-
-def test_settings_of_matplotlib_that_a_project_has_are_not_run(drawing: Stackdsl, project: Path) -> None:
-    write(project, "open('ran', 'w').close()", "matplotlibrc")
-    drawn = drawing(*PLOT, "plot.svg")
-    assert not (project / "ran").exists()
-    assert (drawn.code, (project / "plot.svg").read_bytes()) == (0, b"drawn")
-
-
-def test_settings_of_the_installed_matplotlib_are_not_those_of_a_project(stackdsl: Stackdsl, project: Path) -> None:
-    pytest.importorskip("matplotlib")
-    write(project, "axes.titlesize: 99\nsvg.fonttype: none\n", "matplotlibrc")
-    assert stackdsl(*PLOT, "plot.svg").code == 0
-    assert "99" not in (project / "plot.svg").read_text().split("<defs>", 1)[0]
-    (project / "matplotlibrc").unlink()
-    was = (project / "plot.svg").read_bytes()
-    assert stackdsl(*PLOT, "plot.svg").code == 0
-    assert (project / "plot.svg").read_bytes() == was
-
-
-@pytest.mark.parametrize("target", ["home/new.svg", "home/secret.json"])
-def test_a_plot_is_not_written_through_a_link(drawing: Stackdsl, project: Path, target: str) -> None:
-    link(project, "plot.svg", target)
-    assert "plot.svg cannot be written: a link leads out of this directory" in drawing(*PLOT, "plot.svg").err
-
-
-def test_a_plot_cuts_a_hard_link(drawing: Stackdsl, project: Path) -> None:
-    os.link(project.parent / "home" / "secret.json", project / "plot.svg")
-    assert drawing(*PLOT, "plot.svg").code == 0
-    assert (project / "plot.svg").read_bytes() == b"drawn"
-
-
 # --- what is written bit by bit ---------------------------------------------------------------------------------------
 
 
@@ -769,3 +699,23 @@ def test_what_a_forged_row_of_a_sweep_says_steers_no_terminal() -> None:
     entry = SimpleNamespace(name="good", case=SimpleNamespace(is_sampled=False))
     (told,) = sweep_lines([SimpleNamespace(rows=1, entry=entry, kinds=[kind])])  # type: ignore[list-item]
     assert told == r"good: stands (\x1b]0;pwn\x07)"
+
+
+# --- plots ------------------------------------------------------------------------------------------------------------
+
+PLOT = ("survive", "scenarios/good.yaml", "--bearings", "4", "--plot", "plot.svg")
+
+
+@pytest.mark.parametrize("target", ["home/new.svg", "home/secret.json"])
+def test_a_plot_is_not_written_through_a_link(stackdsl: Stackdsl, project: Path, target: str) -> None:
+    link(project, "plot.svg", target)
+    assert "plot.svg cannot be written: a link leads out of this directory" in stackdsl(*PLOT).err
+
+
+def test_a_plot_cuts_a_hard_link(stackdsl: Stackdsl, project: Path) -> None:
+    secret = project.parent / "home" / "secret.json"
+    before = secret.read_bytes()
+    os.link(secret, project / "plot.svg")
+    assert stackdsl(*PLOT).code == 0
+    assert (project / "plot.svg").read_bytes().startswith(b"<svg")
+    assert secret.read_bytes() == before

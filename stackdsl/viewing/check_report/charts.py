@@ -6,46 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
-from math import ceil, floor, isfinite, log10
+from math import isfinite
 
 from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
 from stackdsl.report.text import significant
 from stackdsl.results import VariantResult
-
-# An axis of a chart: positions of values, and round values as labels.
-
-
-ABOUT = 6  # ticks
-ROUND = (1.0, 2.0, 5.0, 10.0)
-
-
-@dataclass(frozen=True, slots=True)
-class ChartAxis:
-    """A linear axis from a least to a largest value, between two positions [px]."""
-
-    least: float
-    largest: float
-    begin: float
-    end: float
-
-    def place(self, value: float) -> float:
-        """Return the position of a value [px]; the middle if the axis has only one value."""
-        wide = self.largest - self.least
-        part = (value - self.least) / wide if wide > 0.0 else 0.5
-        return self.begin + part * (self.end - self.begin)
-
-    def ticks(self) -> Iterator[float]:
-        """Yield about six round values within the axis."""
-        wide = self.largest - self.least
-        if wide <= 0.0:
-            yield self.least
-            return
-        power = 10.0 ** floor(log10(wide / ABOUT))
-        step = next(factor * power for factor in ROUND if factor * power * ABOUT >= wide * (1.0 - 1e-9))
-        rounding = 1e-9 * wide
-        for number in range(ceil((self.least - rounding) / step), floor((self.largest + rounding) / step) + 1):
-            yield number * step
-
+from stackdsl.viewing.plots import Axis
 
 # A measured quantity over the variables of a scenario.
 #
@@ -215,8 +181,8 @@ def line_chart(study: Study) -> str:
     variable = study.variables[0]
     points = [point for of_series in study.series.values() for point in of_series]
     measured = [0.0, *(point.value for point in points if point.value is not None)]
-    across = ChartAxis(min(variable.values.values()), max(variable.values.values()), LEFT, RIGHT)
-    frame = _Frame(variable, across, ChartAxis(min(measured), max(measured), BOTTOM, TOP))
+    across = Axis(min(variable.values.values()), max(variable.values.values()), LEFT, RIGHT)
+    frame = _Frame(variable, across, Axis(min(measured), max(measured), BOTTOM, TOP))
     named = list(zip(study.series.items(), COLOURS * len(study.series), strict=False))
     shapes = [*frame.drawn(study.title)]
     for (name, of_series), colour in named:
@@ -241,8 +207,8 @@ class _Frame:
     """The axes."""
 
     variable: Variable
-    across: ChartAxis
-    up: ChartAxis
+    across: Axis
+    up: Axis
 
     def drawn(self, title: str) -> Iterator[str]:
         """Yield grid lines, numbers and units, and the region beyond the limit."""

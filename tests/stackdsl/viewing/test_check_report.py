@@ -12,9 +12,10 @@ import pytest
 from stackdsl.diagnostics import Span
 from stackdsl.results import ClaimOutcome, FailureCause, Report, RunStatus, VariantResult
 from stackdsl.trace import Measure
-from stackdsl.viewing.check_report.charts import ChartAxis, charts
+from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.commit import commit_of
 from stackdsl.viewing.check_report.page import ShownCase, file_name, index_page
+from stackdsl.viewing.plots import Axis
 from tests.command_line import GOOD, Stackdsl
 
 SPAN = Span("a.yaml", 7, 5, 9)
@@ -211,7 +212,7 @@ def test_other_variables_make_separate_lines_of_a_chart() -> None:
     [(0.0, 6.0, [0, 1, 2, 3, 4, 5, 6]), (-48.0, 6.0, [-40, -30, -20, -10, 0]), (0.1, 0.3, [0.1, 0.15, 0.2, 0.25, 0.3])],
 )
 def test_axes_have_round_numbers(least: float, largest: float, ticks: list[float]) -> None:
-    axis = ChartAxis(least, largest, 0.0, 100.0)
+    axis = Axis(least, largest, 0.0, 100.0)
     assert list(axis.ticks()) == pytest.approx(ticks)
     assert (axis.place(least), axis.place(largest)) == (0.0, 100.0)
 

@@ -1,0 +1,53 @@
+"""Plots of studies: what they mark is where the numbers say, and no curve is drawn that does not hold."""
+
+import re
+from math import pi
+
+import pytest
+
+from stackdsl.judging.proofs import BearingSurvival, Survival
+from stackdsl.judging.statistics import Interval
+from stackdsl.studies.fragility_curve import CurvePoint, Fragility, Lognormal
+from stackdsl.studies.fragility_intensity import Intensity, IntensityKind
+from stackdsl.viewing.plots import MIDDLE, RADIUS, Axis, drawn_fragility, drawn_survival
+
+
+def survival(*survived: float) -> Survival:
+    bearings = [2.0 * pi * number / len(survived) for number in range(len(survived))]
+    along = [BearingSurvival(b, value, value, value, "") for b, value in zip(bearings, survived, strict=True)]
+    return Survival(tuple(along), None)
+
+
+def test_the_weakest_direction_is_marked_at_its_bearing_and_distance() -> None:
+    svg = drawn_survival("tower", survival(1.0, 1.0, 1.0, 0.5), ".svg").decode()  # weakest towards -y
+    assert "survives 0.5 g in every direction; weakest towards -y" in svg
+    x, y = (float(value) for value in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="5"', svg)[0])
+    assert (x, y) == pytest.approx((MIDDLE[0], MIDDLE[1] + 0.5 * RADIUS), abs=0.1)
+
+
+def test_a_logarithmic_axis_places_the_geometric_mean_in_the_middle() -> None:
+    axis = Axis(0.1, 10.0, 0.0, 100.0, logarithmic=True)
+    assert axis.place(1.0) == pytest.approx(50.0)
+    assert list(axis.ticks()) == pytest.approx([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+
+
+def curve(*fell: int) -> Fragility:
+    """A curve with its median at 1 mm, and points of a hundred samples each at 0.5, 1 and 2 mm."""
+    points = [
+        CurvePoint(value, count, 0, 100, Interval(count / 100 - 0.05, count / 100 + 0.05))
+        for value, count in zip((0.0005, 0.001, 0.002), fell, strict=True)
+    ]
+    known = Interval(0.0, 1.0)
+    lognormal = Lognormal(0.001, 0.5, known, known, rises=True)
+    intensity = Intensity(IntensityKind.JITTER, "jitter", "m", 0.001)
+    return Fragility(intensity, tuple(points), lognormal, "", 0.001, 1, 0.95)
+
+
+def test_a_lognormal_curve_is_drawn_only_where_it_holds() -> None:
+    # ln 2 / 0.5 = 1.386 standard deviations from the median: 8.3 % and 91.7 %.
+    good = drawn_fragility("tower", curve(8, 50, 92), ".svg").decode()
+    assert good.count("<polyline") == 1
+    poor = drawn_fragility("tower", curve(40, 50, 60), ".svg").decode()
+    assert poor.count("<polyline") == 0
+    assert "the lognormal curve misses 2 of 3 points and is not drawn" in poor
+    assert poor.count("<circle") == 3
