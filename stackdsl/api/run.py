@@ -172,6 +172,12 @@ class Run:
         failed = "; ".join(map(repr, (outcome for outcome in self.outcomes if not outcome.passed)))
         return f"<Run of {self.case.name}: {failed or self.verdict}>"
 
+    def _repr_html_(self) -> str:
+        """Return the verdict, its cause and the replay, for notebooks."""
+        from stackdsl.api.notebook import run_html  # noqa: PLC0415 -- only notebooks need it
+
+        return run_html(self)
+
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
     """Play a case in this process; `on_event` is called with each event as it happens.

@@ -1,6 +1,7 @@
 """Tables of runs: lists of rows with access to columns, and conversion to pandas or polars."""
 
 from collections.abc import Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +41,14 @@ class Table(list[Row]):
         import polars as pl  # noqa: PLC0415 -- an optional package
 
         return pl.DataFrame(list(self))
+
+    def _repr_html_(self) -> str:
+        """Return the table as HTML, for notebooks."""
+        head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
+        rows = "".join(
+            "<tr>" + "".join(f"<td>{escape(_shown(value))}</td>" for value in row.values()) + "</tr>" for row in self
+        )
+        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
 
     def __str__(self) -> str:
         """Return the table as text, with one line per row."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from html import escape
 from typing import Final
 
 import yaml
@@ -139,6 +140,15 @@ class Scenario:
     def to_yaml(self) -> str:
         """Return the scenario as equivalent YAML."""
         return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
+
+    def _repr_html_(self) -> str:
+        """Return the YAML and the names of the cases, or the mistakes, for notebooks."""
+        try:
+            told = ", ".join(case.name for case in self.cases)
+        except ScenarioError as error:
+            told = str(error)
+        mono = 'style="font-family: monospace"'
+        return f"<pre {mono}>{escape(self.to_yaml())}</pre><pre {mono}>{escape(told)}</pre>"
 
     def _source(self) -> Source:
         spans = spans_of(self._written)
