@@ -24,5 +24,6 @@ export CI
 "$bin/stackdsl" check scenarios
 
 "$bin/python" -m pip install --quiet --disable-pip-version-check "stackdsl[pytest] @ file://$wheel"
-sed -n '/^## Golden files in tests of your own/,$ { /^```python/,/^```$/ { /^```/d; p } }' "$checkout/docs/python-api.md" > test_tower.py
+sed -n '/^## Golden files in your own tests/,$ { /^```python/,/^```$/ { /^```/d; p } }' "$checkout/docs/python-api.md" > test_tower.py
+test -s test_tower.py
 "$bin/python" -m pytest -q test_tower.py scenarios

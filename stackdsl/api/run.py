@@ -176,7 +176,7 @@ class Run:
         """Return the verdict, its cause and the replay, for notebooks."""
         from stackdsl.api.notebook import run_html  # noqa: PLC0415 -- only notebooks need it
 
-        return run_html(self)
+        return run_html(self.case, self.trace)
 
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
