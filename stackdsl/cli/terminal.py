@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 PAUSE = 0.1  # [s] least time between two updates of a bar, since drawing can take longer than a verdict
 SIGN_OF_LIFE = 30.0  # [s] between two lines of a log on the number of finished cases
-UNREMARKABLE = ("passed", "skipped", "unchecked", "xfailed", "recorded")  # conclusions without a line in a log
+# Conclusions without a line in a log.
+UNREMARKABLE = ("passed", "skipped", "unchecked", "xfailed", "recorded", "golden of another engine")
 NO_TERMINAL = 160  # [characters] width of output that does not go to a terminal
 
 

@@ -276,7 +276,7 @@ def _counts(report: Report) -> Iterator[str]:
     }
     told = [f"{count} {what}" for what, count in counts.items() if count]
     if told:
-        yield from wrap(f"! {', '.join(told)}. None of these fails; -v lists them.", WIDEST)
+        yield from wrap(f"! {', '.join(told)}; -v lists them", WIDEST)
 
 
 WIDEST = 100  # [characters] of the line of notes
@@ -461,7 +461,8 @@ def _folded(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]
     for difference in differences:
         by_quantity[difference.quantity].append(difference)
     width = max(len(quantity) for quantity in by_quantity)
-    for quantity, found in by_quantity.items():
+    for quantity, unsorted in by_quantity.items():
+        found = sorted(unsorted, key=lambda difference: natural_key(difference.subject))
         alike: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
         for each in found:
             alike[each.expected, each.got].append(each.subject)

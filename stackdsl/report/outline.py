@@ -203,10 +203,12 @@ def headline(report: Report) -> str:
         return f"{how_many(len(report.diagnostics), 'mistake')} in the files"
     if report.interrupted:
         return f"Interrupted after {how_many(len(report.results), 'case')}"
+    differ = f"{how_many(counts[Status.DIFFERS], 'golden file')} differ{'s' * (counts[Status.DIFFERS] == 1)}"
     if counts[Status.FAILED]:
-        return f"{counts[Status.FAILED]} of {how_many(total, 'case')} failed"
+        failed = f"{counts[Status.FAILED]} of {how_many(total, 'case')} failed"
+        return f"{failed}, {differ}" if counts[Status.DIFFERS] else failed
     if counts[Status.DIFFERS]:
-        return f"{how_many(counts[Status.DIFFERS], 'golden file')} differ{'s' * (counts[Status.DIFFERS] == 1)}"
+        return differ
     if not total:
         return "No case was played"
     others = [f"{counts[status]} {status}" for status in (Status.EXPECTED_FAILURE, Status.UNCHECKED) if counts[status]]

@@ -208,6 +208,8 @@ def closing_line(report: Report) -> str:
     sums += [how_many(count, what) for what, count in extras.items() if count]
     sums += [f"{report.left} not run after a failure"] if report.left else []
     sums += ["interrupted"] if report.interrupted else []
+    if not report.results and report.diagnostics:
+        return f"{how_many(len(report.diagnostics), 'mistake')}, so nothing was run"
     ran = f"{how_many(report.scenarios, 'scenario')}, {how_many(len(report.results), 'case')}"
     return f"{ran}: {', '.join(sums) or 'no cases run'} in {report.wall_time:.1f} s"
 

@@ -164,16 +164,23 @@ class ReportPage:
             self._hero(title),
             *(self._mistake(found) for found in self.report.diagnostics),
             charts(self.report.results),
-            self._cards(),
+            "" if self._failed else self._cards(),
             '<section id="cases"><h2>Cases</h2>',
             self._tools(),
             *(self._group(group) for group in outline(self.report)),
             '<p class="none" hidden>No case matches. <button class="button" id="reset">Show all</button></p>',
             "</section>",
+            self._cards() if self._failed else "",
             self._notes(),
             f"</main><script>{script}</script></body></html>",
         ]
         return harmless("\n".join(filter(None, lines)))
+
+    @property
+    def _failed(self) -> bool:
+        """Whether the page begins with failures, above which nothing else stands but charts."""
+        counts = counts_of(self.report.results)
+        return any(counts[status] for status in OPEN)
 
     def _top(self) -> str:
         command = self.origin.command
