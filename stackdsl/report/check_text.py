@@ -2,7 +2,7 @@
 
 import shlex
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from os.path import dirname
 from textwrap import wrap
 
@@ -10,8 +10,7 @@ from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
-from stackdsl.report.outline import Group, Status, failure_lines, nearest, outline, result_text, status_of
-from stackdsl.report.outline import Row as OutlineRow
+from stackdsl.report.outline import CaseRow, Group, Status, failure_lines, nearest, outline, result_text, status_of
 from stackdsl.report.text import (
     TO_CLAIM,
     change_text,
@@ -33,7 +32,6 @@ from stackdsl.results import (
     GOLDEN_FAILURES,
     REFERENCE_SYSTEM,
     UNCHECKED,
-    ClaimOutcome,
     GoldenDifference,
     GoldenStatus,
     Report,
@@ -165,7 +163,7 @@ def _time(groups: Sequence[Group]) -> str:
     return f"{sum(group.wall_time for group in groups):.1f} s"
 
 
-def _case_lines(row: OutlineRow, width: int) -> Iterator[str]:
+def _case_lines(row: CaseRow, width: int) -> Iterator[str]:
     for result in row.results:
         yield from _wrapped(f"{MARKS[row.status]} {result.name}: ", result_text(result), width)
 
@@ -195,13 +193,13 @@ def _head(status: Status, name: str, place: str, width: int) -> Line:
 STYLES = {Status.FAILED: "bold red", Status.DIFFERS: "bold yellow"}
 
 
-def _place(row: OutlineRow) -> str:
+def _place(row: CaseRow) -> str:
     """Return file and line of the failed claim, or the file."""
     failed = next((outcome for outcome in row.first.outcomes if not outcome.passed), None)
     return f"{failed.span.file}:{failed.span.line}:{failed.span.column}" if failed is not None else row.first.file
 
 
-def _one_failure(row: OutlineRow, width: int) -> Block:
+def _one_failure(row: CaseRow, width: int) -> Block:
     systems = "".join(f", {result.system}" for result in row.results[1:])
     name = row.first.name.removesuffix("]") + systems + "]"
     word = f" ({row.first.conclusion})" if row.first.conclusion not in ("failed", UNCHECKED) else ""
@@ -210,7 +208,7 @@ def _one_failure(row: OutlineRow, width: int) -> Block:
     return [_head(Status.FAILED, name + word, _place(row), width), *map(line, [*told, _see(row.first)])]
 
 
-def _several_failures(group: Group, failed: Sequence[OutlineRow], width: int) -> Block:
+def _several_failures(group: Group, failed: Sequence[CaseRow], width: int) -> Block:
     count = sum(len(row.results) for row in failed)
     total = sum(len(row.results) for row in group.rows)
     first = dict(failure_lines(failed[0].first))
@@ -303,7 +301,7 @@ def _notes(report: Report) -> Iterator[Block]:
     yield titled("Wrong edge normals", list(wrong_edges(noted)))
     yield titled("Wrong friction in the engine", list(wrong_frictions(noted)))
     yield titled("Thrown bricks that passed through others", list(passed_through(report.results)))
-    yield titled("Different from the reference (truth)", list(_missed(report, lambda result: result.truths)))
+    yield titled("Different from the reference (truth)", list(_missed_truths(report)))
     yield titled(
         "Golden files of another engine, compared only in results that do not depend on the engine",
         list(_noted(report, GoldenStatus.OTHER_ENGINE)),
@@ -434,11 +432,11 @@ def _xpassed(report: Report) -> Iterator[str]:
             yield f"{result.file}: {result.name}: {result.xfail}: {advice}"
 
 
-def _missed(report: Report, outcomes_of: Callable[[VariantResult], Sequence[ClaimOutcome]]) -> Iterator[str]:
+def _missed_truths(report: Report) -> Iterator[str]:
     for result in report.results:
-        for outcome in outcomes_of(result):
-            if not outcome.passed:
-                yield f"{outcome.span}: {result.name}: {outcome_text(outcome)}"
+        for truth in result.truths:
+            if not truth.passed:
+                yield f"{truth.span}: {result.name}: {outcome_text(truth)}"
 
 
 def _differences(result: VariantResult, width: int) -> Block:

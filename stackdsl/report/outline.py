@@ -37,7 +37,7 @@ def status_of(result: VariantResult) -> Status:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class CaseRow:
     """Cases that differ only in their system, and agree."""
 
     status: Status
@@ -60,7 +60,7 @@ class Group:
 
     file: str
     scenario: str
-    rows: tuple[Row, ...]
+    rows: tuple[CaseRow, ...]
 
     @property
     def status(self) -> Status:
@@ -90,14 +90,14 @@ def outline(report: Report) -> tuple[Group, ...]:
     return tuple(sorted(groups, key=lambda group: order.index(group.status)))
 
 
-def _rows(results: Iterable[VariantResult]) -> Iterator[Row]:
+def _rows(results: Iterable[VariantResult]) -> Iterator[CaseRow]:
     """Yield rows; systems agree if status, result and failed claims are the same."""
     alike: defaultdict[tuple[object, ...], list[VariantResult]] = defaultdict(list)
     for result in results:
         failed = tuple((outcome.name, outcome.measured) for outcome in result.outcomes if not outcome.passed)
         alike[result.case, status_of(result), result_text(result), failed, result.message].append(result)
     for key, agreeing in alike.items():
-        yield Row(Status(str(key[1])), tuple(agreeing))
+        yield CaseRow(Status(str(key[1])), tuple(agreeing))
 
 
 def result_text(result: VariantResult) -> str:

@@ -20,8 +20,8 @@ from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.outline import (
+    CaseRow,
     Group,
-    Row,
     Status,
     counts_of,
     engine_warning,
@@ -178,7 +178,7 @@ class ReportPage:
 
     @property
     def _failed(self) -> bool:
-        """Whether the page begins with failures, above which nothing else stands but charts."""
+        """Return True if a case failed or a golden file differs; the page then begins with charts and these cases."""
         counts = counts_of(self.report.results)
         return any(counts[status] for status in OPEN)
 
@@ -278,7 +278,7 @@ class ReportPage:
             f"{rows}</article>"
         )
 
-    def _row(self, row: Row, early: bool) -> str:
+    def _row(self, row: CaseRow, early: bool) -> str:
         result, (name, style) = row.first, ICONS[row.status]
         values = "".join(f'<span class="tag">{escape(key)}={escape(text)}</span>' for key, text in result.parameters)
         systems = "".join(f'<span class="tag system">{escape(each.system)}</span>' for each in row.results)
@@ -295,14 +295,14 @@ class ReportPage:
             f'<span class="number">{seconds(row.wall_time)}</span></summary>{self._details(row)}</details>'
         )
 
-    def _margin(self, row: Row) -> str:
+    def _margin(self, row: CaseRow) -> str:
         failed = next((outcome for outcome in row.first.outcomes if not outcome.passed), None)
         if failed is not None:
             return f"{failed.name}: {failed.expected}"
         near = nearest(row.results)
         return near[0].text if near else ""
 
-    def _details(self, row: Row) -> str:
+    def _details(self, row: CaseRow) -> str:
         result, shown = row.first, self.shown.get(row.first.name)
         lines = [(label, escape(text)) for label, text in failure_lines(result)]
         if not lines:
@@ -322,7 +322,7 @@ class ReportPage:
             f"{_differences(result)}{self._see(row)}{_facts(row)}</div></div>"
         )
 
-    def _excerpt(self, row: Row) -> str:
+    def _excerpt(self, row: CaseRow) -> str:
         """Return the lines of the YAML around the first failed claim."""
         failed = next((outcome for outcome in row.first.outcomes if not outcome.passed), None)
         if failed is None or failed.span.file not in self.sources:
@@ -334,7 +334,7 @@ class ReportPage:
         )
         return f'<div class="source"><b>{escape(str(failed.span))}</b>{shown}</div>'
 
-    def _see(self, row: Row) -> str:
+    def _see(self, row: CaseRow) -> str:
         links = [
             f'<a class="button primary" href="{escape(self.shown[each.name].replay)}">{icon("play")}'
             f"Replay{f' on {escape(each.system)}' if len(row.results) > 1 else ''}</a>"
@@ -412,7 +412,7 @@ def _differences(result: VariantResult) -> str:
     return f'<table class="differences"><tr>{head}</tr>{rows}</table>{rest}<p><code>stackdsl golden review</code></p>'
 
 
-def _facts(row: Row) -> str:
+def _facts(row: CaseRow) -> str:
     result, facts = row.first, list[str]()
     if result.cost is not None and result.is_one_run:
         facts.append(f"played {seconds(result.cost.simulated_time)}")

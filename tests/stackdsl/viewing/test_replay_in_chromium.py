@@ -57,7 +57,7 @@ def asked(page: "Chrome", script: str) -> Any:  # noqa: ANN401 -- whatever the p
 
 
 def text_of(page: "Chrome", place: str) -> str:
-    """What a part says, with usual spaces."""
+    """The text of an element, with runs of white space as single spaces."""
     return " ".join(str(asked(page, f"document.querySelector({place!r}).textContent")).split())
 
 
