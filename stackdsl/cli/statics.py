@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import count
+from math import tan
 
 import click
 
@@ -18,8 +19,10 @@ from stackdsl.cli.one_file import IN_PARTS, Parts, Request, Writing, draw, refus
 from stackdsl.cli.options import Number
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
+from stackdsl.judging.judge import expected_of
 from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of, survival_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
+from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
 from stackdsl.report.studies import (
     limit_lines,
@@ -65,8 +68,18 @@ def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCod
     questions = ((name, _survival(name, case, bearings, accuracy)) for name, case in cases.items())
     found, code = request.answer(questions, SURVIVAL, "use fewer --bearings or fewer bricks")
     if request.plot is not None and found:
-        draw(partial(drawn_survival, *found[0]), request.plot)
+        name, survival = found[0]
+        draw(partial(drawn_survival, name, survival, expected=_expected(cases[name])), request.plot)
     return code
+
+
+def _expected(case: Case) -> float | None:
+    """Return the least acceleration that the scenario expects to be survived [g], also as a tilt; None without one."""
+    claims = (claim.content for _, claim in expected_of(case.scenario, case.system))
+    margins = [content for content in claims if isinstance(content, Margin)]
+    limits = [margin.acceleration.low for margin in margins if margin.acceleration is not None]
+    limits += [tan(max(margin.tilt.low, 0.0)) for margin in margins if margin.tilt is not None]
+    return max((limit for limit in limits if limit > 0.0), default=None)
 
 
 def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator[tuple[str, Survival]]:

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
-from math import ceil, cos, degrees, floor, inf, isfinite, log10, pi, sin
-from typing import TYPE_CHECKING, Final
+from itertools import pairwise
+from math import ceil, cos, floor, hypot, inf, isfinite, log10, pi, sin
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from stackdsl.report.text import significant
-from stackdsl.wording import rounded_down
+from stackdsl.report.text import bearing_text, significant
+from stackdsl.viewing.style import token
 
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival
@@ -62,8 +63,20 @@ class Axis:
 
 
 # Colours have a contrast of at least 3 to the white ground, which a plot also has on a dark page.
-INK, FAINT, GRID, BLUE, RED, GROUND = "#1b1d20", "#4b4f55", "#d5d5cd", "#1a56b0", "#b3261e", "#ffffff"
+INK, FAINT, GRID, GROUND = token("ink"), token("ink-2"), token("line"), token("surface")
+BLUE, GREEN, RED = token("accent"), token("pass"), token("fail")
 FONT: Final = "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif"
+
+
+Point: TypeAlias = tuple[float, float]  # [px]
+
+WIDE_SIGNS = 0x1100  # code from which on letters are as wide as high, as in Chinese
+NARROW, BROAD = frozenset(" !'()*,-./:;I[]fijlrt|"), frozenset("%@MWmw")
+
+
+def width_of(text: str, size: float = 13.0) -> float:
+    """Return about how wide a text is in the sans-serif fonts of a size [px]; rather too wide than too narrow."""
+    return size * sum(0.36 if c in NARROW else 0.95 if c in BROAD or ord(c) >= WIDE_SIGNS else 0.6 for c in text)
 
 
 def text_at(x: float, y: float, text: str, anchor: str = "start", colour: str = FAINT, **style: str) -> str:
@@ -93,9 +106,12 @@ def grid_of(across: Axis, up: Axis, x_title: str, y_title: str, below: float = 0
     yield text_at(across.begin - 40, up.end - 12, y_title, "start", INK)
 
 
+TITLE: Final = 17.0  # [px] size of a title
+
+
 def titles(title: str, answer: str) -> Iterator[str]:
     """Yield the title of a plot, and below it the answer in one sentence."""
-    yield text_at(24, 30, title, colour=INK, font_size="17", font_weight="600")
+    yield text_at(24, 30, title, colour=INK, font_size=f"{TITLE:g}", font_weight="600")
     yield text_at(24, 50, answer, colour=FAINT, font_size="13")
 
 
@@ -134,7 +150,7 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
         shapes.append(f'<circle cx="{x:.1f}" cy="{up.place(point.share):.1f}" r="4" fill="{BLUE}"/>')
     bars = f"bars: intervals of {100.0 * fragility.confidence:g} % for each point"
     shapes.append(text_at(WIDE - 28, HIGH - 8, bars, "end"))
-    return encoded(svg_of(WIDE, HIGH, shapes), suffix)
+    return encoded(svg_of(max(WIDE, width_of(name, TITLE) + 48.0), HIGH, shapes), suffix)
 
 
 def _misfits(fragility: "Fragility") -> bool:
@@ -165,63 +181,103 @@ def _curve(fragility: "Fragility", known: Sequence["CurvePoint"], across: Axis, 
 
 SIDE = 520.0  # [px]
 RADIUS = 180.0  # [px] of the largest ring
-MIDDLE = (SIDE / 2.0, 300.0)  # [px]
-RING_BEARING = pi / 8.0  # bearing of the labels of rings [rad]
+MIDDLE = (SIDE / 2.0, 290.0)  # [px]
 AXES: Final = {"+x": 0.0, "+y": pi / 2.0, "-x": pi, "-y": 1.5 * pi}
+BETWEEN_AXES: Final = tuple(pi / 16.0 + pi / 8.0 * number for number in range(16))  # bearings of labels [rad]
+APART = 4.0  # [px] distance of a label from lines and other labels
+SPACING = 3.0  # [px] of the points that stand for a line
 
 
-def drawn_survival(name: str, survival: "Survival", suffix: str) -> bytes:
-    """Return a plot of survival by bearing as `.svg` or `.png`. Raises ModuleNotFoundError without resvg for `.png`."""
-    along = [each for each in survival.along if isfinite(each.survived)]
-    largest = max((each.survived for each in along), default=1.0) or 1.0
+def drawn_survival(name: str, survival: "Survival", suffix: str, expected: float | None = None) -> bytes:
+    """Return a plot of survival by bearing as `.svg` or `.png`; `expected` is the least value that is expected [g].
+
+    Raises ModuleNotFoundError without resvg for `.png`.
+    """
+    values = [each.survived for each in survival.along if isfinite(each.survived)]
+    largest = max([*values, expected or 0.0]) or 1.0
     rings = [value for value in Axis(0.0, largest * 1.05, 0.0, RADIUS).ticks() if value > 0.0]
     radius = Axis(0.0, max(rings[-1], largest), 0.0, RADIUS)
+    corners = [_at(radius.place(min(each.survived, radius.largest)), each.bearing) for each in survival.along]
+    polygon = f'<polygon points="{" ".join(f"{x:.1f},{y:.1f}" for x, y in corners)}"'
+    labels = _Labels(_between([*corners, corners[0]]))
     weakest = survival.worst
-    answer = (
-        f"survives {significant(weakest.survived)} g in every direction; weakest towards {_bearing(weakest.bearing)}"
-    )
+    toward = bearing_text(weakest.bearing)
+    answer = f"survives {significant(weakest.survived)} g in every direction, weakest towards {toward}"
     shapes = [*titles(name, answer if weakest.survived < inf else "nothing gives way in any direction")]
-    for value in rings:
-        r = radius.place(value)
-        shapes.append(f'<circle cx="{MIDDLE[0]}" cy="{MIDDLE[1]}" r="{r:.1f}" fill="none" stroke="{GRID}"/>')
+    limit = None if expected is None else radius.place(expected)
+    colour, met = (GREEN, "") if expected is None or weakest.survived >= expected else (RED, ", not met")
+    if limit is not None:  # what is missing stays uncovered
+        shapes += [_circle(limit, f'fill="{RED}" fill-opacity=".2"'), f'{polygon} fill="{GROUND}"/>']
+    shapes += [_circle(radius.place(value), f'fill="none" stroke="{GRID}"') for value in rings]
     for label, bearing in AXES.items():
-        (x, y), (far_x, far_y) = _at(RADIUS, bearing), _at(RADIUS + 18.0, bearing)
+        (x, y), end = _at(RADIUS, bearing), _at(RADIUS + 18.0, bearing)
         shapes.append(f'<path d="M{MIDDLE[0]} {MIDDLE[1]}L{x:.1f} {y:.1f}" stroke="{GRID}"/>')
-        shapes.append(text_at(far_x, far_y + 4, label, "middle", INK, font_size="13"))
-    line = " ".join(f"{x:.1f},{y:.1f}" for x, y in (_at(radius.place(each.survived), each.bearing) for each in along))
-    shapes.append(f'<polygon points="{line}" fill="{BLUE}" fill-opacity=".14" stroke="{BLUE}" stroke-width="2"/>')
-    for value in rings:  # above the area
-        x, y = _at(radius.place(value), RING_BEARING)
-        box = (
-            f'<rect x="{x - 20:.1f}" y="{y - 9:.1f}" width="40" height="16" rx="3" fill="{GROUND}" fill-opacity=".85"/>'
-        )
-        shapes += [box, text_at(x, y + 4, f"{significant(value)} g", "middle")]
+        shapes.append(labels.placed([end], label, INK))
+    shapes.append(f'{polygon} fill="{BLUE}" fill-opacity=".14" stroke="{BLUE}" stroke-width="2"/>')
+    if limit is not None:
+        shapes.append(_circle(limit, f'fill="none" stroke="{colour}" stroke-width="1.5" stroke-dasharray="6 4"'))
+        labels.keep_off(_between([_at(limit, pi * degree / 180.0) for degree in range(361)]))
     if weakest.survived < inf:
-        shapes += _marked(weakest.bearing, radius.place(weakest.survived), f"{rounded_down(weakest.survived)} g")
-    shapes.append(text_at(24, SIDE + 24, "radius: horizontal acceleration up to which it is proven to stand"))
-    return encoded(svg_of(SIDE, SIDE + 40, shapes), suffix)
+        x, y = mark = _at(radius.place(weakest.survived), weakest.bearing)
+        shapes.append(f'<path d="M{MIDDLE[0]} {MIDDLE[1]}L{x:.1f} {y:.1f}" stroke="{INK}" stroke-width="1.5"/>')
+        shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{INK}"/>')
+        labels.keep_off(_between([MIDDLE, mark]))
+        around = [weakest.bearing + pi / 8.0 * turn for turn in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7)]
+        near = [(x + (16 + 3 * off) * cos(b), y - off * sin(b)) for off in (14.0, 20.0, 30.0) for b in around]
+        shapes.append(labels.placed(near, f"{significant(weakest.survived)} g", INK, "600"))
+    if limit is not None and expected is not None:
+        near = [_at(limit + off, bearing) for off in (16.0, -16.0, 30.0, -30.0) for bearing in BETWEEN_AXES]
+        shapes.append(labels.placed(near, f"expected: {significant(expected)} g{met}", colour, "600"))
+    texts = [f"{significant(value)} g" for value in rings]
+    ways = [[_at(radius.place(value), bearing) for value in rings] for bearing in BETWEEN_AXES]
+    free = [[labels.room(*label) >= APART for label in zip(way, texts, strict=True)] for way in ways]
+    clearest = max(range(len(ways)), key=lambda way: sum(free[way]))
+    named = zip(ways[clearest], texts, free[clearest], strict=True)
+    shapes += [labels.placed([at], text) for at, text, is_free in named if is_free]
+    shapes.append(text_at(24, SIDE + 4, "radius: horizontal acceleration up to which it is proven to stand"))
+    return encoded(svg_of(max(SIDE, width_of(name, TITLE) + 48.0), SIDE + 20, shapes), suffix)
 
 
-def _at(radius: float, bearing: float) -> tuple[float, float]:
+def _at(radius: float, bearing: float) -> Point:
     """Return the position of a bearing, seen from above with +y up [px]."""
     return MIDDLE[0] + radius * cos(bearing), MIDDLE[1] - radius * sin(bearing)
 
 
-def _marked(bearing: float, radius: float, text: str) -> Iterator[str]:
-    """Yield a mark of the weakest direction, with its value outside of the rings."""
-    (x, y), (end_x, end_y), (text_x, text_y) = (
-        _at(radius, bearing),
-        _at(RADIUS + 8.0, bearing),
-        _at(RADIUS + 36.0, bearing),
-    )
-    yield f'<path d="M{x:.1f} {y:.1f}L{end_x:.1f} {end_y:.1f}" stroke="{RED}" stroke-dasharray="3 3"/>'
-    yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{RED}"/>'
-    anchor = "middle" if abs(cos(bearing)) < 0.5 else "start" if cos(bearing) > 0.0 else "end"  # noqa: PLR2004
-    yield text_at(text_x - 14.0 * cos(bearing), text_y + 4, text, anchor, RED, font_size="13", font_weight="600")
+def _circle(radius: float, style: str) -> str:
+    return f'<circle cx="{MIDDLE[0]}" cy="{MIDDLE[1]}" r="{radius:.1f}" {style}/>'
 
 
-def _bearing(bearing: float) -> str:
-    """Return a bearing by the name of its axis, or in degrees from +x towards +y."""
-    angle = degrees(bearing) % 360.0
-    named = [label for label, axis in AXES.items() if abs(angle - degrees(axis)) < 0.05]  # noqa: PLR2004
-    return named[0] if named else f"{angle:.0f} deg"
+def _between(corners: Sequence[Point]) -> Iterator[Point]:
+    """Yield points along a line through corners, which stand for it."""
+    for (x, y), (to_x, to_y) in pairwise(corners):
+        count = ceil(hypot(to_x - x, to_y - y) / SPACING)
+        yield from ((x + (to_x - x) * part / count, y + (to_y - y) * part / count) for part in range(count))
+
+
+class _Labels:
+    """Labels that keep off lines and other labels."""
+
+    def __init__(self, taken: Iterable[Point]) -> None:
+        self._taken = list(taken)
+
+    def keep_off(self, points: Iterable[Point]) -> None:
+        """Keep later labels off these points."""
+        self._taken += points
+
+    def room(self, middle: Point, text: str) -> float:
+        """Return the distance from the box of a label to the nearest point taken [px]."""
+        half = width_of(text) / 2.0
+        x, y = middle
+        return min(hypot(max(abs(px - x) - half, 0.0), max(abs(py - y) - 7.0, 0.0)) for px, py in self._taken)
+
+    def placed(self, middles: Sequence[Point], text: str, colour: str = FAINT, weight: str = "400") -> str:
+        """Return a label at the first of these positions with room, or at the one with the most."""
+        rooms = [self.room(middle, text) for middle in middles]
+        x, y = (
+            next((at for at, room in zip(middles, rooms, strict=True) if room >= APART), None)
+            or max(zip(rooms, middles, strict=True))[1]
+        )
+        half = width_of(text) / 2.0
+        self.keep_off(_between([(x - half, y), (x + half, y), (x - half, y)]))
+        halo = {"stroke": GROUND, "stroke_width": "4", "paint_order": "stroke", "stroke_linejoin": "round"}
+        return text_at(x, y + 4, text, "middle", colour, font_size="13", font_weight=weight, **halo)

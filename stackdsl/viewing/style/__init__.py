@@ -1,5 +1,6 @@
 """The style that all pages share: colours, fonts, buttons and icons."""
 
+import re
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -12,6 +13,13 @@ ROOM: Final = files(__name__)
 def shared_style() -> str:
     """Return the CSS that all pages share."""
     return (ROOM / "style.css").read_text(encoding="utf-8")
+
+
+@cache
+def token(name: str, dark: bool = False) -> str:
+    """Return the colour of a token of `style.css`, such as `wood`, for light or dark surroundings."""
+    colours = re.findall(rf"--{name}: (#\w+)", shared_style())  # those for dark follow, where they differ
+    return str(colours[-1 if dark else 0])
 
 
 @cache

@@ -66,3 +66,13 @@ def test_survive_plots_the_weakest_direction_at_its_bearing(stackdsl: Stackdsl, 
     drawn = (tmp_path / "tall.svg").read_text(encoding="utf-8")
     assert "survives 0.4 g in every direction" in drawn
     assert drawn.count("<polygon") == 1
+
+
+@pytest.mark.parametrize("margin", ['acceleration: ">= 0.3"', f'tilt: ">= {degrees(atan(0.3))} deg"'])
+def test_survive_plots_the_limit_that_the_scenario_expects(stackdsl: Stackdsl, tmp_path: Path, margin: str) -> None:
+    write(tmp_path, TALL.replace("- stands: all", f"- margin: {{{margin}}}"), "tall.yaml")
+    assert stackdsl("survive", "tall.yaml", "--bearings", "8", "--plot", "tall.svg").code == ExitCode.OK
+    assert ">expected: 0.3 g<" in (tmp_path / "tall.svg").read_text(encoding="utf-8")
+    write(tmp_path, TALL.replace("- stands: all", '- margin: {tilt: "<= 40 deg"}'), "tall.yaml")
+    assert stackdsl("survive", "tall.yaml", "--bearings", "8", "--plot", "tall.svg").code == ExitCode.OK
+    assert "expected" not in (tmp_path / "tall.svg").read_text(encoding="utf-8")

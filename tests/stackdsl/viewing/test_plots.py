@@ -3,13 +3,14 @@
 import re
 from math import pi
 
+import numpy as np
 import pytest
 
 from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.statistics import Interval
 from stackdsl.studies.fragility_curve import CurvePoint, Fragility, Lognormal
 from stackdsl.studies.fragility_intensity import Intensity, IntensityKind
-from stackdsl.viewing.plots import MIDDLE, RADIUS, Axis, drawn_fragility, drawn_survival
+from stackdsl.viewing.plots import GREEN, MIDDLE, RADIUS, RED, Axis, drawn_fragility, drawn_survival, width_of
 
 
 def survival(*survived: float) -> Survival:
@@ -20,9 +21,36 @@ def survival(*survived: float) -> Survival:
 
 def test_the_weakest_direction_is_marked_at_its_bearing_and_distance() -> None:
     svg = drawn_survival("tower", survival(1.0, 1.0, 1.0, 0.5), ".svg").decode()  # weakest towards -y
-    assert "survives 0.5 g in every direction; weakest towards -y" in svg
+    assert "survives 0.5 g in every direction, weakest towards -y" in svg
     x, y = (float(value) for value in re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="5"', svg)[0])
     assert (x, y) == pytest.approx((MIDDLE[0], MIDDLE[1] + 0.5 * RADIUS), abs=0.1)
+
+
+def test_the_expected_limit_is_a_ring_whose_colour_and_label_say_whether_it_is_met() -> None:
+    met = drawn_survival("tower", survival(1.0, 1.0, 1.0, 0.5), ".svg", expected=0.4).decode()
+    (radius,) = re.findall(rf'r="([\d.]+)" fill="none" stroke="{GREEN}"', met)
+    assert float(radius) == pytest.approx(0.4 * RADIUS, abs=0.1)
+    assert ">expected: 0.4 g<" in met
+    missed = drawn_survival("tower", survival(1.0, 1.0, 1.0, 0.5), ".svg", expected=0.6).decode()
+    (radius,) = re.findall(rf'r="([\d.]+)" fill="none" stroke="{RED}"', missed)
+    assert float(radius) == pytest.approx(0.6 * RADIUS, abs=0.1)
+    assert ">expected: 0.6 g, not met<" in missed
+
+
+@pytest.mark.parametrize("weakest", [0.02, 0.3, 0.98])
+@pytest.mark.parametrize("place", range(8))
+def test_no_label_lies_on_the_curve(weakest: float, place: int) -> None:
+    values = [1.0 if number != place else weakest for number in range(8)]
+    svg = drawn_survival("tower", survival(*values), ".svg", expected=0.5).decode()
+    (corners,) = re.findall(r'<polygon points="([^"]+)" fill="#1a56b0"', svg)
+    curve = [(float(x), float(y)) for x, y in (corner.split(",") for corner in corners.split())]
+    labels = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="middle"[^>]*>([^<]*)', svg)
+    assert sum(" g" in text for _, _, text in labels) >= 3  # weakest, expected, and a ring
+    for x, y, text in labels:
+        half = width_of(text) / 2.0
+        for begin, end in zip(curve, [*curve[1:], curve[0]], strict=True):
+            along = np.linspace(begin, end, 50) - (float(x), float(y) - 4.0)
+            assert not ((np.abs(along[:, 0]) < half) & (np.abs(along[:, 1]) < 6.0)).any(), text
 
 
 def test_a_logarithmic_axis_places_the_geometric_mean_in_the_middle() -> None:
