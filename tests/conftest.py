@@ -12,7 +12,7 @@ from hypothesis import settings
 _STATES = tempfile.TemporaryDirectory(prefix="stackdsl-states-")
 os.environ["XDG_STATE_HOME"] = _STATES.name
 
-pytest_plugins = ["stackdsl.pytest_plugin", "pytester", "tests.engines_at_hand", "tests.command_line"]
+pytest_plugins = ["stackdsl.pytest_plugin", "pytester", "tests.engines_at_hand", "tests.command_line", "tests.chromium"]
 
 # The same examples every time, so that a run says something of the change and not of its luck; machines are shared, so
 # no example has a deadline. `HYPOTHESIS_PROFILE=explore` looks for new ones.

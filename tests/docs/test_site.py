@@ -1,12 +1,11 @@
 """The site of the documentation in a real browser, as `make docs` built it."""
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.chromium import CUT, resize
 from tests.paths import ROOT
-from tests.stackdsl.viewing.chromium import chromium
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
@@ -25,22 +24,7 @@ PAGES = (
     "docs/columns",
     "search",
 )
-CUT_OFF = """
-const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
-return [wide, [...document.querySelectorAll('h1, h2, p, li')].filter(e => e.scrollWidth > e.clientWidth + 1 &&
-  getComputedStyle(e).display !== 'inline' && e.offsetParent).map(e => e.textContent.slice(0, 60))];
-"""
-
-pytestmark = [
-    pytest.mark.xdist_group("chromium"),
-    pytest.mark.skipif(not (SITE / "index.html").exists(), reason="`make docs` builds the site first"),
-]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator["Chrome"]:
-    with chromium() as found:
-        yield found
+pytestmark = pytest.mark.skipif(not (SITE / "index.html").exists(), reason="`make docs` builds the site first")
 
 
 @pytest.mark.parametrize("width", [1280, 420])
@@ -48,11 +32,11 @@ def browser() -> Iterator["Chrome"]:
 def test_a_page_of_the_site_asks_for_nothing_elsewhere_and_cuts_nothing_off(
     browser: "Chrome", page: str, width: int
 ) -> None:
-    browser.set_window_size(width, 900)
+    resize(browser, width, 900)
     browser.get((SITE / f"{page}.html").as_uri())
     loaded = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
     assert [name for name in loaded if not name.startswith("file:")] == []
-    assert browser.execute_script(CUT_OFF) == [0, []]
+    assert browser.execute_script(CUT) == []
     assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []  # type: ignore[no-untyped-call]
 
 

@@ -1,7 +1,7 @@
 """A live page in a real browser: what is saved is seen, and a mistake is told as text beside the last good picture."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +14,12 @@ from stackdsl.viewing.check_report.page import index_page
 from stackdsl.viewing.live import RunPage, margined, mistake_json, played, preview, showing
 from stackdsl.viewing.replay.page import live_page, page_of
 from stackdsl.viewing.server import Folder, OnePage
-from tests.stackdsl.viewing.chromium import chromium, wait_for
+from tests.chromium import CUT, complaints, resize, wait_for
 from tests.stackdsl.viewing.test_check_report import result
-from tests.stackdsl.viewing.test_replay_in_chromium import CUT, SIZES, resize
+from tests.stackdsl.viewing.test_replay_in_chromium import SIZES
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
-
-pytestmark = pytest.mark.xdist_group("chromium")
 
 COLUMN = """\
 scenario: leaning
@@ -31,20 +29,6 @@ build:
 systems: [exact]
 expect: [{{stands: all}}]
 """
-
-
-@pytest.fixture(scope="module")
-def started() -> Iterator["Chrome"]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture
-def browser(started: "Chrome") -> "Chrome":
-    """The browser on an empty page: that of an earlier test still asks for its server."""
-    started.get("about:blank")
-    started.get_log("browser")  # type: ignore[no-untyped-call]
-    return started
 
 
 def preview_of(levels: int) -> str:
@@ -70,10 +54,10 @@ def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "
         browser.get(f"{served.url}replay.html")
         wait_for(lambda: browser.find_elements("css selector", "h1"))
         wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
-        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+        assert complaints(browser) == []
         browser.get(f"{served.url}theirs.html")
         assert browser.title == "as sent"
-        assert any("Content Security Policy" in str(each) for each in browser.get_log("browser"))  # type: ignore[no-untyped-call]
+        assert any("Content Security Policy" in each for each in complaints(browser))
 
 
 def saved(page: RunPage, levels: int) -> None:
@@ -112,7 +96,7 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
         wait_for(lambda: browser.execute_script("return document.querySelectorAll('.runs option').length") == 5)
         page.show_mistakes([])
         wait_for(lambda: "Proven to fall" in text_of(browser, "h1"))
-        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+        assert complaints(browser) == []
     wait_for(lambda: "stackdsl has ended" in text_of(browser, "h1"))
     assert "Still showing the last run" in text_of(browser, ".lead")
 
@@ -162,5 +146,4 @@ def test_a_fall_is_told_with_its_cause_and_a_first_remedy_to_copy(
         for width, height in SIZES:
             resize(browser, width, height, dark=width < 1000)
             assert browser.execute_script(CUT) == []
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+        assert complaints(browser) == []

@@ -1,7 +1,6 @@
 """A replay in a real browser, from a file, with the network off: it shows where bricks were, and names them."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,13 +13,11 @@ import pytest
 from stackdsl.viewing.drawing import solids_at
 from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView
-from tests.stackdsl.viewing.chromium import chromium, opened, wait_for
+from tests.chromium import CUT, complaints, opened, resize, settle, wait_for
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
-
-pytestmark = pytest.mark.xdist_group("chromium")
 
 HOSTILE = """
     scenario: slant-tower
@@ -33,23 +30,22 @@ HOSTILE = """
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator["Chrome"]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
 def tower() -> RunView:
     (found,) = views_of(SLANT_TOWER)
     return found
 
 
-@pytest.fixture
-def page(browser: "Chrome", tower: RunView, tmp_path: Path) -> "Chrome":
-    file = tmp_path / "tower.html"
+@pytest.fixture(scope="module")
+def two_towers(tower: RunView, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("replays") / "tower.html"
     file.write_text(replay_page([tower, tower], "slant-tower"), encoding="utf-8")
-    opened(browser, file)
-    return browser
+    return file
+
+
+@pytest.fixture
+def page(undrawn: "Chrome", two_towers: Path) -> "Chrome":
+    opened(undrawn, two_towers)
+    return undrawn
 
 
 def asked(page: "Chrome", script: str) -> Any:  # noqa: ANN401 -- whatever the page says
@@ -65,10 +61,6 @@ def press(page: "Chrome", text: str) -> None:
     page.execute_script(
         "[...document.querySelectorAll('button')].find(b => b.textContent === arguments[0]).click()", text
     )
-
-
-def complaints(page: "Chrome") -> list[str]:
-    return [str(entry["message"]) for entry in page.get_log("browser")]  # type: ignore[no-untyped-call]
 
 
 def test_a_replay_page_opens_from_a_file_without_requests_or_errors(page: "Chrome") -> None:
@@ -145,32 +137,18 @@ def test_a_click_on_the_collapse_goes_there(page: "Chrome", tower: RunView) -> N
     wait_for(lambda: asked(page, "replay.time()") == there)
 
 
-def test_every_view_colour_and_overlay_can_be_chosen_without_a_complaint(page: "Chrome") -> None:
-    page.execute_script(
-        """
-        for (const select of document.querySelectorAll('select')) for (const option of select.options) {
-          select.value = option.value; select.dispatchEvent(new Event('change')); replay.seek(12.5);
-        }
-        for (const b of document.querySelectorAll('button')) { b.click(); replay.seek(12.5); }
-        for (const key of [' ', ',', '.', 'v', 'o', 'm', 'f', '0', '1', '2', '+', '-', '[', ']', 'Home', 'End'])
-          dispatchEvent(new KeyboardEvent('keydown', {key}));
-        """
-    )
-    assert complaints(page) == []
-
-
-def test_names_and_texts_of_a_scenario_are_never_taken_for_a_program(browser: "Chrome", tmp_path: Path) -> None:
+def test_names_and_texts_of_a_scenario_are_never_taken_for_a_program(undrawn: "Chrome", tmp_path: Path) -> None:
     file = tmp_path / "hostile.html"
     (view,) = views_of(HOSTILE, "<img src=x onerror=alert(3)>.yaml")
     view = replace(view, name="<script>alert(1)</script>")  # the language takes no such name of a brick
     file.write_text(replay_page([view], "<script>alert(2)</script>"), encoding="utf-8")
-    opened(browser, file)
-    wait_for(lambda: browser.title == "<script>alert(1)</script>: passed")
+    opened(undrawn, file)
+    wait_for(lambda: undrawn.title == "<script>alert(1)</script>: passed")
     assert "<title>&lt;script&gt;alert(2)" in file.read_text(encoding="utf-8")
-    assert "</script><script>document.title='ran'</script><!-- <b>bold</b>" in text_of(browser, ".band")
-    assert text_of(browser, ".who b") == "<script>alert(1)</script>"
-    assert asked(browser, "document.querySelectorAll('img').length") == 0
-    assert complaints(browser) == []
+    assert "</script><script>document.title='ran'</script><!-- <b>bold</b>" in text_of(undrawn, ".band")
+    assert text_of(undrawn, ".who b") == "<script>alert(1)</script>"
+    assert asked(undrawn, "document.querySelectorAll('img').length") == 0
+    assert complaints(undrawn) == []
 
 
 def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chrome") -> None:
@@ -224,20 +202,20 @@ LEANING = """
 """
 
 
-def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(browser: "Chrome", tmp_path: Path) -> None:
+def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(undrawn: "Chrome", tmp_path: Path) -> None:
     # Two planks whose centre is 57 mm out and 7.8 mm up tip over an edge that is 58.8 mm out. The fifth plank of the
     # other column is 48 mm out, and 10.8 mm inside of that edge.
     (run,) = views_of(LEANING)
     file = tmp_path / "leaning.html"
     file.write_text(replay_page([run], "leaning"), encoding="utf-8")
-    opened(browser, file)
-    wait_for(lambda: "Weakest b.L2.1; " in text_of(browser, ".band"))
-    assert "0.2308 g towards" in text_of(browser, ".lead")
-    assert "L5.1, with its centre of mass 10.8 mm inside" in text_of(browser, ".band")
+    opened(undrawn, file)
+    wait_for(lambda: "Weakest b.L2.1; " in text_of(undrawn, ".band"))
+    assert "0.2308 g towards" in text_of(undrawn, ".lead")
+    assert "L5.1, with its centre of mass 10.8 mm inside" in text_of(undrawn, ".band")
     for button, brick in (("Weakest", "b.L2.1"), ("Least room", "L5.1")):
-        press(browser, button)
-        wait_for(partial(asked, browser, f"document.querySelector('.inspector h2').textContent === {brick!r}"))
-    assert complaints(browser) == []
+        press(undrawn, button)
+        wait_for(partial(asked, undrawn, f"document.querySelector('.inspector h2').textContent === {brick!r}"))
+    assert complaints(undrawn) == []
 
 
 # The page around the picture: what it says, and that all of it can be read at every width, in light and in dark.
@@ -257,29 +235,6 @@ PULLS = """
 """
 SIZES = ((1280, 800), (1000, 800), (420, 900))
 
-# Texts that are cut off: beyond the window, or beyond a part that hides what does not fit. What scrolls can be read.
-CUT = """
-const cut = [], wide = document.documentElement.clientWidth;
-const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-for (let node; (node = walk.nextNode());) {
-  const parent = node.parentElement;
-  if (!node.data.trim() || ['SCRIPT', 'STYLE', 'NOSCRIPT', 'OPTION'].includes(parent.tagName)) continue;
-  const range = document.createRange(); range.selectNodeContents(node);
-  for (const box of range.getClientRects()) {
-    if (!box.width) continue;
-    let scrolls = false;
-    for (let on = parent; on && on !== document.body; on = on.parentElement) {
-      const style = getComputedStyle(on), edge = on.getBoundingClientRect();
-      scrolls ||= /auto|scroll/.test(style.overflowX + style.overflowY);
-      const over = box.right > edge.right + 1 || box.bottom > edge.bottom + 1;
-      if (style.overflowX === 'hidden' && !scrolls && over) cut.push(node.data);
-    }
-    if (!scrolls && (box.left < -1 || box.right > wide + 1)) cut.push(node.data);
-  }
-}
-if (document.documentElement.scrollWidth > wide) cut.push('the page is wider than the window');
-return cut
-"""
 OVERLAPS = """
 const found = [];
 for (const lane of document.querySelectorAll('.lane')) {
@@ -300,31 +255,17 @@ def fallen() -> RunView:
     return found
 
 
-def resize(page: "Chrome", width: int, height: int, dark: bool = False, still: bool = False) -> None:
-    screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-    wanted = {"prefers-color-scheme": "dark" if dark else "light", "prefers-reduced-motion": "reduce" if still else ""}
-    features = [{"name": name, "value": value} for name, value in wanted.items()]
-    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
-    settle(page)
-
-
-def settle(page: "Chrome") -> None:
-    """Wait for frames in which the page has seen its new size, and said all that changed."""
-    page.execute_async_script(
-        "const done = arguments[0]; let left = 4;"
-        "const frame = () => left-- ? requestAnimationFrame(frame) : done(); frame()"
-    )
+@pytest.fixture(scope="module")
+def fall(fallen: RunView, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("replays") / "pulls.html"
+    file.write_text(replay_page([fallen], "pulls"), encoding="utf-8")
+    return file
 
 
 @pytest.fixture
-def falling(browser: "Chrome", fallen: RunView, tmp_path: Path) -> Iterator["Chrome"]:
-    file = tmp_path / "pulls.html"
-    file.write_text(replay_page([fallen], "pulls"), encoding="utf-8")
-    opened(browser, file)
-    yield browser
-    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+def falling(undrawn: "Chrome", fall: Path) -> "Chrome":
+    opened(undrawn, fall)
+    return undrawn
 
 
 def test_the_band_says_what_was_expected_what_was_measured_why_and_what_would_help(

@@ -1,6 +1,5 @@
 """The report of a check in a real browser: all cases without any script, and with it a choice of them."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,19 +7,11 @@ import pytest
 
 from stackdsl.results import Report
 from stackdsl.viewing.check_report.page import index_page
-from tests.stackdsl.viewing.chromium import chromium
+from tests.chromium import CUT, complaints, resize
 from tests.stackdsl.viewing.test_check_report import result
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
-
-pytestmark = pytest.mark.xdist_group("chromium")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator["Chrome"]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture
@@ -35,10 +26,6 @@ def shown(browser: "Chrome", place: str) -> list[bool]:
 
 
 ROWS = ".row > summary"
-CUT_OFF = """
-return [...document.querySelectorAll('h1, h3, dd, summary span')].filter(e =>
-  e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== 'inline').length;
-"""
 
 
 def test_without_a_script_all_cases_are_shown_and_nothing_that_does_nothing(browser: "Chrome", index: str) -> None:
@@ -62,15 +49,13 @@ def test_failures_are_shown_first_and_the_rest_by_a_button_or_a_word(browser: "C
     assert shown(browser, ROWS) == [False, False]
     browser.find_element("id", "reset").click()
     assert shown(browser, ROWS) == [True, True]
-    assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+    assert complaints(browser) == []
 
 
 @pytest.mark.parametrize("width", [1280, 420])
 def test_nothing_is_cut_off_or_asked_for_elsewhere(browser: "Chrome", index: str, width: int) -> None:
-    browser.set_window_size(width, 900)
+    resize(browser, width, 900)
     browser.get(index)
     browser.find_element("css selector", "[data-status=passed]").click()
-    wide = "const d = document.documentElement; return d.scrollWidth - d.clientWidth"
-    assert browser.execute_script(wide) == 0
-    assert browser.execute_script(CUT_OFF) == 0
+    assert browser.execute_script(CUT) == []
     assert browser.execute_script("return performance.getEntriesByType('resource').length") == 0

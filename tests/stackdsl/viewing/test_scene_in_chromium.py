@@ -2,7 +2,8 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from functools import cache
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from time import sleep
@@ -10,17 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView
-from tests.stackdsl.viewing.chromium import chromium, opened, wait_for
-from tests.stackdsl.viewing.test_replay_in_chromium import PULLS, asked, complaints, press, text_of
+from tests.chromium import complaints, opened, settle, wait_for
+from tests.stackdsl.viewing.test_replay_in_chromium import PULLS, asked, press, text_of
 from tests.stackdsl.viewing.views import SLANT_TOWER, views_of
 
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
-
-pytestmark = pytest.mark.xdist_group("chromium")
 
 GROWING = """
     scenario: growing
@@ -53,26 +53,19 @@ BAR = """(() => {
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator["Chrome"]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def tower() -> RunView:
-    (found,) = views_of(SLANT_TOWER)
-    return found
-
-
-@pytest.fixture(scope="module")
 def falling() -> RunView:
     (found,) = views_of(PULLS)
     return found
 
 
-def show(browser: "Chrome", view: RunView, folder: Path) -> "Chrome":
+@cache  # many tests look at the same run
+def replay_of(text: str) -> str:
+    return replay_page(views_of(text), "scene")
+
+
+def show(browser: "Chrome", text: str, folder: Path) -> "Chrome":
     file = folder / "scene.html"
-    file.write_text(replay_page([view], "scene"), encoding="utf-8")
+    file.write_text(replay_of(text), encoding="utf-8")
     opened(browser, file)
     return browser
 
@@ -96,8 +89,41 @@ def click(page: "Chrome", name: str) -> None:
     wait_for(lambda: text_of(page, ".inspector h2") == name)
 
 
-def test_no_two_levels_that_touch_have_one_colour(browser: "Chrome", tower: RunView, tmp_path: Path) -> None:
-    page = show(browser, tower, tmp_path)
+def test_every_view_colour_and_overlay_can_be_chosen_without_a_complaint(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
+    page.execute_async_script(
+        """
+        const done = arguments[0], steps = [];
+        for (const select of document.querySelectorAll('select'))
+          for (const option of select.options)
+            steps.push(() => { select.value = option.value; select.dispatchEvent(new Event('change')); });
+        for (const button of document.querySelectorAll('button')) steps.push(() => button.click());
+        for (const key of [' ', ',', '.', 'v', 'o', 'm', 'f', '0', '1', '2', '+', '-', '[', ']', 'Home', 'End'])
+          steps.push(() => dispatchEvent(new KeyboardEvent('keydown', {key})));
+        const frame = () => {
+          if (!steps.length) return done();
+          steps.shift()(); replay.seek(2); requestAnimationFrame(frame);
+        };
+        frame();
+        """
+    )
+    assert complaints(page) == []
+
+
+def test_a_brick_is_drawn_in_its_colour_where_it_is(browser: "Chrome", tmp_path: Path) -> None:
+    page = show(browser, SLANT_TOWER, tmp_path)
+    asked(page, "replay.seek(12.5)")
+    asked(page, "replay.pickNamed('L7.1')")  # which colours its edges alone
+    settle(page)
+    x, y = asked(page, "replay.onScreen('L6.1')")
+    canvas = page.find_element("css selector", ".view canvas")
+    picture = Image.open(BytesIO(canvas.screenshot_as_png)).convert("RGB")
+    colour = list(bytes.fromhex(asked(page, "replay.colourOf('L6.1')")))
+    assert list(picture.getpixel((int(x), int(y)))) == pytest.approx(colour, abs=6)
+
+
+def test_no_two_levels_that_touch_have_one_colour(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, SLANT_TOWER, tmp_path)
     asked(page, "replay.seek(12.5)")
     choose(page, "colour by", "level")
     colours = [asked(page, f"replay.colourOf('L{level}.1')") for level in range(1, 8)]
@@ -106,30 +132,22 @@ def test_no_two_levels_that_touch_have_one_colour(browser: "Chrome", tower: RunV
     assert all(below < above for below, above in pairwise(light)), "the lowest level is the darkest"
 
 
-@pytest.mark.parametrize("mode", ["state", "level", "room", "load", "stage"])
-def test_the_legend_counts_each_brick_that_is_there_once(
-    browser: "Chrome", falling: RunView, tmp_path: Path, mode: str
-) -> None:
-    page = show(browser, falling, tmp_path)
+def test_the_legend_counts_each_brick_that_is_there_once(undrawn: "Chrome", falling: RunView, tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
     asked(page, "replay.seek(2)")
-    choose(page, "colour by", mode)
-    wait_for(lambda: text_of(page, ".legend").startswith(mode) or mode == "stage")
-    counts = dict(asked(page, LEGEND))
-    assert counts.pop("pulled out") == 3
-    assert sum(counts.values()) == 15
-    if mode == "level":
-        levels = Counter(
-            f"level {place.level}"
-            for place in falling.timeline.placements
-            if place.brick.id not in {"L3.2", "L4.2", "L5.2"}
-        )
-        assert counts == levels
+    bricks = [place for place in falling.timeline.placements if place.brick.id not in {"L3.2", "L4.2", "L5.2"}]
+    for mode in ("state", "level", "room", "load", "stage"):
+        choose(page, "colour by", mode)
+        settle(page)
+        counts = dict(asked(page, LEGEND))
+        assert counts.pop("pulled out") == 3
+        assert sum(counts.values()) == len(bricks) == 15
+        if mode == "level":
+            assert counts == Counter(f"level {place.level}" for place in bricks)
 
 
-def test_colours_that_tell_nothing_say_why_and_keep_the_state(
-    browser: "Chrome", falling: RunView, tmp_path: Path
-) -> None:
-    page = show(browser, falling, tmp_path)
+def test_colours_that_tell_nothing_say_why_and_keep_the_state(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
     asked(page, "replay.seek(2)")
     state = asked(page, "replay.colourOf('L1.1')")
     choose(page, "colour by", "material")
@@ -138,9 +156,9 @@ def test_colours_that_tell_nothing_say_why_and_keep_the_state(
 
 
 def test_forces_are_those_of_the_selected_brick_and_the_bar_is_as_long_as_the_force_it_names(
-    browser: "Chrome", falling: RunView, tmp_path: Path
+    undrawn: "Chrome", falling: RunView, tmp_path: Path
 ) -> None:
-    page = show(browser, falling, tmp_path)
+    page = show(undrawn, PULLS, tmp_path)
     press(page, "Parallel")
     choose(page, "view", "front")
     asked(page, "replay.seek(2)")
@@ -169,10 +187,8 @@ def test_forces_are_those_of_the_selected_brick_and_the_bar_is_as_long_as_the_fo
     assert complaints(page) == []
 
 
-def test_arrows_of_the_motion_stay_on_their_bricks_while_these_move(
-    browser: "Chrome", falling: RunView, tmp_path: Path
-) -> None:
-    page = show(browser, falling, tmp_path)
+def test_arrows_of_the_motion_stay_on_their_bricks_while_these_move(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
     press(page, "How it falls")
     before = dict[str, list[float]]()
     wait_for(lambda: before.update({name: at for name, at, _ in asked(page, "replay.motions()")}) or before)
@@ -185,8 +201,8 @@ def test_arrows_of_the_motion_stay_on_their_bricks_while_these_move(
     wait_for(moved)
 
 
-def test_x_ray_shows_and_selects_what_others_hide(browser: "Chrome", falling: RunView, tmp_path: Path) -> None:
-    page = show(browser, falling, tmp_path)
+def test_x_ray_shows_and_selects_what_others_hide(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
     asked(page, "replay.seek(2)")
     x, y = asked(page, "replay.onScreen('L1.2')")
     assert asked(page, f"replay.pickedAt({x}, {y})") not in ("", "L1.2")
@@ -198,11 +214,10 @@ def test_x_ray_shows_and_selects_what_others_hide(browser: "Chrome", falling: Ru
     wait_for(lambda: asked(page, f"replay.pickedAt({x}, {y})") != "L1.2")
 
 
-def test_the_camera_takes_in_what_has_grown_unless_somebody_turned_it(browser: "Chrome", tmp_path: Path) -> None:
+def test_the_camera_takes_in_what_has_grown_unless_somebody_turned_it(undrawn: "Chrome", tmp_path: Path) -> None:
     from selenium.webdriver import ActionChains  # noqa: PLC0415 -- only where there is a browser
 
-    (view,) = views_of(GROWING)
-    page = show(browser, view, tmp_path)
+    page = show(undrawn, GROWING, tmp_path)
     canvas = page.find_element("css selector", ".view canvas")
     for turned in (False, True):
         asked(page, "replay.seek(0.05)")
@@ -212,15 +227,14 @@ def test_the_camera_takes_in_what_has_grown_unless_somebody_turned_it(browser: "
             ActionChains(page).move_to_element(canvas).click_and_hold().move_by_offset(3, 0).release().perform()
         asked(page, "replay.seek(3)")
         if turned:
-            sleep(1)  # the camera has time to move, and stays
+            sleep(0.8)  # the camera has time to look and to move, 530 ms, and stays
         else:
             wait_for(lambda: asked(page, "replay.onScreen('L20.1')[1]") > 0)
         assert (asked(page, "replay.onScreen('L20.1')[1]") < 0) is turned
 
 
-def test_of_structures_far_apart_one_is_seen_and_the_other_is_told(browser: "Chrome", tmp_path: Path) -> None:
-    (view,) = views_of(FAR_APART)
-    page = show(browser, view, tmp_path)
+def test_of_structures_far_apart_one_is_seen_and_the_other_is_told(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, FAR_APART, tmp_path)
     near = asked(page, "replay.perMetre()")
     assert near > 500, "a plank of 117.6 mm is wider than 50 px"
     press(page, "Fit")
