@@ -206,6 +206,11 @@ class Timeline:
         """Return the actions that bring a brick."""
         return tuple(action for action in self.actions if isinstance(action, Placement))
 
+    @property
+    def pulled_out(self) -> tuple[BodyId, ...]:
+        """Return the bricks that are pulled out, in order of time."""
+        return tuple(brick for action in self.actions if isinstance(action, Removal) for brick in action.bricks)
+
     def moments(self) -> Iterator[Moment]:
         """Yield simultaneous actions: all placements of one time together, every other action alone."""
         for (_, placing), group in groupby(self.actions, key=lambda action: (action.time, type(action) is Placement)):

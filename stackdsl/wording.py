@@ -1,13 +1,16 @@
 """Formats lengths, limits, ground motion and long lists of names, alike in every report."""
 
 from collections.abc import Sequence
-from math import ceil, floor, log10
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from math import degrees, isfinite
 from typing import Final, TypeVar
 
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.name_order import MOST_NAMES
 
 MILLIMETRES: Final = 1000.0  # in a metre
+GRAMS: Final = 1000.0  # in a kilogram
+AXES_BY_ANGLE: Final = {0.0: "+x", 90.0: "+y", 180.0: "-x", 270.0: "-y"}  # [deg]
 
 Name = TypeVar("Name")
 
@@ -27,16 +30,40 @@ def how_many(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def rounded_down(number: float) -> str:
-    """Round an upper limit down to three digits, so that the shown value is still allowed."""
-    unit = 10.0 ** (floor(log10(number)) - 2)
-    return f"{floor(number / unit) * unit:g}"
+def rounded_down(number: float, digits: int = 3) -> str:
+    """Round an upper limit down to a few digits, so that the shown value is still allowed."""
+    return _rounded(number, digits, ROUND_FLOOR)
 
 
-def rounded_up(number: float) -> str:
-    """Round a lower limit up to three digits, so that the shown value is still allowed."""
-    unit = 10.0 ** (floor(log10(number)) - 2)
-    return f"{ceil(number / unit) * unit:g}"
+def rounded_up(number: float, digits: int = 3) -> str:
+    """Round a lower limit up to a few digits, so that the shown value is still allowed."""
+    return _rounded(number, digits, ROUND_CEILING)
+
+
+def _rounded(number: float, digits: int, way: str) -> str:
+    if not isfinite(number):
+        return f"{number:g}"
+    exact = Decimal(f"{number:.12g}")  # without the noise of floating point, which would count as a part of a digit
+    if not exact:
+        return "0"
+    return f"{float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - digits + 1), way)):.{digits}g}"
+
+
+def survived_text(value: float) -> str:
+    """Round a survived acceleration, angle or length down to three digits; noise from the sixth digit on is left out."""
+    return rounded_down(float(f"{value:.5g}"))
+
+
+def mass_text(mass: float, digits: int = 4) -> str:
+    """Format a mass [kg] in grams or kilograms: `522 g`, `7.1 kg`."""
+    return f"{mass:.{digits}g} kg" if mass >= 1.0 else f"{GRAMS * mass:.{digits}g} g"
+
+
+def towards_text(bearing: float) -> str:
+    """Format a bearing [rad], counted from +x towards +y: `270 deg (-y)`."""
+    angle = round(degrees(bearing), 1) % 360.0
+    axis = AXES_BY_ANGLE.get(angle)
+    return f"{angle:g} deg" + (f" ({axis})" if axis else "")
 
 
 def energy_fault(gained: float) -> str:

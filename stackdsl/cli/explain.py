@@ -10,7 +10,7 @@ from click.shell_completion import get_completion_class
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_runs, selected_of
-from stackdsl.cli.terminal import write
+from stackdsl.cli.terminal import paper, staged, write
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.exits import ExitCode
 from stackdsl.report.diagnostics import CODE, code_text, entries
@@ -47,7 +47,9 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     for _, cases in groupby(selected, key=lambda case: (case.scenario.scenario, case.variant.parameters)):
         explained = list(cases)
         with refusing(f"{explained[0].scenario_name}: `explain`", "remove --margins and --remedies") as refused:
-            write(explanation_text(explained, Extent(margins, remedies, times)))
+            with staged(explained[0].scenario_name) as on_stage:
+                text = explanation_text(explained, Extent(margins, remedies, times, on_stage), paper()[0])
+            write(text)
         code = ExitCode.INVALID if refused else code
     context.exit(code)
 

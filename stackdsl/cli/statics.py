@@ -11,6 +11,7 @@ from stability.analysis.building_order import OrderSearch
 from stability.analysis.removal_order import LongestSearch, Pull, carrying, single_pulls, soonest_fall
 from stability.analysis.subset_search import Subsets, props_of
 from stability.model import BodyId
+from stability.name_order import names_text
 from stability.problem import Stability
 from stability.statics.assembly import Assembly
 from stability.work_limit import TooMuchWorkError
@@ -25,6 +26,7 @@ from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
 from stackdsl.report.studies import (
+    after_text,
     limit_lines,
     limit_table,
     longest_lines,
@@ -86,7 +88,8 @@ def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator
     """Yield the accelerations that a case survives; report why they are unknown."""
     proofs = proofs_of(case.timeline)
     verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
-    count = sum(not placement.hits for placement in case.timeline.placements)
+    pulled = [brick for brick in case.timeline.pulled_out if brick not in proofs.assembly.bricks]
+    count = sum(not placement.hits for placement in case.timeline.placements) - len(pulled)
     if standing == 0:
         tell(f"{name}: no brick is set down at rest, so statics has nothing to judge")
         return
@@ -95,6 +98,8 @@ def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator
         return
     if standing < count:
         tell(f"{name}: computed for {standing} of {count} bricks; the later ones depend on the engine")
+    if pulled:
+        tell(f"{name}: judged without {names_text(pulled)}, which an impact pulls out")
     with counted(bearings, f"{name}: bearings") as known:
         survival = survival_of(proofs.assembly, bearings, accuracy, known)
     if survival is None:
@@ -228,7 +233,7 @@ def _suggestions(name: str, case: Case) -> Parts:
         said = "is proven to stand" if verdict.stability is Stability.STABLE else f"is undecided ({verdict.reason})"
         tell(f"{name}: the part that statics can judge {said}, so there is nothing to repair")
         return
-    yield Part(name, [name, f"  {verdict.reason}"])
+    yield Part(name, [f"{name} falls: {verdict.reason}", "  it stands with any one of these (each tried):"])
     nothing = True
     with counted(None, f"{name}: verdicts") as bar:
         for suggestion in suggestions(FallingBuild(case.timeline, proofs), piling_of(case.timeline), _ticking(bar)):
@@ -289,8 +294,7 @@ def _order(name: str, case: Case, props: bool, most: int) -> Parts:
         except (KeyboardInterrupt, TooMuchWorkError) as error:
             order, stopped = search.best, error
     told = {"impossible": order.impossible, "props": list(order.props), "props_at_least": order.props_at_least}
-    lines = [name, *order_lines(order, stopped is not None)]
-    yield Part(name, lines, list(order_rows(order)), {**told, "interrupted": stopped is not None})
+    yield Part(name, list(order_lines(name, order, stopped is not None)), list(order_rows(order)), {**told, "interrupted": stopped is not None})
     if stopped is not None:
         raise stopped
 
@@ -322,13 +326,13 @@ def _pulls(name: str, case: Case, all_bricks: bool, orders: bool, most: int) -> 
     design = _finished(name, case)
     if design is None:
         return
-    yield from _one_at_a_time(name, design)
+    yield from _one_at_a_time(name, design, after_text(case.timeline))
     may_go = list(design.bricks) if all_bricks else carrying(design)
     if may_go and orders:
         yield from _one_after_the_other(name, design, may_go, most)
 
 
-def _one_at_a_time(name: str, design: Assembly) -> Parts:
+def _one_at_a_time(name: str, design: Assembly, after: str) -> Parts:
     pulls: list[Pull] = []
     stopped: BaseException | None = None
     try:
@@ -339,7 +343,7 @@ def _one_at_a_time(name: str, design: Assembly) -> Parts:
     except (KeyboardInterrupt, TooMuchWorkError) as error:
         stopped = error
     if pulls:
-        yield Part(name, [name, *pull_lines(pulls)], [pull_row(pull) for pull in pulls])
+        yield Part(name, list(pull_lines(name, after, pulls)), [pull_row(pull) for pull in pulls])
     if stopped is not None:
         raise stopped
 

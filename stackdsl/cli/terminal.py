@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import StringIO
+from itertools import count
 from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Final, Protocol, TextIO
@@ -151,21 +152,36 @@ def progress(total: int, every_case: bool = False) -> Iterator[Bar]:
 
 
 @contextmanager
-def counted(total: int | None, what: str) -> Iterator[Callable[[int], None]]:
+def staged(what: str) -> Iterator[Callable[[str], None]]:
+    """Show the running computation of a job without a known end on a terminal, and nothing elsewhere."""
+    with counted(None, what) as known:
+        stages = count(1)
+        yield lambda stage: known(next(stages), f"{what}: {stage}")
+
+
+class Counter(Protocol):
+    """Shows the number done, and what is done now if that changes."""
+
+    def __call__(self, done: int, what: str = "") -> None:
+        """Show the number done."""
+
+
+@contextmanager
+def counted(total: int | None, what: str) -> Iterator[Counter]:
     """Show a bar of the number done on a terminal, out of a total if known, and nothing elsewhere."""
     if _is_no_terminal(sys.stderr):
-        yield lambda _: None
+        yield lambda done, what="": None
         return
     from rich.console import Console  # noqa: PLC0415 -- as in `paper`
 
     with _drawn(Console(stderr=True)) as bar:
         task, drawn = bar.add_task(what, total=total), -inf
 
-        def told(done: int) -> None:
+        def told(done: int, what: str = "") -> None:
             nonlocal drawn
-            is_due = done == total or monotonic() - drawn > PAUSE
+            is_due = done == total or bool(what) or monotonic() - drawn > PAUSE
             drawn = monotonic() if is_due else drawn
-            bar.update(task, completed=done, refresh=is_due)
+            bar.update(task, completed=done, refresh=is_due, description=what or None)
 
         yield told
 

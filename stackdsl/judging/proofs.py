@@ -202,22 +202,30 @@ def frozen_assembly(trace: Trace) -> Assembly | None:
     return assembly
 
 
-def margins_of_assembly(assembly: Assembly, requested: Collection[str] = ALL) -> VerdictMargins:
-    """Return the requested margins of an assembly; none if it is not proven to stand."""
+def margins_of_assembly(
+    assembly: Assembly, requested: Collection[str] = ALL, on_stage: Callable[[str], None] = lambda _: None
+) -> VerdictMargins:
+    """Return the requested margins of an assembly; none if it is not proven to stand.
+
+    `on_stage` is called with the name of each computation.
+    """
     if not assembly.bricks or assembly.verdict().stability is not Stability.STABLE:
         return VerdictMargins()
-    problem = assembly.problem()
-    margins = (
-        _shaken(problem, assembly.gravity) if {"acceleration", "tilt"}.intersection(requested) else VerdictMargins()
-    )
+    problem, margins = assembly.problem(), VerdictMargins()
+    if {"acceleration", "tilt"}.intersection(requested):
+        on_stage("margin of acceleration and tilt")
+        margins = _shaken(problem, assembly.gravity)
     if "friction" in requested:
+        on_stage("margin of friction")
         roughest = max((contact.law.friction for contact in problem.contacts), default=0.0)
         margins = replace(margins, friction=least_friction(problem).coefficient, roughest=roughest)
     if "placement" in requested:
+        on_stage("margin of placement")
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
         margins = replace(margins, placement=placed.value, joint=placed.limit)
     if "guaranteed" in requested:
+        on_stage("guarantee of rest")
         rest = outcome(problem, assembly.forces())
         margins = replace(margins, guaranteed=rest.guaranteed, certainty=rest.reason)
     if "squeezed" in requested:

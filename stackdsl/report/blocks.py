@@ -1,8 +1,10 @@
 """Blocks of lines and tables for a terminal or a file."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import StringIO
+from textwrap import wrap
 from typing import TYPE_CHECKING, TypeAlias
 from unicodedata import combining, east_asian_width
 
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 
 UNBOUNDED = 10_000  # [characters] wider than any table
 GAP = "  "  # between two columns
+COLUMN_GAP = re.compile(r" {2,}(?=\S)")
+DEEPEST = 44  # [characters] the last column below which a wrapped line goes on
 INDENT = "    "  # of the folded lines of a row
 ANSI = {"green": "32", "yellow": "33", "red": "31"}
 STYLES = (
@@ -64,6 +68,17 @@ def blocks_text(blocks: Iterable[Block], width: int, colour: bool) -> str:
 def line(text: str, style: str = "") -> Line:
     """Return a line with control characters made visible, as text may come from a file."""
     return Line(_safe(text), style)
+
+
+def hanging(text: str, width: int) -> Iterator[str]:
+    """Yield a line, wrapped between words, with later lines below its last column: columns have two spaces between."""
+    starts = [gap.end() for gap in COLUMN_GAP.finditer(text[:DEEPEST])]
+    begin = len(text) - len(text.lstrip())
+    indent = starts[-1] if starts and starts[-1] > begin else begin + len(GAP)
+    if len(text) <= width:
+        yield text
+    else:
+        yield from wrap(text, width, subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
 
 
 def table(rows: Sequence[Row], left: Sequence[str]) -> Table:

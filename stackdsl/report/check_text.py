@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
-from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, line, table, titled
+from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, hanging, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
 from stackdsl.report.outline import CaseRow, Group, Status, failure_lines, nearest, outline, result_text, status_of
 from stackdsl.report.text import (
@@ -77,7 +77,7 @@ def report_text(report: Report, width: int = 120, colour: bool = False, style: T
 def _closing(report: Report, width: int) -> Block:
     """Return the sums, after a mark that says whether anything failed."""
     status = Status.PASSED if exit_code(report) == ExitCode.OK else Status.FAILED
-    return [line(text, "bold") for text in _wrapped(f"{MARKS[status]} ", closing_line(report), width)]
+    return [line(text, "bold") for text in hanging(f"{MARKS[status]} {closing_line(report)}", width)]
 
 
 def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
@@ -165,7 +165,7 @@ def _time(groups: Sequence[Group]) -> str:
 
 def _case_lines(row: CaseRow, width: int) -> Iterator[str]:
     for result in row.results:
-        yield from _wrapped(f"{MARKS[row.status]} {result.name}: ", result_text(result), width)
+        yield from hanging(f"{MARKS[row.status]} {result.name}: {result_text(result)}", width)
 
 
 # Red: one block a failure. Cases of one scenario that fail alike share a block.
@@ -204,7 +204,7 @@ def _one_failure(row: CaseRow, width: int) -> Block:
     name = row.first.name.removesuffix("]") + systems + "]"
     word = f" ({row.first.conclusion})" if row.first.conclusion not in ("failed", UNCHECKED) else ""
     lines = failure_lines(row.first)
-    told = [text for label, value in lines if value for text in _wrapped(f"  {label:<{LABEL}}", value, width)]
+    told = [text for label, value in lines if value for text in hanging(f"  {label:<{LABEL}}{value}", width)]
     return [_head(Status.FAILED, name + word, _place(row), width), *map(line, [*told, _see(row.first)])]
 
 
@@ -212,18 +212,18 @@ def _several_failures(group: Group, failed: Sequence[CaseRow], width: int) -> Bl
     count = sum(len(row.results) for row in failed)
     total = sum(len(row.results) for row in group.rows)
     first = dict(failure_lines(failed[0].first))
-    told = list(_wrapped(f"  {'expected':<{LABEL}}", first.get("expected", ""), width)) if "expected" in first else []
+    told = list(hanging(f"  {'expected':<{LABEL}}{first.get('expected', '')}", width)) if "expected" in first else []
     for number, row in enumerate(failed[:MOST_ROWS]):
         systems = ", ".join(result.system for result in row.results)
         values = " ".join(f"{name}={text}" for name, text in row.first.parameters) or row.first.case
         text = f"{values}  {result_text(row.first)}  ({systems})".strip()
-        told += _wrapped(f"  {'measured' if number == 0 else '':<{LABEL}}", text, width)
+        told += hanging(f"  {'measured' if number == 0 else '':<{LABEL}}{text}", width)
     if len(failed) > MOST_ROWS:
         told.append(f"  {'':<{LABEL}}and {how_many(len(failed) - MOST_ROWS, 'more case')}; -v lists all")
     for label in ("why", "after"):
         texts = {dict(failure_lines(row.first)).get(label, "") for row in failed}
         if len(texts) == 1 and label in first:  # a cause of one case is not that of the others
-            told += _wrapped(f"  {label:<{LABEL}}", first[label], width)
+            told += hanging(f"  {label:<{LABEL}}{first[label]}", width)
     told.append(_see(failed[0].first))
     name = f"{group.scenario}, {count} of {how_many(total, 'case')}"
     return [_head(Status.FAILED, name, _place(failed[0]), width), *map(line, told)]
@@ -233,13 +233,6 @@ def _see(result: VariantResult) -> str:
     """Return the line of the command that shows a failure, which stays on one line to be copied."""
     command = shlex.join(["stackdsl", "run", result.file, "-k", result.name, "--html", f"{result.scenario}.html"])
     return f"  {'see it':<{LABEL}}{command}"
-
-
-def _wrapped(before: str, text: str, width: int) -> Iterator[str]:
-    """Yield a text after a label, wrapped between words, with later lines below the first."""
-    indent = " " * min(len(before), LABEL + len(GAP))
-    lines = wrap(f"{before}{text}", width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-    yield from lines
 
 
 # Notes: counted, and listed with -v.
@@ -444,12 +437,12 @@ def _differences(result: VariantResult, width: int) -> Block:
     golden = result.golden
     if golden is None or not golden.differences:
         return []
-    told = [text for label, value in _folded(golden.differences) for text in _wrapped(f"  {label}  ", value, width)]
+    told = [text for label, value in _folded(golden.differences) for text in hanging(f"  {label}  {value}", width)]
     if len(told) > MOST_DIFFERENCES:
         told = [*told[:MOST_DIFFERENCES], f"  and {len(told) - MOST_DIFFERENCES} more lines; --format json lists all"]
     if golden.status is GoldenStatus.WRITTEN:
         return [line(f"Rewritten {golden.file}", "bold"), *map(line, told)]
-    decide = [*_wrapped(f"  {'decide':<{LABEL}}", "stackdsl golden review", width)]
+    decide = [f"  {'decide':<{LABEL}}stackdsl golden review"]
     return [_head(Status.DIFFERS, result.name, golden.file, width), *map(line, [*told, *decide])]
 
 

@@ -1,6 +1,6 @@
 """Results of statics for a scenario as text: proofs, margins, remedies, friction."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import degrees, hypot, inf
@@ -22,7 +22,7 @@ from stackdsl.compiler.fit import Fit, TimedShape, fits
 from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs, margins_of_assembly, proofs_of
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
-from stackdsl.report.blocks import Block, blocks_text, line, table
+from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.text import side_text
 from stackdsl.report.warnings import modified_text
 from stackdsl.shown_text import without_commands
@@ -41,7 +41,14 @@ from stackdsl.timeline import (
     Timeline,
 )
 from stackdsl.trace import VerdictMargins
-from stackdsl.wording import moving_text, shaking_text, touching_text
+from stackdsl.wording import (
+    mass_text,
+    moving_text,
+    rounded_up,
+    shaking_text,
+    survived_text,
+    touching_text,
+)
 
 # Verdicts of statics on scenarios, without simulation.
 
@@ -132,7 +139,6 @@ def statics_text(said: Sequence[StaticsSummary], width: int, colour: bool) -> st
 
 
 NO_COUNTERWEIGHT = "no counterweight on one brick was found"
-KILOGRAM = 1.0  # [kg] a mass from here on is written in kg
 
 
 def remedy_lines(remedies: Remedies) -> Iterator[str]:
@@ -162,8 +168,7 @@ def friction_text(remedy: MoreFriction) -> str:
 
 
 def counterweight_text(remedy: HeavierBrick) -> str:
-    mass = f"{remedy.mass:.4g} kg" if remedy.mass >= KILOGRAM else f"{1000.0 * remedy.mass:.4g} g"
-    return f"{mass} on {remedy.brick}, at its centre{later_text(remedy.next_to_fall)}"
+    return f"{mass_text(remedy.mass)} on {remedy.brick}, at its centre{later_text(remedy.next_to_fall)}"
 
 
 def later_text(next_to_fall: Collection[BodyId]) -> str:
@@ -210,7 +215,7 @@ def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
 def weakest_text(weakest: Weakest) -> str:
     """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
     bearing = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}"
-    return f"weakest: {weakest.brick}; above {weakest.acceleration:.4g} g towards {bearing} deg, {weakest.gives_way}"
+    return f"weakest: {weakest.brick}; above {survived_text(weakest.acceleration)} g towards {bearing} deg, {weakest.gives_way}"
 
 
 def weakest_json(weakest: Weakest) -> Mapping[str, Any]:
@@ -239,6 +244,7 @@ class Extent:
     margins: bool | None = None  # margins of proofs; None: only of few bricks
     remedies: bool | None = None  # remedies for a fall; None: only of few bricks
     times: bool = False  # time of each proof, which differs between runs
+    on_stage: Callable[[str], None] = lambda _: None  # called with the name of each computation that may take long
 
 
 def stages_told(proofs: Proofs, times: bool) -> Mapping[BodyId, str]:
@@ -301,6 +307,7 @@ def _fall(proofs: Proofs, timeline: Timeline, extent: Extent, numbers: ScenarioN
     if extent.remedies is None and len(bricks) > MOST_FOR_PROGRAMS:
         yield f"    remedies for more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --remedies"
         return
+    extent.on_stage("remedies")
     yield "    remedies, each verified:"
     yield from (f"      {line}" for line in remedy_lines(remedies_of(numbers, timeline, proofs)))
 
@@ -312,7 +319,7 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
     if extent.margins is None and count > MOST_FOR_PROGRAMS:
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --margins"
         return
-    margins = margins or margins_of_assembly(proofs.assembly, TOLD)
+    margins = margins or margins_of_assembly(proofs.assembly, TOLD, extent.on_stage)
     yield "    it survives " + "; ".join(_margin_texts(margins))
     if margins.squeezed:
         yield "    these margins rely on contacts whose pressure statics does not determine"
@@ -336,15 +343,15 @@ def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
         worst = (
             f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""
         )
-        yield f"a horizontal acceleration of {margins.acceleration:.4g} g{worst}"
+        yield f"a horizontal acceleration of {survived_text(margins.acceleration)} g{worst}"
     if margins.tilt is not None:
-        yield f"a tilt of {degrees(margins.tilt):.4g} deg"
+        yield f"a tilt of {survived_text(degrees(margins.tilt))} deg"
     if margins.friction is not None:
-        yield f"friction down to {margins.friction:.4g}"
+        yield f"friction down to {rounded_up(float(f'{margins.friction:.6g}'))}"
     if margins.placement == inf:  # all bricks lie on the ground, none on another brick
         yield "any placement error of every brick"
     elif margins.placement is not None:
-        yield f"a placement error of {round(1000.0 * margins.placement, 6):.4g} mm of every brick"
+        yield f"a placement error of {survived_text(1000.0 * margins.placement)} mm of every brick"
 
 
 # Compiled scenario as text: the world, each brick with time, place and supports, and the systems.
@@ -352,12 +359,13 @@ def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
 # With `exact` among the systems: the stage that proved each placement, its margins, or remedies for a fall.
 
 
+WIDE = 160  # [characters]
 AXES: tuple[Vec3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def explanation_text(cases: Sequence[Case], extent: Extent = Extent()) -> str:
-    """Return the text for one variant of a scenario; `cases` are its systems."""
-    return without_commands("\n".join(_lines(cases, extent)) + "\n")
+def explanation_text(cases: Sequence[Case], extent: Extent = Extent(), width: int = WIDE) -> str:
+    """Return the text for one variant of a scenario, wrapped to `width` [characters]; `cases` are its systems."""
+    return without_commands("".join(f"{text}\n" for line in _lines(cases, extent) for text in hanging(line, width)))
 
 
 def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
@@ -371,13 +379,14 @@ def _lines(cases: Sequence[Case], extent: Extent) -> Iterator[str]:
     what = f"{count} brick{'s' * (count > 1)} on {levels} level{'s' * (levels > 1)}"
     yield f"  {what}, finished at {timeline.built:g} s, watched until {timeline.end:g} s"
     yield ""
+    extent.on_stage("proofs")
     proofs = proofs_of(timeline) if any(system_named(case.system).method is Method.PROVEN for case in cases) else None
-    yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
-    yield ""
     if proofs is not None:
         numbers = ScenarioNumbers(scenario, cases[0].variant)
         yield from proven_lines(proofs, timeline, count, extent, numbers)
         yield ""
+    yield from _actions(timeline, stages_told(proofs, extent.times) if proofs is not None else {})
+    yield ""
     for case in cases:
         yield from _system(case.system, timeline)
 

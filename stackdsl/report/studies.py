@@ -3,27 +3,39 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
-from math import atan2, ceil, degrees, hypot, inf, log10
+from math import atan2, degrees, hypot, inf
 from typing import TYPE_CHECKING, Any, Final
 
 from stability.analysis.acceleration_margin import tilt
 from stability.analysis.building_order import BuildingOrder
 from stability.analysis.removal_order import EarliestFall, LongestOrder, Pull
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts
+from stability.name_order import in_order, names_text
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
-from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json, weakest_text
+from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json
 from stackdsl.report.study_table import StudyTable, rows_within
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
+from stackdsl.timeline import Timeline, leaves_to_engine
+from stackdsl.wording import how_many, rounded_down, rounded_up, survived_text, towards_text
 
 if TYPE_CHECKING:  # these import scipy
     from stackdsl.judging.statistics import Interval
     from stackdsl.studies.fragility_curve import CurvePoint, Fragility
     from stackdsl.studies.sweep import SweptCase
+
+LABEL: Final = 11  # [characters] column of labels
+PARTS: Final = "; "  # between the parts of a mechanism
+FEW: Final = 3  # parts of a mechanism, or reasons, that are written out
+MOST_ROWS: Final = 8  # ways to give way
+OF: Final = " of "  # between the kind of a number and its brick
+PULLED: Final = 16  # [characters] column of the headings of pulls
+STEPS: Final = 8  # [characters] column of the numbers of steps
+WIDEST_NAMES: Final = 28  # [characters] of numbers beside their values
 
 # A fragility curve as text, CSV and JSON.
 
@@ -33,20 +45,40 @@ FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "lo
 
 
 def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
-    """Yield points, curve and remarks on them."""
-    yield name
+    """Yield the intensity at which half fall, then points, curve and remarks on them."""
     unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
+    yield f"{name}: {_half(fragility, unit)}"
+    yield ""
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
-    yield f"  {heading:>20}  share that falls, with its {sure} confidence interval"
-    for point in fragility.points:
-        yield f"  {_number(fragility, point.value):>20}  {_share(point)}  {_counts(point)}"
+    ways = {way for point in fragility.points for way in point.ways}
+    rows = [
+        (_number(fragility, point.value), _share(point), _counts(point, with_ways=len(ways) > 1))
+        for point in fragility.points
+    ]
+    width = max(map(len, (heading, *(value for value, _, _ in rows))))
+    yield f"  {heading:>{width}}    falls  {sure} interval"
+    yield from (f"  {value:>{width}}  {share}  {counts}" for value, share, counts in rows)
+    yield ""
     yield from (f"  {line}" for line in _curve_lines(fragility, unit, sure))
     judged = sum(point.count for point in fragility.points)
     if fragility.intensity.is_shaking and fragility.points:
         judged = fragility.points[0].count
     if judged:
         each = 1000.0 * fragility.cpu_time / judged
-        yield f"  {judged} verdicts in {fragility.cpu_time:.2f} s of CPU time, {each:.3g} ms each"
+        how = f" by {', '.join(ways)}" if len(ways) == 1 else ""
+        yield f"  {judged} verdicts{how} in {fragility.cpu_time:.3g} s of CPU time, {each:.3g} ms each"
+
+
+def _half(fragility: "Fragility", unit: str) -> str:
+    """Return the intensity at which half of the samples fall, or why there is none."""
+    over = fragility.intensity.name
+    if fragility.half is not None:
+        return f"half of the samples fall at {over} {_number(fragility, fragility.half)} {unit}".rstrip()
+    shares = [point.share for point in fragility.points if point.count > point.unknown]
+    if not shares:
+        return "no point is decided"
+    least, most = (f"{PERCENT * share:.3g} %" for share in (min(shares), max(shares)))
+    return f"{least if least == most else f'{least} to {most}'} fall in this range of {over}, nowhere half of them"
 
 
 def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
@@ -59,12 +91,9 @@ def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
         median, dispersion = _between(fragility, curve.median_within), _plain_interval(curve.dispersion_within)
         how = "" if curve.rises else ", decreasing: fewer samples fall at larger values"
         yield (
-            f"lognormal: median {_number(fragility, curve.median)} {unit}".rstrip()
-            + f" ({median}), dispersion {curve.dispersion:.4g} ({dispersion}){how}; {sure} confidence intervals"
+            f"lognormal curve: median {_number(fragility, curve.median)} {unit}".rstrip()
+            + f" ({median}), dispersion {curve.dispersion:.3g} ({dispersion}){how}; {sure} confidence intervals"
         )
-    if fragility.half is not None:
-        whose = "the samples" if fragility.intensity.is_shaking else "the points"
-        yield f"half fall at {_number(fragility, fragility.half)} {unit}".rstrip() + f", from {whose} alone"
     if fragility.left_out:
         yield f"{fragility.left_out} undecided verdicts are left out of the curve"
     if missed := fragility.missed:
@@ -73,17 +102,17 @@ def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
 
 
 def _number(fragility: "Fragility", value: float) -> str:
-    return f"{fragility.intensity.shown(value):.4g}"
+    return f"{fragility.intensity.shown(value):.{FIGURES}g}"
 
 
 def _share(point: "CurvePoint") -> str:
     within = point.within
-    return f"{PERCENT * point.share:6.2f} %  {PERCENT * within.low:6.2f} .. {PERCENT * within.high:6.2f} %"
+    return f"{PERCENT * point.share:5.1f} %  {PERCENT * within.low:5.1f} % to {PERCENT * within.high:5.1f} %"
 
 
-def _counts(point: "CurvePoint") -> str:
+def _counts(point: "CurvePoint", *, with_ways: bool) -> str:
     open_ones = f", {point.unknown} undecided" if point.unknown else ""
-    return f"{point.fell:>6} of {point.count}{open_ones}  ({_decided(point)})"
+    return f"{point.fell:>6} of {point.count}{open_ones}" + (f" ({_decided(point)})" if with_ways else "")
 
 
 def _decided(point: "CurvePoint") -> str:
@@ -91,11 +120,11 @@ def _decided(point: "CurvePoint") -> str:
 
 
 def _between(fragility: "Fragility", within: "Interval") -> str:
-    return f"{_number(fragility, within.low)} .. {_number(fragility, within.high)}"
+    return f"{_number(fragility, within.low)} to {_number(fragility, within.high)}"
 
 
 def _plain_interval(within: "Interval") -> str:
-    return f"{within.low:.4g} .. {within.high:.4g}"
+    return f"{within.low:.3g} to {within.high:.3g}"
 
 
 def fragility_table(curves: "Sequence[tuple[str, Fragility]]") -> StudyTable:
@@ -166,7 +195,8 @@ def _rounded(value: float) -> float:
 # Limits of scenarios as text, CSV and JSON.
 
 
-DIGITS: Final = (6, 10)  # of a limit: at least and at most
+FIGURES: Final = 4  # significant digits of a limit as text; other formats have all
+AGREEING: Final = 12  # at most, of the digits in which both sides of a limit agree
 NUMBERS: Final = ("stands", "beyond", "written", "low", "high")
 LIMIT_COLUMNS: Final = (
     *("case", "want", "name", "end", "stands", "beyond", "unit", "stands_si", "beyond_si", "written", "low", "high"),
@@ -176,23 +206,29 @@ LIMIT_COLUMNS: Final = (
 
 def limit_lines(finding: FoundLimit) -> Iterator[str]:
     """Yield the limit of a case and its certainty."""
-    yield finding.case
-    yield f"  {_limit(finding)}"
+    written = ""
+    if finding.written is not None:
+        at = f"; {finding.place} has" if finding.place else "; the scenario has"
+        written = f"{at} {_number_text(finding, finding.written)}"
+    yield f"{finding.case}: {_limit(finding)}{written}"
     if finding.end in (End.LIMIT, End.NOWHERE) and finding.why:
-        when = "" if not finding.moment else f", at the placement at {finding.moment:g} s"
-        yield f"    fall: {finding.why}{when}"
+        for number, part in enumerate(finding.why.split(PARTS)):
+            yield f"  {'' if number else 'falls':<{LABEL}}{part}"
+        if finding.moment:
+            yield f"  {'':<{LABEL}}with the placement at {finding.moment:g} s"
     if finding.end is End.OPEN:
-        yield f"    undecided: {finding.why}"
-    yield from (f"    {line}" for line in _remarks(finding))
+        yield f"  {'undecided':<{LABEL}}{finding.why}"
+    yield from (f"  {line}" for line in _remarks(finding))
 
 
 def _limit(finding: FoundLimit) -> str:
-    asked, stands = f"{finding.want} {finding.name}", _text(finding, finding.stands)
+    asked, stands = f"{finding.want} {finding.name}", _safe_text(finding, finding.stands)
     match finding.end:
         case End.LIMIT:
-            return f"{asked}: {stands} stands, {_text(finding, finding.beyond)} falls"
+            return f"{asked} {stands} stands, {_safe_text(finding, finding.beyond, beyond=True)} falls"
         case End.EDGE:
-            return f"{asked}: {stands} stands, {_text(finding, finding.beyond)} is invalid: {finding.why}"
+            beyond = _safe_text(finding, finding.beyond, beyond=True)
+            return f"{asked} {stands} stands, {beyond} is invalid: {finding.why}"
         case End.NONE if finding.stands == inf:
             return f"{asked}: no limit; the structure is held on all sides"
         case End.NONE:
@@ -213,15 +249,14 @@ def _limit(finding: FoundLimit) -> str:
 
 def _remarks(finding: FoundLimit) -> Iterator[str]:
     """Yield remarks on the validity of a limit."""
-    if finding.written is not None:
-        where = f" at {finding.place}" if finding.place else ""
-        yield f"instead of {_text(finding, finding.written)}{where}" + (f"; {finding.others}" * bool(finding.others))
+    if finding.others:
+        yield finding.others
     if finding.by_program and finding.written is None:
         yield "for the finished structure, proven by contact forces on one side and by a motion on the other"
     elif finding.written is not None and finding.end is not End.NOTHING:
         how = "computed by optimization and verified on both sides; " if finding.by_program else ""
-        least, most = _text(finding, finding.low), _text(finding, finding.high)
-        yield f"{how}{finding.verdicts} verdict{'s' * (finding.verdicts > 1)}, from {least} to {most}"
+        least, most = _number_text(finding, finding.low, unit=False), _number_text(finding, finding.high)
+        yield f"{how}{how_many(finding.verdicts, 'verdict')} from {least} to {most}{_agreement(finding)}"
     if finding.is_open:
         yield "values in between are undecided: they are too close to the limit"
     if finding.contradicting:
@@ -230,10 +265,21 @@ def _remarks(finding: FoundLimit) -> Iterator[str]:
         yield f"for {finding.judged} of {finding.bricks} bricks; the later ones depend on an engine and are left out"
 
 
+def _agreement(finding: FoundLimit) -> str:
+    """Return the digits in which both sides of a limit agree, if there are more than the shown ones."""
+    if finding.end is not End.LIMIT or finding.stands is None or finding.beyond is None:
+        return ""
+    for digits in range(AGREEING, FIGURES - 1, -1):
+        stands, beyond = (f"{value:#.{digits}g}" for value in (finding.stands, finding.beyond))
+        if stands == beyond:
+            return f"; the limit is {stands.rstrip('.')} {finding.unit}".rstrip() + f" to {digits} digits"
+    return ""
+
+
 def _contradicting(finding: FoundLimit) -> Iterator[str]:
     """Yield numbers whose verdict contradicts their side of the limit."""
     for answer, group in groupby(finding.contradicting, key=lambda each: each[1]):
-        values = [_text(finding, value) for value, _ in group]
+        values = [_number_text(finding, value) for value, _ in group]
         ends = (
             f" with each of {len(values)} values from {values[0]} to {values[-1]}"
             if len(values) > 1
@@ -242,19 +288,19 @@ def _contradicting(finding: FoundLimit) -> Iterator[str]:
         yield f"it {answer} also{ends}"
 
 
-def _text(finding: FoundLimit, value: float | None) -> str:
+def _number_text(finding: FoundLimit, value: float, *, unit: bool = True) -> str:
+    return f"{value:.{FIGURES}g} {finding.unit if unit else ''}".rstrip()
+
+
+def _safe_text(finding: FoundLimit, value: float | None, *, beyond: bool = False) -> str:
+    """Return a side of a limit, rounded away from the limit, so that the shown value is on the same side."""
     if value is None:
         return "none"
-    return f"{value:.{_digits(finding)}g} {finding.unit}".rstrip()
-
-
-def _digits(finding: FoundLimit) -> int:
-    """Return the digits that tell both sides of a limit apart."""
-    least, most = DIGITS
-    if finding.stands is None or finding.beyond is None or finding.stands == finding.beyond:
-        return least
-    size = max(abs(finding.stands), abs(finding.beyond))
-    return min(most, max(least, ceil(log10(size / abs(finding.stands - finding.beyond))) + 2))
+    if value == round(value):
+        return f"{value:.0f} {finding.unit}".rstrip()
+    up = (finding.want is Want.LEAST) != beyond
+    rounded = float((rounded_up if up else rounded_down)(value, FIGURES))
+    return f"{f'{rounded:#.{FIGURES}g}'.rstrip('.')} {finding.unit}".rstrip()
 
 
 def limit_table(findings: Sequence[FoundLimit]) -> StudyTable:
@@ -281,7 +327,7 @@ def _finite_in_si(value: float | None, scale: float = 1.0) -> float | None:
 UNITS: Final = {MarginKind.ACCELERATION: "g", MarginKind.FRICTION: ""}
 HOW: Final = {
     SlopeSource.CHECKED: "confirmed by finite differences",
-    SlopeSource.DUALS: "not checked by finite differences",
+    SlopeSource.DUALS: "not checked",
     SlopeSource.DIFFERENCES: "from finite differences",
     SlopeSource.NONE: "no margin on either side",
 }
@@ -300,38 +346,66 @@ SENSITIVITY_COLUMNS: Final = (
 
 
 def sensitivity_lines(found: Sensitivities, most: int) -> Iterator[str]:
-    """Yield the margin and a line for each number that it depends on, the largest effect first."""
-    yield found.case
+    """Yield the margin and a line for numbers with the same effect, the largest effect first."""
     unit = UNITS[found.of]
-    what = "least friction" if found.of is MarginKind.FRICTION else "acceleration"
-    yield f"  {what} {found.margin:.4g} {unit}".rstrip() + "; largest change if a number changes by 1 %:"
-    shown = [each for each in found.effects if each.counts][:most]
-    width = max((len(each.what) for each in shown), default=0)
-    for each in shown:
-        yield f"    {each.what:<{width}}  {each.matters:>10.3g} {unit:<1}  {_slopes(each, unit)}; {HOW[each.source]}"
-    rest = sum(each.counts for each in found.effects) - len(shown)
+    survives = f"needs friction {rounded_up(found.margin)}"
+    if found.of is not MarginKind.FRICTION:
+        survives = f"survives {survived_text(found.margin)} {unit}".rstrip()
+    counting = [each for each in found.effects if each.counts]
+    shown = counting[:most]
+    yield f"{found.case} {survives}. It depends most on:" if shown else f"{found.case} {survives}"
+    yield ""
+    rows = [(_numbers_text(alike), *_slopes(alike[0], unit), HOW[alike[0].source]) for alike in _alike_effects(shown)]
+    if rows:
+        rows.insert(0, ("number", "per unit more", "if 1 % more", ""))
+        widths = [max(len(row[column]) for row in rows if len(row[0]) <= WIDEST_NAMES) for column in range(3)]
+        for what, slope, change, how in rows:
+            cells = f"{slope:<{widths[1]}}  {change:<{widths[2]}}  {how}".rstrip()
+            if len(what) > WIDEST_NAMES:  # on a line of its own
+                yield f"  {what}"
+            yield f"  {what if len(what) <= WIDEST_NAMES else '':<{widths[0]}}  {cells}"
+        yield ""
+    rest, nothing = len(counting) - len(shown), [each for each in found.effects if not each.counts]
     if rest:
-        yield f"    and {rest} more"
-    nothing = [each for each in found.effects if not each.counts]
+        yield f"  {how_many(rest, 'more number')} with less effect; --top {len(counting)} lists all"
     if nothing:
         by_forces = sum(each.source is SlopeSource.DUALS for each in nothing)
-        checked = ", none of them checked by finite differences" if by_forces == len(nothing) else ""
-        unchecked = checked or (f", {by_forces} of them not checked by finite differences" if by_forces else "")
-        yield f"    {len(nothing)} of {len(found.effects)} numbers have no effect{unchecked}"
+        unchecked = f" ({'not' if by_forces == len(nothing) else f'{by_forces} not'} checked)" if by_forces else ""
+        yield f"  {len(nothing)} of {len(found.effects)} numbers have no effect{unchecked}"
     if found.in_doubt:
-        yield "    forces or motions at the limit are not unique: unchecked values may be wrong; --check N checks more"
+        yield "  forces or motions at the limit are not unique: unchecked values may be wrong; --check N checks more"
     if found.judged < found.bricks:
         yield f"  for {found.judged} of {found.bricks} bricks; the later ones depend on an engine and are left out"
 
 
-def _slopes(effect: Effect, unit: str) -> str:
+def _alike_effects(effects: Sequence[Effect]) -> list[list[Effect]]:
+    """Return groups of effects of the same kind of number that look the same in three digits."""
+    groups: dict[Any, list[Effect]] = {}
+    for each in effects:
+        slopes = tuple(None if slope is None else f"{slope:.3g}" for slope in (each.less, each.more))
+        key = (each.what.partition(OF)[0], each.unit, slopes, f"{each.matters:.3g}", each.source)
+        groups.setdefault(key, []).append(each)
+    return list(groups.values())
+
+
+def _numbers_text(effects: Sequence[Effect]) -> str:
+    """Return the names of numbers of a kind: `y of L7.2, L9.1 to L9.3`."""
+    if len(effects) == 1:
+        return effects[0].what
+    kind, of, _ = effects[0].what.partition(OF)
+    return kind + of + names_text(in_order(each.what.partition(OF)[2] or each.what for each in effects))
+
+
+def _slopes(effect: Effect, unit: str) -> tuple[str, str]:
+    """Return the change of the margin for one unit more of the number, and for 1 % more."""
     per = f" {unit}/{effect.unit}" if unit and effect.unit else (f" {unit}" if unit else f" 1/{effect.unit}")
     per = per if unit or effect.unit else ""
+    change = f"{effect.matters:.3g} {unit}".rstrip()
     if not effect.has_kink:
         assert effect.more is not None
-        return f"{effect.more:+.4g}{per}"
-    less, more = ("no margin" if each is None else f"{each:+.4g}{per}" for each in (effect.less, effect.more))
-    return f"{less} below and {more} above"
+        return f"{effect.more:+.3g}{per}", f"{'-' if effect.more * effect.size < 0.0 else '+'}{change}"
+    less, more = ("no margin" if each is None else f"{each:+.3g}{per}" for each in (effect.less, effect.more))
+    return f"{more}, and {less} below", f"up to {change}"
 
 
 def sensitivity_table(found: Sequence[Sensitivities]) -> StudyTable:
@@ -359,24 +433,44 @@ SURVIVAL_COLUMNS = ("bearing_deg", "survives_g", "fails_g", "tilt_deg", "gives_w
 
 
 def survival_lines(name: str, survival: Survival) -> Iterator[str]:
-    """Yield one line for neighbouring bearings with the same failure, and the value for all bearings."""
-    yield name
+    """Yield the least survived acceleration, then a line for bearings with the same failure, the weakest first."""
     worst = survival.worst
     if worst.survived == inf:
-        yield "  survives every acceleration in every direction, since it is held on all sides"
+        yield f"{name} survives every acceleration in every direction, since it is held on all sides"
         return
     first = survival.weakest
-    if first is None:
-        yield (
-            f"  survives {worst.survived:.4g} g along these bearings, or a tilt of {degrees(worst.tilt):.4g} deg;"
-            f" least towards {degrees(worst.bearing):.4g} deg"
-        )
-    else:
-        told = degrees(tilt(first.acceleration))
-        yield f"  survives {first.acceleration:.4g} g in every direction, or a tilt of {told:.4g} deg"
-        yield f"  {weakest_text(first)}"
-    for rows in _alike(survival.along):
-        yield f"  {_span(rows):>20}  {_range([row.survived for row in rows]):>16} g  {rows[0].gives_way}".rstrip()
+    least = worst.survived if first is None else first.acceleration
+    where = f"{'along these bearings' if first is None else 'in every direction'}, a tilt of"
+    yield f"{name} survives {survived_text(least)} g {where} {survived_text(degrees(tilt(least)))} deg"
+    yield ""
+    rows = list(_survival_rows(survival))
+    rows.insert(0, ("towards", "survives", "what gives way first"))
+    towards, survives = (max(len(row[column]) for row in rows) for column in (0, 1))
+    yield from (f"  {row[0]:<{towards}}  {row[1]:<{survives}}  {row[2]}".rstrip() for row in rows[: MOST_ROWS + 1])
+    if len(rows) > MOST_ROWS + 1:
+        yield f"  {how_many(len(rows) - MOST_ROWS - 1, 'more way')} to give way; --format csv lists each bearing"
+    yield ""
+    yield "  Bearings count from +x towards +y."
+
+
+def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
+    """Yield bearings, survived accelerations and failure: the weakest bearing first, then the others by failure."""
+    if survival.weakest is not None:
+        first = survival.weakest
+        yield towards_text(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(first.gives_way)
+    ways: dict[str, list[list[BearingSurvival]]] = {}
+    for run in _alike(survival.along):
+        ways.setdefault(_in_short(run[0].gives_way), []).append(run)
+    if survival.weakest is not None and list(ways) == [_in_short(survival.weakest.gives_way)]:
+        return  # the same in every direction
+    for way, runs in sorted(ways.items(), key=lambda each: min(row.survived for run in each[1] for row in run)):
+        spans = ", ".join(_span(run) for run in runs)
+        survived = [row.survived for run in runs for row in run]
+        if min(survived) == inf:
+            yield f"{spans} deg", "any", "nothing"
+            continue
+        same = survival.weakest is not None and way == _in_short(survival.weakest.gives_way)
+        yield f"{spans} deg", f"{_range(survived)} g", "the same" if same else way
 
 
 def _alike(along: Sequence[BearingSurvival]) -> list[list[BearingSurvival]]:
@@ -389,12 +483,20 @@ def _alike(along: Sequence[BearingSurvival]) -> list[list[BearingSurvival]]:
 
 def _span(rows: Sequence[BearingSurvival]) -> str:
     first, last = (f"{degrees(row.bearing):.4g}" for row in (rows[0], rows[-1]))
-    return f"towards {first} deg" if len(rows) == 1 else f"{first} to {last} deg"
+    return first if len(rows) == 1 else f"{first} to {last}"
 
 
 def _range(values: Sequence[float]) -> str:
-    least, most = f"{min(values):.4g}", f"{max(values):.4g}"
-    return least if least == most else f"{least} .. {most}"
+    least, most = survived_text(min(values)), "any" if max(values) == inf else survived_text(max(values))
+    return least if least == most else f"{least} to {most}"
+
+
+def _in_short(gives_way: str) -> str:
+    """Return the first parts of a mechanism."""
+    parts = gives_way.split(PARTS)
+    if len(parts) <= FEW:
+        return gives_way
+    return f"{PARTS.join(parts[: FEW - 1])}{PARTS}and {len(parts) - FEW + 1} other parts"
 
 
 def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
@@ -432,7 +534,6 @@ VERBS: Final = {
     "collapses": "fall",
     "unfit": "without free space for a brick",
 }
-FEW: Final = 3  # shown reasons of failures
 
 
 def sweep_lines(cases: "Sequence[SweptCase]") -> Iterator[str]:
@@ -548,10 +649,10 @@ def suggestion_text(suggestion: Suggestion) -> str:
 
 
 def _shift(shift: tuple[float, float]) -> str:
-    """Return a shift rounded up to five digits, so that it suffices."""
+    """Return a shift rounded up, so that it suffices."""
     bearing = round(degrees(atan2(shift[1], shift[0])), 2)
     towards = ALONG.get(int(bearing)) if bearing == int(bearing) else None
-    return f"{1e3 * hypot(*shift):.5g} mm towards {towards or f'{bearing:g} deg'}"
+    return f"{rounded_up(1e3 * hypot(*shift), FIGURES)} mm towards {towards or f'{bearing:g} deg'}"
 
 
 # Pulls and building orders as text; the rows of their tables are the same for CSV and JSON.
@@ -567,38 +668,55 @@ def pull_row(pull: Pull) -> dict[str, Any]:
     return {"brick": pull.brick, "carries": pull.carries, "rest": ANSWERS[verdict.stability], "proof": why}
 
 
-def pull_lines(pulls: Sequence[Pull]) -> Iterator[str]:
-    """Yield the number of removable bricks, and each with its proof."""
-    counts = {answer: sum(p.verdict.stability is answer for p in pulls) for answer in ANSWERS}
-    told = ", ".join(f"{count} {ANSWERS[answer]}" for answer, count in counts.items() if count)
-    yield f"  remaining structure after each single pull: {told}"
-    width = max(len(pull.brick) for pull in pulls)
-    for row in map(pull_row, pulls):
-        over = "" if row["carries"] else ", carries nothing"
-        yield f"    {row['brick']:<{width}}  {row['rest']}{': ' * bool(row['proof'])}{row['proof']}{over}"
+def after_text(timeline: Timeline) -> str:
+    """Return after which impacts the pulls are judged: all that pull bricks out, and none that push or shake."""
+    told = []
+    if timeline.pulled_out:
+        are = "are" if len(timeline.pulled_out) > 1 else "is"
+        told.append(f"{names_text(timeline.pulled_out)} {are} already out")
+    if any(leaves_to_engine(action) for action in timeline.actions):
+        told.append("impacts that need an engine are left out")
+    return f" ({'; '.join(told)})" if told else ""
+
+
+def pull_lines(name: str, after: str, pulls: Sequence[Pull]) -> Iterator[str]:
+    """Yield the number of removable bricks, and bricks with the same result together; `after` names the actions."""
+    answers = {answer: [pull for pull in pulls if pull.verdict.stability is answer] for answer in ANSWERS}
+    stands = answers[Stability.STABLE]
+    yield f"{name}: {len(stands)} of {how_many(len(pulls), 'brick')} can be pulled out, one at a time{after}"
+    yield ""
+    present = [pull.brick for pull in pulls]
+    for heading, of in (
+        ("stands without", [pull.brick for pull in stands if pull.carries]),
+        ("carry nothing", [pull.brick for pull in stands if not pull.carries]),
+    ):
+        if of:
+            yield f"  {heading:<{PULLED}}{names_text(in_order(of), among=present)}"
+    for heading, answer in (("falls without", Stability.UNSTABLE), ("undecided", Stability.UNDECIDED)):
+        for number, pull in enumerate(answers[answer]):
+            yield f"  {'' if number else heading:<{PULLED}}{pull.brick}: {pull_row(pull)['proof']}"
 
 
 def longest_lines(longest: LongestOrder) -> Iterator[str]:
     """Yield the longest order of removals."""
-    if longest.proven:
-        bound = "proven that no order is longer"
-    else:
-        bound = f"proven that no order is longer than {longest.at_most}"
+    bound = "proven that none is longer"
+    if not longest.proven:
+        bound = f"proven that none is longer than {longest.at_most}"
         bound += f" ({longest.reason})" if longest.reason else ""
-    yield f"  longest order of pulls after which the rest always stands: {len(longest.order)}; {bound}"
+    yield f"  {'longest order':<{PULLED}}{how_many(len(longest.order), 'pull')} after which the rest stands; {bound}"
     if longest.order:
-        yield f"    {', '.join(longest.order)}"
+        yield f"  {'':<{PULLED}}{', '.join(longest.order)}"
 
 
 def soonest_line(soonest: EarliestFall) -> str:
     """Return the order of removals with the earliest fall."""
+    heading = f"  {'shortest fall':<{PULLED}}"
     if not soonest.order:
-        return (
-            f"  no {soonest.at_least - 1} pulls make it fall" if soonest.at_least > 1 else "  no worst case was found"
-        )
+        most = soonest.at_least - 1
+        return heading + (f"{how_many(most, 'pull')} never make it fall" if most > 0 else "no worst case was found")
     count = len(soonest.order)
-    bound = "proven that fewer do not suffice" if soonest.at_least == count else "a shorter one may exist"
-    return f"  shortest order of pulls that makes it fall: {count} ({', '.join(soonest.order)}); {bound}"
+    bound = "proven that fewer do not suffice" if soonest.at_least == count else "fewer may suffice"
+    return f"{heading}{how_many(count, 'pull')} ({', '.join(soonest.order)}); {bound}"
 
 
 def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
@@ -609,37 +727,43 @@ def order_rows(order: BuildingOrder) -> list[dict[str, Any]]:
     ]
 
 
-def order_lines(order: BuildingOrder, interrupted: bool = False) -> Iterator[str]:
+def order_lines(name: str, order: BuildingOrder, interrupted: bool = False) -> Iterator[str]:
     """Yield a building order and its props; after an interrupt, the best by then."""
-    unpropped = order.without is not None and order.without.order is not None
-    if interrupted:
-        yield "  interrupted: the best result so far"
+    stopped = "interrupted; the best result so far: " if interrupted else ""
+    yield f"{name}: {stopped}{_order_answer(order, interrupted)}"
+    if order.steps:
+        yield ""
+        yield from _steps(order)
+
+
+def _order_answer(order: BuildingOrder, interrupted: bool) -> str:
     if not order.steps:
         if order.impossible:
-            yield "  proven that no order exists"
-        elif order.props_at_least:
-            yield f"  no order was found; proven that an order needs at least {order.props_at_least} props"
-        else:
-            yield "  no order was found, and it is not proven that none exists"
-        return
-    if unpropped:
-        yield f"  all {len(order.steps)} bricks can be set down one at a time, without props"
-    else:
-        yield from _props(order, interrupted)
-    yield from _steps(order)
-
-
-def _props(order: BuildingOrder, interrupted: bool) -> Iterator[str]:
+            return "no order exists (proven)"
+        if order.props_at_least:
+            return f"no order was found; every order needs at least {how_many(order.props_at_least, 'prop')} (proven)"
+        return "no order was found, and it is not proven that none exists"
+    if order.without is not None and order.without.order is not None:
+        return f"all {len(order.steps)} bricks can be set down one at a time, without props"
+    count, least = len(order.props), order.props_at_least
+    told = ["the fewest, proven" if least == count else f"at least {least} are needed, proven"] if least else []
     proven = order.without is not None and order.without.impossible
-    yield "  proven that no order without props exists" if proven else "  no order without props was found"
-    count = len(order.props)
-    least = "proven" if order.props_at_least == count else f"at least {order.props_at_least} are needed"
-    what = "props so far" if interrupted else "fewest props"
-    yield f"  {what}: {count} in total ({least}), at most {order.props_at_once} at a time"
+    told.append("no order without props exists, proven" if proven else "no order without props was found")
+    what = "props so far" if interrupted else "props"
+    return f"{count} {what}, at most {order.props_at_once} at a time; {'; '.join(told)}"
 
 
 def _steps(order: BuildingOrder) -> Iterator[str]:
+    """Yield the steps; bricks that are set down one after the other without a prop share a line."""
+    rows: list[tuple[int, list[str], str]] = []  # first step, bricks, and what is done besides
     for row in order_rows(order):
-        prop = "  with a prop under it" if row["prop"] else ""
-        struck = f"; then remove the prop under {row['struck'].replace(' ', ', ')}" if row["struck"] else ""
-        yield f"  {row['step']:4}  {row['brick']}{prop}{struck}"
+        done = ["with a prop under it"] if row["prop"] else []
+        done += [f"then remove the prop under {row['struck'].replace(' ', ', ')}"] if row["struck"] else []
+        if rows and not done and not rows[-1][2]:
+            rows[-1][1].append(row["brick"])
+        else:
+            rows.append((row["step"], [row["brick"]], "; ".join(done)))
+    for step, bricks, done in rows:
+        last = step + len(bricks) - 1
+        number = f"{step} to {last}" if last > step else f"{step}"
+        yield f"  {number:>{STEPS}}  {', '.join(bricks)}" + (f"  {done}" if done else "")

@@ -131,7 +131,8 @@ def sensitivities_of(
             effects[index] = margins.checked(numbers[index], effects[index])
         on_progress(rank, len(numbers))
     ranked = sorted(effects, key=lambda each: -each.matters)
-    bricks = sum(not each.hits for each in case.timeline.placements)
+    pulled = set(case.timeline.pulled_out)
+    bricks = sum(not each.hits and each.brick.id not in pulled for each in case.timeline.placements)
     return Sensitivities(name, of, margins.value, ranked, len(proofs.assembly.bricks), bricks)
 
 
