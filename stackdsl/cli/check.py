@@ -17,6 +17,7 @@ from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import SUFFIXES, CaseSurvey, ChangedMeanwhileError, Listed, survey
 from stackdsl.checking.check import TIME_LIMIT, CheckConfig, check, failed, is_whole_set, recall
 from stackdsl.checking.selection import Selection, Shard
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import (
     LONGEST_LIMIT,
     ON_JOBS,
@@ -238,7 +239,7 @@ def _watch(paths: Sequence[Path], on_checked: Callable[[], None] = lambda: None)
 PLACE: Final = re.compile(r"(.+?):([0-9]{1,9})(?::[0-9]+)?")  # as in reports, with or without a column
 
 
-@click.command("check")
+@click.command("check", cls=ExplainedCommand)
 @with_options
 @click.pass_context
 def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None:

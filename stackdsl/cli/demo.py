@@ -10,6 +10,7 @@ import click
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.terminal import tell, with_known_marks, write
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.text import EventLines, run_text
@@ -32,7 +33,7 @@ expect:
 """
 
 
-@click.command("demo")
+@click.command("demo", cls=ExplainedCommand)
 @click.option("--open", "opened", is_flag=True, help="Open the replay in a browser.")
 def demo_command(opened: bool) -> None:
     """Show a tower, its proof and its fall, without writing a file in this directory."""

@@ -8,6 +8,7 @@ import click
 from click.shell_completion import get_completion_class
 
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_runs, selected_of
 from stackdsl.cli.terminal import paper, staged, write
@@ -19,7 +20,7 @@ from stackdsl.report.statics import Extent, explanation_text
 # `stackdsl explain`: prints a compiled scenario with its proofs, or the meaning of a diagnostic code.
 
 
-@click.command("explain")
+@click.command("explain", cls=ExplainedCommand)
 @click.argument("file", metavar="FILE|CODE", type=FilePath)
 @ON_SYSTEMS
 @ON_KEYWORD

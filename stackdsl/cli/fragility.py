@@ -12,6 +12,7 @@ from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.check import goldens_and_state, project_around
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import ON_FORM, ON_PLOT, draw, refuse_several
 from stackdsl.cli.options import (
     ON_JOBS,
@@ -55,7 +56,7 @@ class _Asked:
     bearing: float | None
 
 
-@click.command("fragility")
+@click.command("fragility", cls=ExplainedCommand)
 @ONE_FILE
 @click.option(
     "--over",

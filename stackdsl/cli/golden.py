@@ -16,6 +16,7 @@ from stackdsl.checking.cases import STDIN, gather, survey
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.selection import KeywordError, expression_of
 from stackdsl.cli.check import goldens_and_state, project_around
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import FilePath
 from stackdsl.cli.terminal import paper, tell, write
 from stackdsl.disk import is_stream, leads_outside
@@ -87,7 +88,7 @@ class GoldenFiles:
         return [each for each in self.waiting.all() if is_meant(each.case.casefold())]
 
 
-class OfCases(click.Command):
+class OfCases(ExplainedCommand):
     """A command on pending changes; a case named without an option gets an error that names the option."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 
 from stability.contact_law import Rule
 from stackdsl.checking.cases import cases_of
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import FilePath, Number
 from stackdsl.cli.terminal import tell, write
 from stackdsl.diagnostics import Diagnostic, Span
@@ -59,7 +60,7 @@ _LENGTHS, _MASSES = (
 )
 
 
-@click.command("import")
+@click.command("import", cls=ExplainedCommand)
 @click.argument("file", type=FilePath)
 @click.option(
     "--format", "format_", type=click.Choice(LOAD_FORMATS), help="Format of FILE. Default: detected from its content."

@@ -13,6 +13,7 @@ from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case, GatheredCases
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
 from stackdsl.cli.terminal import paper, tell, write, write_data
 from stackdsl.exits import ExitCode
@@ -142,7 +143,7 @@ def statics_command(name: str, plot: bool = False) -> Callable[[Callable[..., Ex
         update_wrapper(command, asked)
         for option in (*([ON_PLOT] if plot else []), ON_FORM, ON_KEYWORD, ON_SYSTEMS):
             option(command)
-        return click.command(name)(ONE_FILE(command))
+        return click.command(name, cls=ExplainedCommand)(ONE_FILE(command))
 
     return made
 

@@ -35,6 +35,8 @@ FilePath = click.Path(path_type=Path)
 class Number(click.FloatRange):
     """A number within a range; `nan`, which no bound excludes, is refused."""
 
+    name = "number"
+
     def convert(self, value: float, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number."""
         number = super().convert(value, param, ctx)
@@ -81,7 +83,9 @@ ON_SYSTEMS = click.option(
     multiple=True,
     type=SYSTEM_CHOICE,
     callback=lambda *given: playable(given[-1]),
-    help="Select these systems. Systems on engines other than PyBullet run every selected scenario.",
+    metavar="SYSTEM",
+    help=f"Select a system: {', '.join(KNOWN)}, or one of a plugin. Can be repeated. Systems on engines other than "
+    "PyBullet run every selected scenario.",
 )
 
 

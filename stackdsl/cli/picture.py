@@ -9,6 +9,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, code_without_runs, selected_of
 from stackdsl.cli.run import write_file
@@ -40,7 +41,7 @@ RATE = 20.0  # frames a second of moving pictures
 MOST_FRAMES = 400
 
 
-@click.command("picture")
+@click.command("picture", cls=ExplainedCommand)
 @ONE_FILE
 @click.option(
     "-o",

@@ -14,6 +14,7 @@ from typing import Final
 import click
 
 from stackdsl.checking.cases import cases_of
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import VENDORED, FilePath, requirement
 from stackdsl.cli.terminal import write
 from stackdsl.disk import read_file
@@ -32,7 +33,7 @@ from stackdsl.user_files import make_user_folder, open_user_file
 SCHEMA: Final = "scenario.schema.json"  # file name of the JSON Schema in a project, and in an installed package
 
 
-@click.command("new")
+@click.command("new", cls=ExplainedCommand)
 @click.argument("name")
 @click.option(
     "--to", "folder", type=FilePath, default=Path("scenarios"), show_default=True, help="Directory of the new file."

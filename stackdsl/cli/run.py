@@ -15,6 +15,7 @@ from stackdsl.checking.cases import STDIN, Case, GatheredCases, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
 from stackdsl.checking.selection import Selection, nothing_selected_text
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
 from stackdsl.cli.terminal import counted, tell, with_known_marks, write
 from stackdsl.diagnostics import Diagnostic
@@ -302,7 +303,7 @@ class _Playing:
 # `stackdsl run`: plays one file and prints its events as they happen.
 
 
-@click.command("run")
+@click.command("run", cls=ExplainedCommand)
 @ONE_FILE
 @ON_SYSTEMS
 @ON_KEYWORD

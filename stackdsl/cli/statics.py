@@ -294,7 +294,12 @@ def _order(name: str, case: Case, props: bool, most: int) -> Parts:
         except (KeyboardInterrupt, TooMuchWorkError) as error:
             order, stopped = search.best, error
     told = {"impossible": order.impossible, "props": list(order.props), "props_at_least": order.props_at_least}
-    yield Part(name, list(order_lines(name, order, stopped is not None)), list(order_rows(order)), {**told, "interrupted": stopped is not None})
+    yield Part(
+        name,
+        list(order_lines(name, order, stopped is not None)),
+        list(order_rows(order)),
+        {**told, "interrupted": stopped is not None},
+    )
     if stopped is not None:
         raise stopped
 

@@ -9,6 +9,7 @@ from click.core import ParameterSource
 
 from stackdsl.checking.cases import Case
 from stackdsl.checking.selection import Selection
+from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import LONGEST_LIMIT, ON_JOBS, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, selected_of
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
@@ -23,7 +24,7 @@ from stackdsl.supervising.executors import TIME_LIMIT
 MOST_SAMPLES = 10**12
 
 
-@click.command("sweep")
+@click.command("sweep", cls=ExplainedCommand)
 @ONE_FILE
 @click.option("--out", "-o", required=True, type=FilePath, help="File of the rows: a .jsonl file or a .parquet folder.")
 @ON_SYSTEMS
