@@ -30,7 +30,7 @@ from stackdsl.judging.statistics import error_of_a_look, interval, looks
 from stackdsl.studies import sweep
 from stackdsl.studies.sweep import Sweep
 from stackdsl.studies.sweep_plan import JudgedSamples, judged_piece, packed, plan_of, program_of
-from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder
+from stackdsl.studies.sweep_rows import ParquetFolder, TextRows
 from stackdsl.studies.sweep_workers import dask_cluster
 from stackdsl.supervising.executors import SupervisedExecutor, submit_to
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
@@ -102,7 +102,7 @@ def _until(true: Callable[[], bool], process: "subprocess.Popen[bytes]") -> None
 
 def _rows(out: Path) -> int:
     with suppress(FileNotFoundError), out.open("rb") as stream:
-        return max(0, sum(chunk.count(b"\n") for chunk in iter(lambda: stream.read(1 << 20), b"")) - 1)
+        return sum(chunk.count(b"\n") for chunk in iter(lambda: stream.read(1 << 20), b""))
     return 0
 
 
@@ -203,9 +203,9 @@ def costs(folder: Path) -> Row:
     sweep.FIRST = sweep.MOST = size  # type: ignore[misc]
     try:
         lines = folder / "rows.jsonl"
-        with JsonLines(lines, plan) as file:
+        with TextRows(lines, plan) as file:
             writing = _taken(Sweep(plan, file, Ready(results), lambda: 8).run)
-        counting = _taken(lambda: JsonLines(lines, plan).close())
+        counting = _taken(lambda: TextRows(lines, plan).close())
         with ParquetFolder(folder / "rows.parquet", plan) as parquet:
             sealing = _taken(Sweep(plan, parquet, Ready(results), lambda: 8).run)
     finally:

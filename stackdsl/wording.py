@@ -50,7 +50,7 @@ def _rounded(number: float, digits: int, way: str) -> str:
 
 
 def survived_text(value: float) -> str:
-    """Round a survived acceleration, angle or length down to three digits; noise from the sixth digit on is left out."""
+    """Round a survived acceleration, angle or length down to three digits, without noise from the sixth digit on."""
     return rounded_down(float(f"{value:.5g}"))
 
 

@@ -26,7 +26,8 @@ def sweep(
 ) -> tuple[SweptCase, ...]:
     """Judge every sample of all cases, play cases without samples, and write one row for each; return their counts.
 
-    `out` is a file that ends in `.jsonl`, or a folder that ends in `.parquet`. Existing rows are not judged again.
+    `out` is a file that ends in `.jsonl` or `.csv`, or a folder that ends in `.parquet`. Rows that it has already are
+    not judged again.
     `samples` replaces the number of samples of each sampled case. `workers` is the number of local processes, by
     default one per core, or the number of parallel calls of `executor`, each in a supervised process. `time_limit` is
     the limit of wall time for a sample [s]. `on_rows` is called with the number of rows. Processes may import the main

@@ -26,7 +26,9 @@ MOST_SAMPLES = 10**12
 
 @click.command("sweep", cls=ExplainedCommand)
 @ONE_FILE
-@click.option("--out", "-o", required=True, type=FilePath, help="File of the rows: a .jsonl file or a .parquet folder.")
+@click.option(
+    "--out", "-o", required=True, type=FilePath, help="File of the rows: a .jsonl or .csv file, or a .parquet folder."
+)
 @ON_SYSTEMS
 @ON_KEYWORD
 @click.option(

@@ -214,8 +214,8 @@ def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
 
 def weakest_text(weakest: Weakest) -> str:
     """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
-    bearing = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}"
-    return f"weakest: {weakest.brick}; above {survived_text(weakest.acceleration)} g towards {bearing} deg, {weakest.gives_way}"
+    bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
+    return f"weakest: {weakest.brick}; above {least} g towards {bearing} deg, {weakest.gives_way}"
 
 
 def weakest_json(weakest: Weakest) -> Mapping[str, Any]:

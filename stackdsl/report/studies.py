@@ -551,7 +551,7 @@ def _lines(cases: "Sequence[SweptCase]") -> Iterator[str]:
         yield f"{each.entry.name}: {each.rows} of {each.entry.count} samples, seed {each.entry.seed}: {_verdicts(each)}"
         if (stands := each.stands) is not None:
             sure = f"{100.0 * each.entry.case.scenario.confidence:g} % confidence"
-            yield f"  share that stands: {100.0 * stands.low:.4g} .. {100.0 * stands.high:.4g} %, {sure}"
+            yield f"  share that stands: {100.0 * stands.low:.3g} % to {100.0 * stands.high:.3g} %, {sure}"
         if each.ways:
             yield f"  decided: {', '.join(f'{count} {way}' for way, count in each.ways.items())}"
         failed = list(each.failed.items())
@@ -757,12 +757,12 @@ def _steps(order: BuildingOrder) -> Iterator[str]:
     """Yield the steps; bricks that are set down one after the other without a prop share a line."""
     rows: list[tuple[int, list[str], str]] = []  # first step, bricks, and what is done besides
     for row in order_rows(order):
-        done = ["with a prop under it"] if row["prop"] else []
-        done += [f"then remove the prop under {row['struck'].replace(' ', ', ')}"] if row["struck"] else []
-        if rows and not done and not rows[-1][2]:
+        besides = ["with a prop under it"] if row["prop"] else []
+        besides += [f"then remove the prop under {row['struck'].replace(' ', ', ')}"] if row["struck"] else []
+        if rows and not besides and not rows[-1][2]:
             rows[-1][1].append(row["brick"])
         else:
-            rows.append((row["step"], [row["brick"]], "; ".join(done)))
+            rows.append((row["step"], [row["brick"]], "; ".join(besides)))
     for step, bricks, done in rows:
         last = step + len(bricks) - 1
         number = f"{step} to {last}" if last > step else f"{step}"

@@ -23,7 +23,7 @@ from stackdsl.studies.sweep_plan import (
     judged_as,
     judged_piece,
 )
-from stackdsl.studies.sweep_rows import Counts, JsonLines, ParquetFolder, RowsError, head_of, number_of, tail_of
+from stackdsl.studies.sweep_rows import CSV, Counts, ParquetFolder, RowFormat, RowsError, TextRows
 from stackdsl.studies.sweep_workers import Workers
 from stackdsl.supervising.executors import submit_to
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, interrupts_held_back
@@ -55,6 +55,10 @@ class RowsFile(Protocol):
     counts: Counts  # of all rows, those before opening included
 
     @property
+    def form(self) -> RowFormat:
+        """Text of the rows."""
+
+    @property
     def rows(self) -> int:
         """Number of rows."""
 
@@ -82,13 +86,14 @@ class Lane:
     index: int
     entry: PlannedCase
     next: int  # first sample that is in no piece
+    form: RowFormat
     head: bytes = field(init=False)
     pieces: deque[Piece] = field(default_factory=deque)  # under way, in order
     ready: deque[tuple[bytes, RowKind]] = field(default_factory=deque)  # next rows: text after the number, and result
     cost: float | None = None  # time of a sample [s]
 
     def __post_init__(self) -> None:
-        self.head = head_of(self.entry)
+        self.head = self.form.head_of(self.entry)
 
     def cut(self, wanted: float) -> Piece:
         """Return the next piece, of as many samples as take about `wanted` seconds."""
@@ -109,7 +114,7 @@ class Lane:
         while self.pieces and self.pieces[0].missing == 0:
             parts = self.pieces.popleft().parts
             whole = joined([parts[first] for first in sorted(parts)]) if len(parts) > 1 else next(iter(parts.values()))
-            ends = [(tail_of(kind), kind) for kind in whole.kinds]
+            ends = [(self.form.tail_of(kind), kind) for kind in whole.kinds]
             self.ready.extend(map(ends.__getitem__, whole.which))
         return before - len(self.pieces)
 
@@ -146,7 +151,7 @@ class Sweep:
     def __post_init__(self) -> None:
         sample, index = self.plan.at(self.file.rows)
         self._lanes = [
-            Lane(number, entry, min(sample + (number < index), entry.count))
+            Lane(number, entry, min(sample + (number < index), entry.count), self.file.form)
             for number, entry in enumerate(self.plan.entries)
         ]
         self._turns = [(lane.next, lane.index) for lane in self._lanes if lane.next < lane.entry.count]
@@ -269,7 +274,7 @@ class Sweep:
                 at = (sample + len(ends), 0) if sample + len(ends) < lane.entry.count else None
                 continue
             tail, kind = lane.ready.popleft()
-            lines.append(lane.head + number_of(lane.entry, at[0]) + tail)
+            lines.append(lane.head + lane.form.number_of(lane.entry, at[0]) + tail)
             fresh.add(lane.index, kind)
             at = next(self._order, None)
         self._at = at
@@ -301,8 +306,9 @@ def _fails(kind: RowKind) -> bool:
 # A whole sweep: rows into a file, on an Executor; and its results.
 
 
-FORMS: Final[dict[str, type[JsonLines | ParquetFolder]]] = {
-    ".jsonl": JsonLines,
+FORMS: Final[dict[str, Callable[[Path, SweepPlan], TextRows | ParquetFolder]]] = {
+    ".jsonl": TextRows,
+    ".csv": lambda path, plan: TextRows(path, plan, CSV),
     ".parquet": ParquetFolder,
 }
 UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may stand
@@ -360,12 +366,14 @@ class SweptCase:
         return dict(sorted(counts.items(), key=lambda each: (-each[1], each[0])))
 
 
-def rows_file(path: Path, plan: SweepPlan) -> JsonLines | ParquetFolder:
+def rows_file(path: Path, plan: SweepPlan) -> TextRows | ParquetFolder:
     """Open the file or folder for rows, by the suffix of the path. Raises RowsError."""
     try:
         form = FORMS[path.suffix.lower()]
     except KeyError:
-        raise RowsError(f"{path}: the name must end in .jsonl for a file, or in .parquet for a folder") from None
+        raise RowsError(
+            f"{path}: the name must end in .jsonl or .csv for a file, or in .parquet for a folder"
+        ) from None
     return form(path, plan)
 
 

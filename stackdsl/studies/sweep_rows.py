@@ -1,15 +1,16 @@
-"""Writes the rows of a sweep as JSON lines or Parquet, and resumes where a file ends."""
+"""Writes the rows of a sweep as JSON lines, CSV or Parquet, and resumes where a file ends."""
 
+import csv
 import errno
 import fcntl
 import json
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from io import BytesIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, Self
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-# Rows as text: one line of JSON each, below a header line that identifies the sweep.
+# Rows as text, one line each.
 
 
 class RowsError(Exception):
@@ -50,33 +51,67 @@ class Counts:
             self.of.setdefault(index, Counter()).update(counter)
 
 
-def head_of(entry: PlannedCase) -> bytes:
-    """Return the start of a row, before the number of the sample."""
+@dataclass(frozen=True, slots=True)
+class RowFormat:
+    """The text of a row: its head, the number of the sample, and its tail."""
+
+    title: bytes  # line above the rows; empty for none
+    head_of: Callable[[PlannedCase], bytes]
+    tail_of: Callable[[RowKind], bytes]
+    kind_of: Callable[[bytes], RowKind | None]  # of a tail; None if it is invalid
+    no_number: bytes  # in place of the number, for a case that is played once
+
+    def number_of(self, entry: PlannedCase, sample: int) -> bytes:
+        """Return the text for the number of a sample."""
+        return b"%d" % sample if entry.case.is_sampled else self.no_number
+
+
+def _json_head(entry: PlannedCase) -> bytes:
     return f'{{"case": {json.dumps(entry.name)}, "seed": {json.dumps(entry.seed)}, "sample": '.encode()
 
 
-def tail_of(kind: RowKind) -> bytes:
-    """Return the end of a row, after the number of the sample."""
+def _json_tail(kind: RowKind) -> bytes:
     return b", " + json.dumps(kind._asdict()).encode()[1:] + b"\n"
 
 
-def number_of(entry: PlannedCase, sample: int) -> bytes:
-    """Return the text for the number of a sample; null for a case that is played once."""
-    return b"%d" % sample if entry.case.is_sampled else b"null"
-
-
-def kind_of(tail: bytes) -> RowKind | None:
-    """Parse the end of a row; None if it is invalid."""
+def _json_kind(tail: bytes) -> RowKind | None:
     try:
         values = json.loads(b"{" + tail[2:])
         kind = RowKind(values["verdict"], values["level"], values["how"])
     except (KeyError, TypeError, ValueError):
         return None
-    return kind if tail_of(kind) == tail else None
+    return kind if _json_tail(kind) == tail else None
+
+
+def _csv_line(cells: Iterable[object]) -> bytes:
+    text = StringIO()
+    csv.writer(text, lineterminator="\n").writerow(["" if cell is None else cell for cell in cells])
+    return text.getvalue().encode()
+
+
+def _csv_head(entry: PlannedCase) -> bytes:
+    return _csv_line((entry.name, entry.seed)).rstrip(b"\n") + b","
+
+
+def _csv_tail(kind: RowKind) -> bytes:
+    return b"," + _csv_line(" ".join(cell.split()) if isinstance(cell, str) else cell for cell in kind)
+
+
+def _csv_kind(tail: bytes) -> RowKind | None:
+    try:
+        (_, verdict, level, how), *more = csv.reader([tail.decode()])
+        kind = RowKind(verdict, int(level) if level else None, how)
+    except (ValueError, csv.Error):
+        return None
+    return kind if not more and _csv_tail(kind) == tail else None
+
+
+JSON: Final = RowFormat(b"", _json_head, _json_tail, _json_kind, b"null")
+CSV: Final = RowFormat(_csv_line(("case", "seed", "sample", *RowKind._fields)), _csv_head, _csv_tail, _csv_kind, b"")
 
 
 def header_line(plan: SweepPlan, after: int = 0) -> bytes:
-    """Return the first line of a file; `after` is the number of earlier rows in other files."""
+    """Return the line that identifies a sweep; `after` is the number of earlier rows in other files."""
     return json.dumps({**plan.header, "after": after}).encode() + b"\n"
 
 
@@ -153,24 +188,30 @@ def _let_go() -> None:
 os.register_at_fork(after_in_child=_let_go)
 
 
-# Rows in a file of JSON lines, in order; a sweep resumes at the end of the file.
+# Rows in a text file, in order; a sweep resumes at the end of the file.
+#
+# A small file beside it, whose name has `.sweep` appended, says of which sweep the rows are: every line of the file
+# itself is data for any program. The tail of a Parquet folder, which only sweeps read, has that line above its rows.
 
 
 LONGEST: Final = 1 << 20  # [bytes] of a line; a file with a longer one is not of a sweep
+BESIDE: Final = ".sweep"
 
 
-class JsonLines:
+class TextRows:
     """A file of rows. On opening, existing rows are counted, and an incomplete last line is removed."""
 
-    def __init__(self, path: Path, plan: SweepPlan, *, locked: bool = True) -> None:
-        """Open the file, for exclusive use if `locked`. Raises RowsError."""
-        self.path, self.plan = path, plan
+    def __init__(self, path: Path, plan: SweepPlan, form: RowFormat = JSON, *, is_tail: bool = False) -> None:
+        """Open the file, for exclusive use unless it is the tail of a folder in use. Raises RowsError."""
+        self.path, self.plan, self.form, self._is_tail = path, plan, form, is_tail
+        self._beside = path.with_name(path.name + BESIDE)
         self._due = b""  # first line, written together with the first rows
+        self._is_new = False  # whether nothing is written yet
         self.counts = Counts()  # of existing rows on opening; the caller adds those that it writes
-        descriptor = _opened(path) if locked else _opened(path, path.parent)
+        descriptor = _opened(path, path.parent) if is_tail else _opened(path)
         self._stream: BinaryIO = os.fdopen(descriptor, "r+b")
         try:
-            if locked:
+            if not is_tail:
                 lock(descriptor, path)
             self.after = self._read()  # earlier rows in other files
             self.rows = self.after + self.counts.rows
@@ -188,8 +229,10 @@ class JsonLines:
     def write(self, lines: list[bytes]) -> None:
         """Append rows, so that they persist even if this process is killed. Raises RowsError."""
         try:
+            if self._is_new and not self._is_tail:
+                replace_file(self._beside, header_line(self.plan), self.path.parent)
             self._stream.write(self._due + b"".join(lines))
-            self._due = b""
+            self._due, self._is_new = b"", False
             self._stream.flush()
         except OSError as error:
             raise RowsError(f"{self.path} cannot be extended: {error.strerror}; its rows are kept") from error
@@ -211,35 +254,57 @@ class JsonLines:
         """Count the rows, and position the file behind them; return the number of earlier rows in other files."""
         try:
             line = self._stream.readline(LONGEST)
-            after = end = 0
-            if line.endswith(b"\n"):
-                after = refuse_other(line, self.plan, self.path)
-                end = self._counted(len(line), after)
+            self._is_new = not line
+            after, title = self._identified(line)
+            if title and not line.endswith(b"\n"):
+                self._due, end = title, 0  # incomplete, as the sweep before was killed
             else:
-                self._due = header_line(self.plan)
-                if not self._due.startswith(line):
-                    refuse_other(line, self.plan, self.path)
+                end = self._counted(len(title), after)
             self._stream.seek(end)
             self._stream.truncate()
         except OSError as error:
-            raise RowsError(f"{self.path} cannot be read or extended: {error.strerror}") from error
+            raise RowsError(f"{self.path} cannot be read or extended: {error.strerror or error}") from error
         return after
 
+    def _identified(self, line: bytes) -> tuple[int, bytes]:
+        """Return the number of earlier rows in other files, and the line above the rows. Raises RowsError."""
+        if self._is_tail:
+            title = header_line(self.plan)
+            if line.endswith(b"\n"):
+                return refuse_other(line, self.plan, self.path), line
+            if not title.startswith(line):
+                refuse_other(line, self.plan, self.path)
+            return 0, title
+        if not line:
+            return 0, self.form.title
+        missing = f"{self.path} is not the file of a sweep: "
+        try:
+            identity = read_file(self._beside, LONGEST, self.path.parent)
+        except FileNotFoundError:
+            raise RowsError(
+                f"{missing}{self._beside.name}, which a sweep writes beside it, is missing; {_ELSE}"
+            ) from None
+        refuse_other(identity, self.plan, self._beside)
+        if not self.form.title.startswith(line if self.form.title else b""):
+            raise RowsError(f"{missing}its first line does not have the names of the columns; {_ELSE}")
+        return 0, self.form.title
+
     def _counted(self, end: int, after: int) -> int:
-        """Count the rows after the first line; return the end of the last one [bytes]."""
-        heads = [head_of(entry) for entry in self.plan.entries]
+        """Count the rows, which begin at `end` [bytes]; return the end of the last one [bytes]."""
+        self._stream.seek(end)
+        heads = [self.form.head_of(entry) for entry in self.plan.entries]
         kinds = dict[bytes, RowKind | None]()
         order = self.plan.order(after)
-        for place, line in enumerate(self._lines(), start=2):
+        for place, line in enumerate(self._lines(), start=2 if end else 1):
             if not line.endswith(b"\n"):
                 break  # incomplete, as the sweep before was killed
             sample, index = next(order, (-1, 0))
             if sample < 0:
                 raise RowsError(f"{self.path} has more rows than the {self.plan.total} of this sweep; {_MORE}")
-            start = heads[index] + number_of(self.plan.entries[index], sample)
+            start = heads[index] + self.form.number_of(self.plan.entries[index], sample)
             tail = line[len(start) :]
             if tail not in kinds:
-                kinds[tail] = kind_of(tail)
+                kinds[tail] = self.form.kind_of(tail)
             kind = kinds[tail]
             if kind is None or not line.startswith(start):
                 raise RowsError(self._wrong(place, index, sample))
@@ -296,6 +361,8 @@ FRESH: Final = "_fresh"  # name of a file while it is written
 class ParquetFolder:
     """A folder of rows. On opening, existing rows are counted, and the sweep resumes after the last."""
 
+    form = JSON  # of the rows that it is given
+
     def __init__(self, path: Path, plan: SweepPlan, part: int = PART) -> None:
         """Open the folder for exclusive use; `part` is the number of rows per file. Raises RowsError."""
         try:
@@ -350,7 +417,7 @@ class ParquetFolder:
 
     # --- existing rows ------------------------------------------------------------------------------------------------
 
-    def _opened(self) -> JsonLines:
+    def _opened(self) -> TextRows:
         import pyarrow as pa  # noqa: PLC0415 -- an optional extra
 
         try:
@@ -366,7 +433,7 @@ class ParquetFolder:
             raise RowsError(f"{self.path} has no rows of this sweep; write to another folder") from error
         if end != after:
             raise RowsError(f"{self.path} lacks the rows from {end} on; write to another folder, or remove this one")
-        tail = JsonLines(self.path / TAIL, self.plan, locked=False)
+        tail = TextRows(self.path / TAIL, self.plan, is_tail=True)
         self.counts.merge(tail.counts)
         return tail
 
@@ -412,7 +479,7 @@ class ParquetFolder:
         entries = {entry.name: entry for entry in self.plan.entries}
         for row in table.to_pylist():
             entry = entries[row["case"]]
-            yield head_of(entry) + number_of(entry, row["sample"]) + tail_of(_kind(row))
+            yield JSON.head_of(entry) + JSON.number_of(entry, row["sample"]) + JSON.tail_of(_kind(row))
 
     def _count(self, table: "pa.Table") -> None:
         numbers = {entry.name: index for index, entry in enumerate(self.plan.entries)}
@@ -439,7 +506,7 @@ class ParquetFolder:
             self._begin(self._tail.rows, [])
         except (OSError, pa.ArrowException) as error:
             raise RowsError(f"{self.path} cannot be extended: {error}; its rows are kept") from error
-        self._tail = JsonLines(self.path / TAIL, self.plan, locked=False)
+        self._tail = TextRows(self.path / TAIL, self.plan, is_tail=True)
 
     def _begin(self, after: int, lines: list[bytes]) -> None:
         """Replace the tail atomically by a new one."""

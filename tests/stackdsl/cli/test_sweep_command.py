@@ -38,14 +38,14 @@ def test_sweep_writes_a_row_a_sample_and_prints_the_share_that_stands(stackdsl: 
     write(tmp_path, SHAKY, "shaky.yaml")
     told = stackdsl("sweep", "shaky.yaml", "--out", "rows.jsonl", "--jobs", "2")
     assert told.code == ExitCode.OK
-    rows = [json.loads(line) for line in (tmp_path / "rows.jsonl").read_text().splitlines()[1:]]
+    rows = [json.loads(line) for line in (tmp_path / "rows.jsonl").read_text().splitlines()]
     assert [row["sample"] for row in rows] == [*range(400)]
     stood = sum(row["verdict"] == "stands" for row in rows)
     assert told.out.startswith(
         f"shaky[exact]: 400 of 400 samples, seed 3: {stood} stand, {400 - stood} fall at levels "
     )
     sure = interval(stood, stood, 400, 0.05)
-    assert f"share that stands: {100 * sure.low:.4g} .. {100 * sure.high:.4g} %, 95 % confidence" in told.out
+    assert f"share that stands: {100 * sure.low:.3g} % to {100 * sure.high:.3g} %, 95 % confidence" in told.out
     more = stackdsl("sweep", "shaky.yaml", "--out", "rows.jsonl", "--samples", "500", "--format", "csv")
     assert more.err == "rows.jsonl has 400 of 500 rows\n"
     (row,) = csv.DictReader(more.out.splitlines())
@@ -77,7 +77,7 @@ def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl,
 
     assert "mine.jsonl is not the file of a sweep" in refused("shaky.yaml", "-o", "mine.jsonl")
     assert (tmp_path / "mine.jsonl").read_text() == "mine\n"
-    assert "rows.csv: the name must end in .jsonl" in refused("shaky.yaml", "-o", "rows.csv")
+    assert "rows.txt: the name must end in .jsonl or .csv" in refused("shaky.yaml", "-o", "rows.txt")
     assert "has no samples" in refused("steps.yaml", "-o", "rows.jsonl", "--samples", "5")
     assert "--scheduler needs a Dask cluster" in refused("shaky.yaml", "-o", "rows.jsonl", "--scheduler", "x:1")
     assert "--jobs does not apply to a Dask cluster" in refused(
@@ -101,7 +101,7 @@ def test_ctrl_c_keeps_the_rows_and_says_how_to_go_on(tmp_path: Path) -> None:
     told, err = sweep.communicate()
     assert sweep.returncode == ExitCode.INTERRUPTED
     assert "Traceback" not in err
-    rows = out.read_bytes().count(b"\n") - 1
+    rows = out.read_bytes().count(b"\n")
     assert out.read_bytes().endswith(b"}\n")
     assert f"{rows} of 100000000 rows are in rows.jsonl; the same call continues them" in err
     assert told.startswith(f"shaky[exact]: {rows} of 100000000 samples, seed 3: ")

@@ -83,7 +83,7 @@ def test_all_that_name_the_weakest_spot_name_the_same(name: str) -> None:
     assembly = proofs_of(case.timeline).assembly
     survival = survival_of(assembly, 24, 0.01)
     assert survival is not None
-    towards, survived, gives_way = re.split(r" {2,}", list(survival_lines("scene", survival))[3].strip())
+    *_, gives_way = re.split(r" {2,}", list(survival_lines("scene", survival))[3].strip())
     assert explained.endswith(gives_way)
     (of_json,) = survival_table([("scene", survival)]).details
     assert of_json["weakest"]["brick"] == brick

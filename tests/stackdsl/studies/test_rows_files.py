@@ -1,5 +1,7 @@
 """Only the same sweep can resume a file of rows, and only one call at a time."""
 
+import csv
+import json
 import os
 import re
 import resource
@@ -11,7 +13,7 @@ import pytest
 
 from stackdsl.studies import sweep_rows
 from stackdsl.studies.sweep_plan import NothingToSweepError, SweepPlan, plan_of
-from stackdsl.studies.sweep_rows import JsonLines, ParquetFolder, RowsError
+from stackdsl.studies.sweep_rows import ParquetFolder, RowsError, TextRows
 from tests.stackdsl.studies.sweeps import SHAKY, STEPS, cases, plan, swept
 
 pytestmark = pytest.mark.usefixtures("at_once")
@@ -36,25 +38,54 @@ def out(tmp_path: Path) -> Path:
 def test_a_file_of_another_sweep_is_refused_and_left_as_it_is(out: Path, other: SweepPlan, why: str) -> None:
     was = out.read_bytes()
     with pytest.raises(RowsError, match=re.escape(why)):
-        JsonLines(out, other)
+        TextRows(out, other)
     assert out.read_bytes() == was
 
 
 def test_a_file_of_another_version_or_program_is_refused(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = out.read_text()
-    out.write_text(text.replace('"stackdsl": "0', '"stackdsl": "9', 1))
+    identity = out.with_name("rows.jsonl.sweep")
+    text = identity.read_text()
+    identity.write_text(text.replace('"stackdsl": "0', '"stackdsl": "9', 1))
     with pytest.raises(RowsError, match=r"written by stackdsl 9\S+, and this is 0"):
-        JsonLines(out, plan(samples=20))
+        TextRows(out, plan(samples=20))
     program = str(plan(samples=20).header["program"])
-    out.write_text(text.replace(program, "0" * 64, 1))
+    identity.write_text(text.replace(program, "0" * 64, 1))
     with pytest.raises(RowsError, match="written by a different program"):
-        JsonLines(out, plan(samples=20))
+        TextRows(out, plan(samples=20))
+    identity.unlink()
+    with pytest.raises(RowsError, match=r"rows.jsonl.sweep, which a sweep writes beside it, is missing"):
+        TextRows(out, plan(samples=20))
+
+
+def test_a_link_in_place_of_the_identity_is_not_followed(out: Path, tmp_path: Path) -> None:
+    identity = out.with_name("rows.jsonl.sweep")
+    elsewhere = tmp_path.parent / f"{tmp_path.name}-elsewhere"
+    identity.rename(elsewhere)
+    identity.symlink_to(elsewhere)
+    with pytest.raises(RowsError, match="a link leads out"):
+        TextRows(out, plan(samples=20))
+
+
+def test_rows_as_csv_are_those_of_json_lines_however_often_the_sweep_is_ended(tmp_path: Path) -> None:
+    swept(plan(STEPS, 30), tmp_path / "rows.jsonl")
+    swept(plan(STEPS, 30), tmp_path / "whole.csv")
+    whole = (tmp_path / "whole.csv").read_bytes()
+    for length in (0, 5, len(whole) // 3, len(whole) - 2, len(whole)):  # also within the names of the columns
+        out = tmp_path / f"{length}.csv"
+        swept(plan(STEPS, 3), out)
+        out.write_bytes(whole[:length])
+        swept(plan(STEPS, 30), out)
+        assert out.read_bytes() == whole
+    rows = [*csv.DictReader(whole.decode().splitlines())]
+    expected = [json.loads(line) for line in (tmp_path / "rows.jsonl").read_text().splitlines()]
+    told = [{name: "" if value is None else str(value) for name, value in row.items()} for row in expected]
+    assert rows == told
 
 
 def test_a_comment_or_what_is_expected_makes_no_other_sweep_of_it(out: Path) -> None:
     told = SHAKY.replace("build:", "description: the same\n# as before\nbuild:")
     expecting = told + 'expect: [stands: {{share: ">= 50 %"}}]\n'
-    with JsonLines(out, plan(expecting, 20)) as file:
+    with TextRows(out, plan(expecting, 20)) as file:
         assert file.rows == 20
 
 
@@ -64,24 +95,24 @@ def test_a_comment_or_what_is_expected_makes_no_other_sweep_of_it(out: Path) -> 
 def test_a_sweep_never_overwrites_a_foreign_file(tmp_path: Path, text: bytes) -> None:
     (tmp_path / "mine.jsonl").write_bytes(text)
     with pytest.raises(RowsError, match="is not the file of a sweep"):
-        JsonLines(tmp_path / "mine.jsonl", plan())
+        TextRows(tmp_path / "mine.jsonl", plan())
     assert (tmp_path / "mine.jsonl").read_bytes() == text
 
 
 def test_a_row_that_was_changed_is_told_by_its_line(out: Path) -> None:
     lines = out.read_text().splitlines(keepends=True)
-    out.write_text("".join([*lines[:5], lines[6], lines[5], *lines[7:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: expected the row of sample 4 of shaky\[exact\]"):
-        JsonLines(out, plan(samples=20))
-    out.write_text("".join([*lines[:5], lines[5].replace("verdict", "vardict"), *lines[6:]]))
-    with pytest.raises(RowsError, match=r"rows.jsonl:6: expected the row of sample 4"):
-        JsonLines(out, plan(samples=20))
+    out.write_text("".join([*lines[:4], lines[5], lines[4], *lines[6:]]))
+    with pytest.raises(RowsError, match=r"rows.jsonl:5: expected the row of sample 4 of shaky\[exact\]"):
+        TextRows(out, plan(samples=20))
+    out.write_text("".join([*lines[:4], lines[4].replace("verdict", "vardict"), *lines[5:]]))
+    with pytest.raises(RowsError, match=r"rows.jsonl:5: expected the row of sample 4"):
+        TextRows(out, plan(samples=20))
 
 
 def test_two_sweeps_do_not_write_to_one_file(out: Path) -> None:
-    with JsonLines(out, plan(samples=30)), pytest.raises(RowsError, match=r"rows.jsonl is in use: another sweep"):
-        JsonLines(out, plan(samples=30))
-    with JsonLines(out, plan(samples=30)) as file:
+    with TextRows(out, plan(samples=30)), pytest.raises(RowsError, match=r"rows.jsonl is in use: another sweep"):
+        TextRows(out, plan(samples=30))
+    with TextRows(out, plan(samples=30)) as file:
         assert file.rows == 20
 
 
@@ -90,7 +121,7 @@ def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(o
     """A lock belongs to whoever has the file open, and a worker that is a copy of the sweep has what that has."""
     (begun, begins), (ends, tells) = os.pipe(), os.pipe()
     try:
-        with JsonLines(out, plan(samples=30)) as file:
+        with TextRows(out, plan(samples=30)) as file:
             worker = os.fork()
             if worker == 0:
                 os.close(tells)
@@ -99,9 +130,9 @@ def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(o
                 os._exit(0)
             os.read(begun, 1)
             with pytest.raises(RowsError, match="is in use"):
-                JsonLines(out, plan(samples=30))
+                TextRows(out, plan(samples=30))
             assert file.rows == 20
-        with JsonLines(out, plan(samples=30)) as file:
+        with TextRows(out, plan(samples=30)) as file:
             assert file.rows == 20
     finally:
         for each in (begun, begins, ends, tells):
@@ -111,12 +142,12 @@ def test_a_worker_that_outlives_a_sweep_that_was_killed_does_not_keep_its_file(o
 
 def test_a_file_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     with pytest.raises(RowsError, match="cannot be written: Is a directory"):
-        JsonLines(tmp_path, plan())
-    with pytest.raises(RowsError, match=r"must end in .jsonl for a file, or in .parquet for a folder"):
-        swept(plan(), tmp_path / "rows.csv")
+        TextRows(tmp_path, plan())
+    with pytest.raises(RowsError, match=r"must end in .jsonl or .csv for a file, or in .parquet for a folder"):
+        swept(plan(), tmp_path / "rows.txt")
     os.mkfifo(tmp_path / "pipe.jsonl")
     with pytest.raises(RowsError, match="is not a regular file"):
-        JsonLines(tmp_path / "pipe.jsonl", plan())
+        TextRows(tmp_path / "pipe.jsonl", plan())
 
 
 def test_rows_that_the_disk_has_no_room_for_are_told_and_come_with_the_next_call(tmp_path: Path) -> None:
@@ -169,9 +200,7 @@ def test_parquet_has_the_same_rows_and_the_same_files_however_often_the_sweep_is
     for name in ["_tail.jsonl", *names]:
         assert (tmp_path / "parts.parquet" / name).read_bytes() == (tmp_path / "whole.parquet" / name).read_bytes()
     assert len([*(tmp_path / "parts.parquet").iterdir()]) == 7
-    lines = (tmp_path / "rows.jsonl").read_text().splitlines()[1:]
-    import json  # noqa: PLC0415 -- beside what it is for
-
+    lines = (tmp_path / "rows.jsonl").read_text().splitlines()
     assert parquet.read_table(tmp_path / "whole.parquet").to_pylist() == [json.loads(line) for line in lines]
 
 
@@ -180,7 +209,7 @@ def test_parquet_that_was_killed_between_two_files_has_no_row_twice(tmp_path: Pa
     pytest.importorskip("pyarrow")
     asked, folder = plan(samples=50), tmp_path / "rows.parquet"
     swept(asked, tmp_path / "rows.jsonl")
-    lines = (tmp_path / "rows.jsonl").read_bytes().splitlines(keepends=True)[1:]
+    lines = (tmp_path / "rows.jsonl").read_bytes().splitlines(keepends=True)
     with ParquetFolder(folder, asked, part=20) as file:
         file.write(lines)
     (last,) = folder.glob("part-000000000040.parquet")
@@ -208,7 +237,7 @@ def test_parquet_neither_reads_nor_writes_what_a_link_leads_to(
     pytest.importorskip("pyarrow")
     asked, folder, elsewhere = plan(samples=50), tmp_path / "rows.parquet", tmp_path / "elsewhere"
     swept(asked, tmp_path / "rows.jsonl")
-    lines = (tmp_path / "rows.jsonl").read_bytes().splitlines(keepends=True)[1:]
+    lines = (tmp_path / "rows.jsonl").read_bytes().splitlines(keepends=True)
     with ParquetFolder(folder, asked, part=20) as file:
         file.write(lines[:30])
     if name == "_fresh":

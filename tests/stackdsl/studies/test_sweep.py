@@ -33,7 +33,7 @@ def processes() -> Iterator[SupervisedExecutor]:
 
 
 def rows_of(out: Path) -> list[dict[str, object]]:
-    return [json.loads(line) for line in out.read_text().splitlines()[1:]]
+    return [json.loads(line) for line in out.read_text().splitlines()]
 
 
 def test_each_sample_has_the_row_that_statics_give_it_from_an_empty_site_on(tmp_path: Path) -> None:
@@ -61,8 +61,8 @@ def test_rows_are_the_same_to_the_byte_for_all_executors_and_pieces(
         monkeypatch.setattr(sweeping, "MOST", most)
         monkeypatch.setattr(sweep_plan, "TOGETHER", 50)
         swept(plan(), tmp_path / f"{most}.jsonl")
-    assert len({file.read_bytes() for file in tmp_path.iterdir()}) == 1
-    assert len([*tmp_path.iterdir()]) == 4
+    assert len({file.read_bytes() for file in tmp_path.glob("*.jsonl")}) == 1
+    assert len([*tmp_path.glob("*.jsonl")]) == 4
 
 
 def test_rows_of_variants_come_sample_by_sample_so_that_more_samples_are_more_rows_at_the_end(tmp_path: Path) -> None:
@@ -95,6 +95,7 @@ def test_cases_with_fewer_samples_drop_out_of_the_rows_and_a_kill_at_any_row_mak
         "case": "once[exact]", "seed": None, "sample": None, "verdict": "stands", "level": None, "how": "proven"
     }  # fmt: skip
     lines = whole.splitlines(keepends=True)
+    (tmp_path / "torn.jsonl.sweep").write_bytes((tmp_path / "whole.jsonl.sweep").read_bytes())
     for kept in range(len(lines)):
         torn = b"".join(lines[:kept]) + lines[kept][: len(lines[kept]) // 2]
         (tmp_path / "torn.jsonl").write_bytes(torn)
