@@ -89,7 +89,8 @@ const VERTEX = `
     vTint = tint;
     vRim = rim;
     #ifdef SHADOWS
-    vShade = (shade * vec4(at.xyz + shift * n, 1.0)).xyz;
+    float steep = length(cross(n, sun)); // the steeper the light, the farther is what is looked up beside a point from its plane
+    vShade = (shade * vec4(at.xyz + shift * steep * n, 1.0)).xyz;
     #endif
     gl_Position = projectionMatrix * (viewMatrix * at);
   }`;

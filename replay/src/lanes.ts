@@ -24,6 +24,13 @@ export interface Lane {
   spans: Span[];
 }
 
+// Bricks that are set down one after the other before anything else happens.
+export interface Build {
+  count: number; // bricks
+  last: number; // when the last of them is set down [s]
+  end: number; // just before what comes next is done [s]
+}
+
 const ICONS: Record<string, string> = {
   placed: "set-down",
   removed: "pulled-out",
@@ -43,6 +50,10 @@ export const TOGETHER: Record<string, string> = {
   hit: "hits",
 };
 const SAME = 1e-6; // [s]
+const LONG = 0.4; // share of a run from which on its build is a long one
+const BEFORE = 0.15; // time that is shown before what comes next, of the time that follows
+const STEPS = 3; // times at which bricks are set down: fewer are no build
+const ORDINARY = new Set(["placed", "frozen", "woken"]); // what happens while it is built
 
 export function lanesOf(runs: Run[], names: string[]): Lane[] {
   const busiest = runs.reduce((most, run) => (hands(run).length > hands(most).length ? run : most), runs[0]);
@@ -56,6 +67,24 @@ export function lanesOf(runs: Run[], names: string[]): Lane[] {
   const claims = runs.flatMap((run, place) => (run.told.marks ? [] : claimMarks(run, runs.length > 1 ? `${names[place]}: ` : "")));
   if (claims.length) lanes.push({ name: "Claims", marks: claims.sort((one, other) => one.time - other.time), spans: [] });
   return lanes;
+}
+
+// The build, if it is so long that what follows would be squeezed beside it.
+export function buildOf(runs: Run[], end: number): Build | undefined {
+  const played = runs.filter((run) => !run.told.marks);
+  const events = played.flatMap((run) => run.told.events);
+  const happens = Math.min(...events.filter((event) => !ORDINARY.has(event.kind)).map((event) => event.time), ...played.map((run) => run.told.fall?.time ?? Infinity));
+  // What is done last before something happens may be its cause, and is none of the build.
+  const cause = Math.max(...events.filter((event) => event.kind in ICONS && event.time <= happens + SAME).map((event) => event.time));
+  const placed = played.reduce<Told[]>((most, run) => {
+    const its = run.told.events.filter((event) => event.kind === "placed" && event.time < cause - SAME);
+    return its.length > most.length ? its : most;
+  }, []);
+  const times = [...new Set(placed.map((event) => event.time))];
+  if (happens === Infinity || times.length < STEPS) return undefined;
+  const last = times[times.length - 1];
+  const until = Math.max(last, cause - BEFORE * (end - cause));
+  return until > LONG * end ? { count: new Set(placed.flatMap((event) => event.bricks)).size, last, end: until } : undefined;
 }
 
 function hands(run: Run): Mark[] {

@@ -10,7 +10,7 @@ const AROUND = 60; // lines of the file that are shown
 // What a page hears while it is open, and where it shows that.
 export interface Heard {
   lines: string[][]; // by run
-  weakest: (string | null)[]; // by run, the brick that they call so
+  weakest: Payload["weakest"][]; // by run
   helps: Help[][]; // by run
   file: HTMLElement; // the text that is edited
   failed: Partial<Answer> | undefined; // what is said instead of the verdict while the file cannot be read
@@ -85,7 +85,7 @@ export function listen(player: Player, heard: Heard): void {
     tell();
   });
   on<{ run: number; told: Payload }>("run", async ({ run, told }) => {
-    early.set(run, await Run.of(told));
+    early.set(run, await Run.of({ ...told, weakest: heard.weakest[run] ?? null }));
     for (const [number, found] of [...early].sort(([one], [other]) => one - other)) {
       if (number > player.runs.length) break;
       player.put(number, found);
@@ -97,9 +97,10 @@ export function listen(player: Player, heard: Heard): void {
     band.classList.add("fresh");
     tell();
   });
-  on<{ run: number; lines: string[]; weakest: string | null; helps: Help[] }>("lines", (told) => {
+  on<{ run: number; lines: string[]; weakest: Payload["weakest"]; helps: Help[] }>("lines", (told) => {
     heard.lines[told.run] = told.lines;
     heard.weakest[told.run] = told.weakest;
+    if (player.runs[told.run]) player.runs[told.run].told.weakest = told.weakest;
     heard.helps[told.run] = told.helps;
     tell();
   });

@@ -31,7 +31,7 @@ const SHOWN: Record<Overlay, [string, string, string]> = {
   forces: ["Forces", "forces", "forces of the proof"],
   paths: ["Paths", "paths", "where the load goes; thicker is more"],
   graph: ["Supports", "supports", "which brick rests on which"],
-  names: ["Names", "copy", "n: names of the bricks in view that find room, those of every fifth level first"],
+  names: ["Names", "names", "n: names of the bricks in view that find room, those of every fifth level first"],
   motion: ["Motion", "motion", "velocities with which the fall begins"],
 };
 const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "expected failure", open: "not checked" };
@@ -78,7 +78,7 @@ function build(player: Player): Heard {
     player.touch();
   });
   const levels = part("label", { class: "button levels" }, part("span"), level);
-  const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick ?? heard.weakest[player.shown[0]] ?? undefined;
+  const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick;
   const pickWeakest = (): void => player.pickNamed(weakestOf());
   const roomOf = (): string | undefined => {
     const told = viewer.stages[0]?.run.told;
@@ -86,7 +86,7 @@ function build(player: Player): Heard {
   };
   const pickRoom = (): void => player.pickNamed(roomOf());
   const weakest = button("Weakest", "w: select the lowest brick of the part that moves first under horizontal acceleration", pickWeakest, "weakest");
-  const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom, "contacts");
+  const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom, "room");
   const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing(), "how-it-falls");
   speed.value = "1";
   const fit = button("Fit", "0: see all bricks", () => (viewer.refit(player.time), player.touch()), "fit");
@@ -133,7 +133,8 @@ function build(player: Player): Heard {
     const answer = answered(shown, marks, heard, player.shown[0]);
     band.say(heard.failed ? { ...answer, ...heard.failed } : answer);
     document.title = `${answer.name}: ${shown.length > 1 && !marks ? WORD[answer.status] : answer.headline.split(/[;:]/)[0].toLowerCase()}`;
-    weakest.hidden = weakestOf() === undefined;
+    weakest.disabled = weakestOf() === undefined;
+    weakest.hidden = weakest.disabled && (heard.file.hidden || run.told.fall !== null); // a live page hears of it later
     room.hidden = run.told.room === null;
     swing.hidden = run.told.fall === null;
     for (const [name, one] of overlays) {
@@ -236,7 +237,7 @@ function build(player: Player): Heard {
     if (event.ctrlKey || event.metaKey || event.altKey || at instanceof HTMLSelectElement) return;
     if ((at instanceof HTMLButtonElement || (at instanceof HTMLElement && at.tagName === "SUMMARY")) && event.key === " ") return;
     const way = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
-    if (way) player.seek(player.time + way * (event.shiftKey ? 1 : 1 / 60));
+    if (way) player.seek(timeline.later(player.time, way * (event.shiftKey ? 1 : 1 / 60)));
     else if (Object.hasOwn(keys, event.key)) keys[event.key]();
     else return;
     event.preventDefault();
@@ -383,6 +384,7 @@ function expose(player: Player): void {
       poseOf: (name: string) => (
         player.viewer.stages[0].run.poseAt(numberOf(name)[1], player.time, pose), [...pose.position.toArray(), ...pose.orientation.toArray()]
       ),
+      boxOf: (name: string) => player.viewer.stages[0].boxOf(numberOf(name)[1], player.viewer.sight(0)),
       onScreen: (name: string) => player.viewer.onScreen(player.viewer.stages[0].drawn(numberOf(name)[1]), 0),
       pickNamed: (name: string) => player.pickNamed(name),
       perMetre: () => player.viewer.sight(0).scale(player.viewer.stages[0].drawn(0)),

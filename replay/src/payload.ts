@@ -94,6 +94,6 @@ export interface Payload {
   proofs: Proof[];
   fall: Fall | null;
   room: { brick: number; depth: number } | null; // the brick of what stands whose centre has least room [mm]
-  weakest: { brick: string; text: string; bearing_deg?: number } | null; // what gives way first, pulled sideways; of a live page see `Heard`
+  weakest: { brick: string; text: string; bearing_deg: number } | null; // what gives way first, pulled sideways; a live page hears of it later
   marks: Record<string, string[]> | null; // of a golden file: what differs from its run, by brick or what else it is of
 }

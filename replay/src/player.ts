@@ -235,7 +235,7 @@ export class Player {
     this.adapt(passed);
     if (this.playing) {
       this.fresh = false;
-      this.time += passed * this.speed;
+      this.time = this.timeline.later(this.time, passed * this.speed);
       if (this.time >= this.timeline.end) [this.time, this.playing] = [this.timeline.end, false];
     }
     if (this.swinging) this.swingTime += passed;
@@ -273,6 +273,7 @@ export class Player {
 
   // Put everything where it is now; drawing comes after.
   update(): void {
+    this.viewer.keepFree(this.overlays.has("forces"));
     const was = this.following ? this.centre() : undefined;
     const swing = this.swinging ? 0.35 * (1 - Math.cos((2 * Math.PI * this.swingTime) / SWINGING)) / 2 : 0;
     const { stages } = this.viewer;

@@ -27,6 +27,8 @@ import { marksOf, type Pose, type Run } from "./run";
 const SUN = new Vector3(-0.45, -0.75, 1.1).normalize(); // towards it
 const SHADOWED = 1500; // bricks up to which they cast shadows; benchmarks/replay.py measures what more of them cost
 const SHARPNESS = 2048; // [px] of the map of shadows, along a side
+const SOFT = 1.6; // pixels of the map beside a point at which it is looked up as well
+const REACH = 1.2 * SOFT + 1.5; // pixels of the map beside a point that its shadow depends on, and a half more
 const NEARBY = 2; // times the ball around what was built: what ends farther out would make it tiny
 const APART = 12; // times the size of a structure: another one farther away is left out of the picture
 const INSIDE = 0.9; // of the way to its corners: points of a brick that are to be seen
@@ -70,7 +72,7 @@ export class Stage {
     shift: { value: 0 },
     shade: { value: new Matrix4() },
     shadows: { value: null },
-    soft: { value: 1.6 / SHARPNESS },
+    soft: { value: SOFT / SHARPNESS },
     outlines: { value: [] },
     pixel: { value: 1 },
   };
@@ -110,9 +112,19 @@ export class Stage {
     this.sun.lookAt(center);
     this.sun.updateProjectionMatrix();
     this.sun.updateMatrixWorld();
-    this.light.shift.value = (3 * radius) / SHARPNESS;
+    this.light.shift.value = (REACH * 2 * radius) / SHARPNESS;
     const half = new Matrix4().makeScale(0.5, 0.5, 0.5).setPosition(0.5, 0.5, 0.5);
     this.light.shade.value = half.multiply(this.sun.projectionMatrix).multiply(this.sun.matrixWorldInverse);
+  }
+
+  // The ways of what is thrown, as seen from above, in radians from the axis of x.
+  bearings(): number[] {
+    const { run } = this;
+    return run.told.events.flatMap((event) => {
+      if (event.kind !== "hit") return [];
+      const way = this.centreAt(event.bricks[0], event.time).clone().sub(this.centreAt(event.bricks[0], -1));
+      return Math.hypot(way.x, way.y) > Math.abs(way.z) ? [Math.atan2(way.y, way.x)] : [];
+    });
   }
 
   // Put everything where it is at a time; `beside` is another run that this one is compared with.

@@ -15,9 +15,16 @@ const DIRECTIONS: Record<Exclude<From, "weakest">, Vector3> = {
   side: new Vector3(1, 0, 0),
   plan: new Vector3(0, -1e-4, 1).normalize(),
 };
+const UP = new Vector3(0, 0, 1);
+const ASIDE = Math.sin((50 * Math.PI) / 180); // of a throw: more is not looked for
+const TURNS = Array.from({ length: 37 }, (_, place) => (((place % 2 ? 1 : -1) * Math.ceil(place / 2) * 5 * Math.PI) / 180)); // from the least on
 const FIELD = 35; // [deg]
 const TANGENT = Math.tan((FIELD / 2) * (Math.PI / 180));
 const ROOM = 0.85; // share of the height that is filled
+const [FOOT, FORCES] = [24, 58]; // [px] that the scales at the foot take up without and with that of forces
+const FREE = 0.95; // of what is left above the scales at the foot, at most
+const CENTRING = 4; // steps towards the middle, each of which leaves a small part of what is missing
+const WIDER = 1.3; // times as far away as what is there needs: what of it is near later is taken in up to that
 const MOVING = 280; // [ms] that the camera takes to a new place
 const GROWN = 1.25; // times what was last fitted: then it is fitted anew
 const FINE = 2; // pixels for each of the screen, along one side, of a picture that rests and was drawn without smooth edges
@@ -38,6 +45,7 @@ export class Viewer {
   from: From = "three-quarter";
   sharpness = 1; // pixels that are drawn for each of the screen, along one side
   turned = false; // whether the person has moved the camera since it was last fitted
+  private foot = FOOT; // [px] of the picture that scales take up
   private whole = false; // whether structures far away are fitted as well
   readonly coarse: boolean; // whether a picture that rests is drawn again with smooth edges
   private readonly renderer: WebGLRenderer;
@@ -76,12 +84,12 @@ export class Viewer {
 
   // Whether it is known from where a motion of the weakest part is seen from aside.
   get knowsWeakest(): boolean {
-    return this.stages[0]?.run.told.weakest?.bearing_deg !== undefined;
+    return Boolean(this.stages[0]?.run.told.weakest);
   }
 
   look(from: From, time: number, smoothly = true): void {
     this.from = from;
-    this.fit(time, from === "weakest" ? this.aside() : DIRECTIONS[from], time, smoothly);
+    this.fit(time, from === "weakest" ? this.aside() : from === "three-quarter" ? this.besideThrows() : DIRECTIONS[from], time, smoothly);
   }
 
   // See it again from where it is seen now, or if that is what is seen, with structures that are far away.
@@ -90,29 +98,39 @@ export class Viewer {
     this.fit(time);
   }
 
-  // See all that is there, from a direction or from where it is seen now; and what of it is near at another time.
+  // See all that is there, from a direction or from where it is seen now, in the middle; and what of it is near at another time,
+  // unless that would make it much smaller.
   fit(time: number, from?: Vector3, also = time, smoothly = true): void {
-    const corners = this.stages.flatMap((stage) => [...stage.corners(time, this.whole), ...(also === time ? [] : stage.corners(also, this.whole))]);
+    const corners = this.cornersAt(time);
     if (!corners.length) return;
     this.turned = false;
     this.fittedAt = [time, also];
     this.fitted = new Sphere().setFromPoints(corners);
-    const { up } = this.controls.object;
     const direction = (from ?? this.place().direction).clone().normalize();
-    const high = TANGENT * ROOM;
-    const right = new Vector3().crossVectors(up, direction).normalize();
+    const right = new Vector3().crossVectors(this.controls.object.up, direction).normalize();
     const upwards = new Vector3().crossVectors(direction, right);
-    const target = new Vector3();
-    for (const axis of [direction, right, upwards]) {
-      const [least, most] = corners.reduce(([low, high], corner) => [Math.min(low, corner.dot(axis)), Math.max(high, corner.dot(axis))], [Infinity, -Infinity]);
-      target.addScaledVector(axis, (least + most) / 2);
+    const high = TANGENT * Math.min(ROOM, FREE * (1 - this.foot / Math.max(1, this.canvas.clientHeight)));
+    const wide = TANGENT * ROOM * this.aspect;
+    const target = this.fitted.center.clone();
+    const needs = (all: Vector3[]): number =>
+      all.reduce((most, corner) => {
+        const [x, y, near] = [right, upwards, direction].map((axis) => axis.dot(corner) - axis.dot(target));
+        return Math.max(most, Math.max(Math.abs(y) / high, Math.abs(x) / wide) + (this.orthographic ? 0 : near)); // what is nearer looks larger
+      }, 0);
+    let away = needs(corners);
+    for (let turn = 0; turn < CENTRING; turn++) {
+      for (const axis of [right, upwards]) {
+        const seen = corners.map((corner) => (axis.dot(corner) - axis.dot(target)) / (this.orthographic ? 1 : 1 - (direction.dot(corner) - direction.dot(target)) / away));
+        target.addScaledVector(axis, (seen.reduce((low, x) => Math.min(low, x), Infinity) + seen.reduce((most, x) => Math.max(most, x), -Infinity)) / 2);
+      }
+      away = needs(corners);
     }
-    const away = corners.reduce((farthest, corner) => {
-      corner.sub(target);
-      const aside = Math.max(Math.abs(corner.dot(upwards)) / high, Math.abs(corner.dot(right)) / high / this.aspect);
-      return Math.max(farthest, aside + (this.orthographic ? 0 : corner.dot(direction))); // what is nearer looks larger
-    }, 0);
+    if (also !== time) away = Math.max(away, Math.min(WIDER * away, needs(this.cornersAt(also))));
     this.goTo({ target, direction, away }, smoothly);
+  }
+
+  private cornersAt(time: number): Vector3[] {
+    return this.stages.flatMap((stage) => stage.corners(time, this.whole));
   }
 
   // Fit it again if it has grown out of the picture, unless the person has turned it since.
@@ -125,6 +143,14 @@ export class Viewer {
   // The canvas has another size: what was fitted to it is fitted again.
   resized(): void {
     if (!this.turned && this.fittedAt) this.fit(this.fittedAt[0], this.move?.to.direction, this.fittedAt[1], false);
+  }
+
+  // Keep the foot of the picture free for the scale of forces, or not any more.
+  keepFree(forces: boolean): void {
+    const foot = forces ? FORCES : FOOT;
+    if (foot === this.foot) return;
+    this.foot = foot;
+    this.resized();
   }
 
   // Move along with something.
@@ -284,6 +310,18 @@ export class Viewer {
     this.stand({ target: from.target.clone().lerp(to.target, eased), direction, away: from.away * (to.away / from.away) ** eased });
   }
 
+  // Three quarters from the front, turned by as little as lets every throw be seen from the side: the eye would else be behind
+  // what is thrown, or behind what it hits.
+  private besideThrows(): Vector3 {
+    const [usual, bearings] = [DIRECTIONS["three-quarter"], this.stages.flatMap((stage) => stage.bearings())];
+    const turned = (angle: number): Vector3 => usual.clone().applyAxisAngle(UP, angle);
+    const aside = (angle: number): number => {
+      const { x, y } = turned(angle);
+      return bearings.reduce((least, bearing) => Math.min(least, Math.abs(Math.sin(Math.atan2(y, x) - bearing))), ASIDE);
+    };
+    return turned(TURNS.reduce((best, angle) => (aside(angle) > aside(best) + 1e-9 ? angle : best)));
+  }
+
   // From aside of the way in which the weakest part gives way.
   private aside(): Vector3 {
     const bearing = ((this.stages[0]?.run.told.weakest?.bearing_deg ?? 0) * Math.PI) / 180;
@@ -298,14 +336,13 @@ export class Viewer {
 
   private suit(): void {
     const away = this.controls.object.position.distanceTo(this.controls.target);
-    this.near.aspect = this.aspect;
+    const [width, height] = [this.canvas.clientWidth / Math.max(1, this.stages.length), Math.max(1, this.canvas.clientHeight)];
     this.near.near = away / 100;
     this.near.far = away * 100;
-    this.near.updateProjectionMatrix();
     const high = away * TANGENT;
     [this.flat.top, this.flat.bottom, this.flat.left, this.flat.right] = [high, -high, -high * this.aspect, high * this.aspect];
     [this.flat.near, this.flat.far] = [-away * 100, away * 100];
-    this.flat.updateProjectionMatrix();
+    for (const camera of [this.near, this.flat]) camera.setViewOffset(width, height, 0, this.foot / 2, width, height); // above the scales
   }
 }
 

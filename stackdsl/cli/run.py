@@ -250,10 +250,10 @@ class _Playing:
         """Preview, play and judge all cases; return False if a newer save came before the end."""
         able = [number for number, case in enumerate(self.cases) if self._is_playable(number, case)]
         self.page.show_activity("playing" if able else "")
-        for number in able[:1]:  # of several cases, the page shows the first
-            self.page.show(number, preview(self.cases[number]))
         for number in able:
             self.page.note(number, [])  # remove the notes on the version before
+        for number in able[:1]:  # of several cases, the page shows the first
+            self.page.show(number, preview(self.cases[number]))
         tasks = [Task(played_or_blocked, (played, self.cases[number]), LONGEST_LIMIT) for number in able]
         tasks += [Task(margined, (self.cases[number],), LONGEST_MARGINS) for number in able]
         pool = run_supervised(tasks, 2, lambda place, result: self._done(able, place, result), self._look)

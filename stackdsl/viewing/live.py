@@ -40,7 +40,7 @@ from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.systems import as_played
 from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
-from stackdsl.viewing.replay.page import run_json
+from stackdsl.viewing.replay.page import run_json, weakest_told
 from stackdsl.viewing.replay.verdict_band import remedies_json
 from stackdsl.viewing.run_view import RunView, ShownProofs, shown_proofs, view_of
 from stackdsl.viewing.server import HOST, PageServer, PublishedTexts, WebSite, listening
@@ -139,7 +139,7 @@ class Margined:
     """The margins of the proofs of a case."""
 
     lines: tuple[str, ...]
-    weakest: BodyId | None  # the brick that the lines call the weakest
+    weakest: Mapping[str, Any] | None  # the brick that gives way first, as `weakest_told` returns it
     helps: list[Mapping[str, Any]]  # remedies for a fall, as `remedies_json` returns them
 
 
@@ -168,10 +168,9 @@ def margined(case: Case) -> Margined:
     is_whole = sum(len(judged.bricks) for judged in proofs.judged) == count
     margins = margins_of_assembly(proofs.assembly, TOLD) if is_whole else VerdictMargins()
     lines = proven_lines(proofs, timeline, count, Extent(margins=True, remedies=False), numbers, margins)
-    weakest = margins.weakest.brick if margins.weakest is not None else None
     falls = proofs.verdict.stability is Stability.UNSTABLE and count <= MOST_FOR_PROGRAMS
     helps = remedies_json(remedies_of(numbers, timeline, proofs)) if falls else []
-    return Margined(tuple(line.strip() for line in lines), weakest, helps)
+    return Margined(tuple(line.strip() for line in lines), weakest_told(margins.weakest), helps)
 
 
 # Detection of saved files by polling, a hundred times a second; the cost is small for the files of a scenario.
@@ -341,7 +340,7 @@ class RunPage:
         self,
         number: int,
         lines: Sequence[str],
-        weakest: BodyId | None = None,
+        weakest: Mapping[str, Any] | None = None,
         helps: Sequence[Mapping[str, Any]] = (),
     ) -> None:
         """Show further lines about a run, mark its weakest brick, and offer remedies."""

@@ -15,6 +15,7 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from stability.analysis.weakest import Weakest
 from stability.model import BodyId, ConvexShape, Plane
 from stackdsl.report.statics import weakest_json, weakest_text
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
@@ -127,7 +128,7 @@ def payload_of(run: RunView, hurried: bool = False) -> Json:
         "proofs": [_proof(proof, numbers) for proof in run.proofs.standing],
         "fall": _fall(run, numbers),
         "room": _room(run, numbers),
-        "weakest": None if hurried else _weakest(run, numbers),
+        "weakest": None if hurried else weakest_told(run.weakest()),
         "marks": run.marks,
     }
 
@@ -227,11 +228,9 @@ def _room(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
     return {"brick": numbers[name], "depth": float(f"{1000.0 * depth:.4g}")} if name in numbers else None
 
 
-def _weakest(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
-    weakest = run.weakest()
-    if weakest is None or weakest.brick not in numbers:
-        return None
-    return {**weakest_json(weakest), "text": weakest_text(weakest)}
+def weakest_told(weakest: Weakest | None) -> Json | None:
+    """Return the weakest brick of a run for a page, with its motion in words; None if there is none."""
+    return None if weakest is None else {**weakest_json(weakest), "text": weakest_text(weakest)}
 
 
 def _finite(value: float) -> float | None:

@@ -78,7 +78,9 @@ def test_all_that_name_the_weakest_spot_name_the_same(name: str) -> None:
     explained = weakest_in(explanation_text([case], Extent(margins=True)).splitlines())
     assert explained.startswith(f"weakest: {brick}; ")
     on_live_page = margined(case)
-    assert (on_live_page.weakest, weakest_in(on_live_page.lines)) == (brick, explained)
+    assert on_live_page.weakest is not None
+    assert (on_live_page.weakest["brick"], on_live_page.weakest["text"]) == (brick, explained)
+    assert weakest_in(on_live_page.lines) == explained
 
     assembly = proofs_of(case.timeline).assembly
     survival = survival_of(assembly, 24, 0.01)

@@ -101,6 +101,31 @@ def test_the_page_shows_what_is_saved_and_keeps_it_beside_a_mistake(browser: "Ch
     assert "Still showing the last run" in text_of(browser, ".lead")
 
 
+def test_the_weakest_brick_is_told_once_its_margins_are_known(
+    browser: "Chrome", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.nice", lambda more: more)
+    (case,), _ = cases_of(parse(COLUMN.format(levels=5), "scene.yaml"))
+    weakest = "[...document.querySelectorAll('button')].find(b => b.textContent === 'Weakest')"
+    with showing(OnePage(live_page("scene.yaml"))) as served:
+        page = RunPage(served)
+        page.expect(1)
+        saved(page, 5)
+        browser.get(served.url)
+        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+        assert browser.execute_script(f"return {weakest}.disabled && !{weakest}.hidden")
+        margins = margined(case)
+        page.note(0, margins.lines, margins.weakest)
+        wait_for(lambda: "Weakest L1.1" in text_of(browser, ".lead"))
+        page.show(0, played(case).json)
+        wait_for(lambda: "Passed" in text_of(browser, "h1"))
+        assert "slide on ground" in text_of(browser, ".lead")
+        browser.execute_script(f"{weakest}.click()")
+        wait_for(lambda: text_of(browser, ".inspector h2") == "L1.1")
+        assert not browser.execute_script("return document.querySelector(`option[value='weakest']`).hidden")
+        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+
+
 def test_a_file_that_cannot_be_read_is_told_with_its_line_above_the_last_picture(browser: "Chrome") -> None:
     text = COLUMN.format(levels=5).replace("step:", "stp:")
     with showing(OnePage(live_page("scene.yaml"))) as served:

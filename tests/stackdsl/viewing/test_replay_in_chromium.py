@@ -66,6 +66,9 @@ def press(page: "Chrome", text: str) -> None:
 def test_a_replay_page_opens_from_a_file_without_requests_or_errors(page: "Chrome") -> None:
     assert asked(page, "performance.getEntriesByType('resource').length") == 0
     assert "Passed: collapses: expected at level 7" in text_of(page, "h1")
+    icons = asked(page, "[...document.querySelectorAll('.tools .inside use')].map(use => use.getAttribute('href'))")
+    assert len(set(icons)) == len(icons), "no two tools have one icon"
+    assert asked(page, "[...document.querySelectorAll('use')].every(u => document.querySelector(u.href.baseVal))")
     assert complaints(page) == []
 
 
@@ -326,12 +329,103 @@ def test_a_window_that_becomes_that_of_a_phone_shows_the_same_as_one_that_opens_
     wait_for(lambda: spread() == pytest.approx(of_phone, rel=0.05))
 
 
+@pytest.mark.parametrize(("width", "height"), [*SIZES, (800, 900)])
+def test_the_first_view_has_the_structure_in_the_middle_of_what_is_free(
+    falling: "Chrome", fallen: RunView, width: int, height: int
+) -> None:
+    resize(falling, width, height, still=True)
+    opened(falling, Path(unquote(urlsplit(falling.current_url).path)))
+    scales = 24
+    for _ in range(2):
+        settle(falling)
+        there = [name for name in fallen.recording.names if name not in {"L3.2", "L4.2", "L5.2"}]
+        boxes = [asked(falling, f"replay.boxOf({name!r})") for name in there]
+        left, top = (min(box[side] for box in boxes) for side in ("left", "top"))
+        right, bottom = (max(box[side] for box in boxes) for side in ("right", "bottom"))
+        wide, high = asked(falling, "(c => [c.clientWidth, c.clientHeight])(document.querySelector('.view canvas'))")
+        assert (left + right) / 2 == pytest.approx(wide / 2, abs=0.01 * wide)
+        assert (top + bottom) / 2 == pytest.approx((high - scales) / 2, abs=0.01 * high)
+        assert min(left, top, wide - right, high - scales - bottom) > 0
+        assert max((right - left) / wide, (bottom - top) / high) > 0.6
+        press(falling, "Forces")
+        scales = 58  # with that of forces
+
+
 def test_marks_that_touch_are_joined_and_no_time_is_lost(falling: "Chrome") -> None:
     resize(falling, 420, 900)
     wait_for(lambda: "3 pulled out" in text_of(falling, ".lane"))
     titles = asked(falling, "[...document.querySelectorAll('.lane')][0].querySelectorAll('.mark')[1].title")
     assert [line.split(":")[0] for line in titles.splitlines()] == ["1.000 s", "1.100 s", "1.200 s"]
     assert asked(falling, "document.querySelectorAll('.lane')[0].querySelectorAll('.ticks i').length") == 5
+
+
+ONE_BY_ONE = """
+    scenario: one-by-one
+    build:
+      - {jenga: {levels: 6}, every: 1 s}
+    impacts:
+      - {after: built + 0.2 s, remove: {brick: L5.2}}
+      - {after: built + 0.5 s, remove: {brick: L4.2}}
+      - {after: built + 0.8 s, remove: {brick: L4.1}}
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+LANE_MARKS = "[...document.querySelector('.lane').querySelectorAll('.mark')].map(m => m.textContent)"
+TIMES_OF_AXIS = """[...document.querySelectorAll('.axis span')].map(
+    s => [parseFloat(s.textContent), parseFloat(s.style.left)])"""
+
+
+@pytest.fixture
+def built(falling: "Chrome", tmp_path: Path) -> "Chrome":
+    """A page on a tower that is set down for 17 s, brick by brick, and falls a second later."""
+    (run,) = views_of(ONE_BY_ONE)
+    file = tmp_path / "one-by-one.html"
+    file.write_text(replay_page([run], "one-by-one"), encoding="utf-8")
+    opened(falling, file)
+    return falling
+
+
+@pytest.mark.parametrize("width", [1280, 420])
+def test_a_long_build_takes_a_small_part_of_the_time_line_and_is_one_mark(built: "Chrome", width: int) -> None:
+    resize(built, width, 900)
+    wide = asked(built, "document.querySelector('.lanes').clientWidth")
+    assert 0 < asked(built, "replay.onTimeline(17)") < 0.4 * wide
+    assert asked(built, "replay.onTimeline(17.8) - replay.onTimeline(17.2)") > 0.2 * wide
+    marks = asked(built, LANE_MARKS)
+    assert marks[0] == "build: 18 bricks"
+    assert not any("set down" in text for text in marks)
+    assert "drawn shorter" in asked(built, "document.querySelector('.break').title")
+    times = asked(built, TIMES_OF_AXIS)
+    for time, at in times:
+        assert at == pytest.approx(asked(built, f"replay.onTimeline({time})"), abs=0.01)
+    assert sum(time > 17 for time, _ in times) >= (1 if width < 1000 else 3)
+    assert built.execute_script(OVERLAPS) == built.execute_script(CUT) == []
+
+
+def test_pointer_keys_and_playback_follow_the_scale_of_the_time_line(built: "Chrome") -> None:
+    from selenium.webdriver import ActionChains, Keys  # noqa: PLC0415 -- only where there is a browser
+
+    resize(built, 1280, 800)
+    line = built.find_element("css selector", "footer .lanes")
+    for time in (4.0, 17.2, 17.8):
+        x = asked(built, f"replay.onTimeline({time})")
+        ActionChains(built).move_to_element_with_offset(line, round(x - line.size["width"] / 2), 0).click().perform()
+        wait_for(partial(asked, built, f"Math.abs(replay.time() - {time}) < 1e-6"))
+    asked(built, "replay.seek(1), document.activeElement.blur()")
+    ActionChains(built).key_down(Keys.SHIFT).send_keys(Keys.ARROW_RIGHT).key_up(Keys.SHIFT).perform()
+    wait_for(lambda: asked(built, "replay.time()") > 1)
+    assert asked(built, "replay.time()") == pytest.approx(1 + 17 / 4, rel=0.05), "the build plays for 4 s"
+    asked(built, "replay.seek(17.3)")
+    ActionChains(built).key_down(Keys.SHIFT).send_keys(Keys.ARROW_LEFT).key_up(Keys.SHIFT).perform()
+    before = (1 - 0.3) * 17 / 4  # of the second that it goes back, 0.3 s are after the build
+    wait_for(lambda: asked(built, "replay.time()") == pytest.approx(17 - before, abs=0.3))
+    asked(built, "replay.seek(0)")
+    press(built, "Play")
+    frames, seconds, reached = built.execute_async_script(
+        "const done = arguments[0], drawn = replay.drawn(), began = performance.now();"
+        "setTimeout(() => done([replay.drawn() - drawn, (performance.now() - began) / 1000, replay.time()]), 1000)"
+    )
+    assert reached > 1.2 * min(seconds, 0.1 * frames), "a frame plays a tenth of a second at most"
 
 
 def test_the_tools_are_one_row_at_1000_px_and_menus_on_a_phone(falling: "Chrome") -> None:

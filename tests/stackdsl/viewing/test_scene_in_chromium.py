@@ -40,6 +40,35 @@ FAR_APART = """
     systems: [exact]
     expect: [{stands: all}]
 """
+SHELF = """
+    scenario: shelf
+    build:
+      - {column: {levels: 2, step: 100 mm}, brick: {size: [400 mm, 300 mm, 150 mm], mass: 8 kg}}
+    systems: [exact]
+    expect: [{stands: all}]
+"""
+THROWN = """
+    scenario: thrown
+    build:
+      - wall: {levels: 4, bricks: 3}
+    impacts:
+      - {at: 1 s, throw: {at: L4.2, from: {bearing: BEARING, distance: 200 mm}, speed: 4 m/s, name: shot}}
+    systems: [exact]
+    watch: 0.2 s
+    expect: [{stands: {levels: 1}}]
+"""
+# How often each colour occurs in a square in the middle of a face.
+COLOURS = """(() => {
+    const from = document.querySelector('.view canvas'), to = document.createElement('canvas');
+    [to.width, to.height] = [from.width, from.height];
+    replay.seek(replay.time());
+    const pen = to.getContext('2d');
+    pen.drawImage(from, 0, 0);
+    const [x, y] = arguments[0].map(each => Math.round(each * from.width / from.clientWidth));
+    const found = new Set(), data = pen.getImageData(x - 20, y - 20, 40, 40).data;
+    for (let at = 0; at < data.length; at += 4) found.add(data.slice(at, at + 3).join());
+    return [...found];
+})()"""
 LEGEND = """[...document.querySelectorAll('.legend .entry')].map(
     e => [e.childNodes[1].textContent, +e.querySelector('.number').textContent])"""
 # From the first to the last pixel with ink in the row of the bar, right of the middle of the picture.
@@ -239,3 +268,27 @@ def test_of_structures_far_apart_one_is_seen_and_the_other_is_told(undrawn: "Chr
     assert near > 500, "a plank of 117.6 mm is wider than 50 px"
     press(page, "Fit")
     wait_for(lambda: asked(page, "replay.perMetre()") < near / 20)
+
+
+def test_a_lit_face_has_one_colour_and_no_pattern_of_shadows_of_its_own(browser: "Chrome", tmp_path: Path) -> None:
+    (view,) = views_of(SHELF)
+    page = show(browser, view, tmp_path)
+    for name, beside in (("L2.1", [0, 0, 1]), ("L2.1", [0, -1, 0])):
+        choose(page, "view", "plan" if beside[2] else "front")
+        asked(page, f"replay.seek({view.trace.cost.simulated_time})")
+        seen = page.execute_script(f"return {COLOURS}", asked(page, f"replay.onScreen({name!r})"))
+        assert len(seen) == 1, seen
+
+
+@pytest.mark.parametrize("bearing", [0, 90, -90, 143])
+def test_a_throw_is_seen_from_the_side(browser: "Chrome", tmp_path: Path, bearing: int) -> None:
+    (view,) = views_of(THROWN.replace("BEARING", f"{bearing} deg"))
+    page = show(browser, view, tmp_path)
+    press(page, "Parallel")
+    hit = next(place for place in view.timeline.placements if place.hits)
+    ends = []
+    for time in (hit.time + 1e-4, hit.time + hit.flight / 2):
+        asked(page, f"replay.seek({time})")
+        ends.append((asked(page, "replay.onScreen('shot')"), asked(page, "replay.positionOf('shot')")))
+    on_screen, way = (np.linalg.norm(np.subtract(*each)) for each in zip(*ends, strict=True))
+    assert on_screen / way / asked(page, "replay.perMetre()") > 0.75
