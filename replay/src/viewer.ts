@@ -117,15 +117,17 @@ export class Viewer {
         const [x, y, near] = [right, upwards, direction].map((axis) => axis.dot(corner) - axis.dot(target));
         return Math.max(most, Math.max(Math.abs(y) / high, Math.abs(x) / wide) + (this.orthographic ? 0 : near)); // what is nearer looks larger
       }, 0);
-    let away = needs(corners);
-    for (let turn = 0; turn < CENTRING; turn++) {
+    const later = also === time ? [] : this.cornersAt(also);
+    let away = 0;
+    for (let turn = 0; turn <= CENTRING; turn++) {
+      const least = needs(corners);
+      away = Math.max(least, Math.min(WIDER * least, needs(later)));
+      if (turn === CENTRING) break;
       for (const axis of [right, upwards]) {
         const seen = corners.map((corner) => (axis.dot(corner) - axis.dot(target)) / (this.orthographic ? 1 : 1 - (direction.dot(corner) - direction.dot(target)) / away));
         target.addScaledVector(axis, (seen.reduce((low, x) => Math.min(low, x), Infinity) + seen.reduce((most, x) => Math.max(most, x), -Infinity)) / 2);
       }
-      away = needs(corners);
     }
-    if (also !== time) away = Math.max(away, Math.min(WIDER * away, needs(this.cornersAt(also))));
     this.goTo({ target, direction, away }, smoothly);
   }
 

@@ -123,7 +123,7 @@ def test_the_weakest_brick_is_told_once_its_margins_are_known(
         browser.execute_script(f"{weakest}.click()")
         wait_for(lambda: text_of(browser, ".inspector h2") == "L1.1")
         assert not browser.execute_script("return document.querySelector(`option[value='weakest']`).hidden")
-        assert browser.get_log("browser") == []  # type: ignore[no-untyped-call]
+        assert complaints(browser) == []
 
 
 def test_a_file_that_cannot_be_read_is_told_with_its_line_above_the_last_picture(browser: "Chrome") -> None:
