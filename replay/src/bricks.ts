@@ -1,29 +1,25 @@
-// All bricks of a run as a few instanced meshes, one a shape: solids with darker rims.
-import {
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  DynamicDrawUsage,
-  InstancedBufferAttribute,
-  InstancedMesh,
-  Matrix4,
-  Object3D,
-  type Quaternion,
-  ShaderMaterial,
-  Vector3,
-} from "three";
+// All bricks of a run as one mesh: solids with darker rims. Where each is stands in a texture, so that all are drawn at once: where
+// the processor draws, instances are drawn one after the other, which takes ten times as long as what is seen of them.
+import { BufferAttribute, BufferGeometry, type Color, DataTexture, DoubleSide, FloatType, Matrix4, Mesh, Quaternion, RGBAFormat, ShaderMaterial, Vector3 } from "three";
 import type { Payload } from "./payload";
 import type { Pose, Run } from "./run";
 
-const NOWHERE = new Matrix4().makeScale(0, 0, 0);
+const EACH = 3; // texels of a brick: its position and mark, its orientation, its colour
+const ROW = 256; // bricks in a row of the texture
+const HIDDEN = -1; // mark of a brick that is not drawn
+
+// The faces of a shape: numbers of its corners, and what each of them has.
+interface Solid {
+  points: number[];
+  normals: number[];
+  rims: number[];
+  triangles: number[];
+}
 
 // Faces with `rim`, from which the shader tells the distance to the nearest edge of the face [m]: min(z - |x|, w - |y|).
 // A rectangle has two triangles, any other face a fan about its middle.
-function solid(shape: Payload["shapes"][number]): BufferGeometry {
-  const points: number[] = [];
-  const normals: number[] = [];
-  const rims: number[] = [];
-  const triangles: number[] = [];
+function solid(shape: Payload["shapes"][number]): Solid {
+  const { points, normals, rims, triangles }: Solid = { points: [], normals: [], rims: [], triangles: [] };
   const corners = shape.corners.map((corner) => new Vector3(...corner));
   const add = (point: Vector3, normal: Vector3, rim: number[]): number => {
     points.push(...point.toArray());
@@ -48,11 +44,30 @@ function solid(shape: Payload["shapes"][number]): BufferGeometry {
       triangles.push(...([[middle, rim], [from, 0], [to, 0]] as [Vector3, number][]).map(([point, high]) => add(point, normal, [0, 0, high, 1e9])));
     });
   }
+  return { points, normals, rims, triangles };
+}
+
+// The solids of all bricks, one after the other.
+function geometryOf({ shapes, bricks }: Payload): BufferGeometry {
+  const solids = shapes.map(solid);
+  const sum = (one: (of: Solid) => number[]): number => bricks.shape.reduce((sum, shape) => sum + one(solids[shape]).length, 0);
+  const [points, normals, rims] = [(of: Solid) => of.points, (of: Solid) => of.normals, (of: Solid) => of.rims].map((one) => new Float32Array(sum(one)));
+  const of = new Float32Array(points.length / 3);
+  const triangles = new Uint32Array(sum((solid) => solid.triangles));
+  let [at, next] = [0, 0];
+  bricks.shape.forEach((shape, brick) => {
+    const one = solids[shape];
+    const count = one.points.length / 3;
+    points.set(one.points, 3 * at);
+    normals.set(one.normals, 3 * at);
+    rims.set(one.rims, 4 * at);
+    of.fill(brick, at, at + count);
+    for (const corner of one.triangles) triangles[next++] = at + corner;
+    at += count;
+  });
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
-  geometry.setAttribute("normal", new BufferAttribute(new Float32Array(normals), 3));
-  geometry.setAttribute("rim", new BufferAttribute(new Float32Array(rims), 4));
-  geometry.setIndex(triangles);
+  for (const [name, values, size] of [["position", points, 3], ["normal", normals, 3], ["rim", rims, 4], ["brick", of, 1]] as [string, Float32Array, number][]) geometry.setAttribute(name, new BufferAttribute(values, size));
+  geometry.setIndex(new BufferAttribute(triangles, 1));
   return geometry;
 }
 
@@ -67,9 +82,17 @@ const GHOSTLY = 0.5; // added to a mark: what lies before the picked brick is dr
 
 // Light from the sun depends on the face alone, so it is worked out at its corners; and points are multiplied by matrices
 // one after the other, as products of matrices would cost the most of all where the processor draws.
+const PLACE = `
+  attribute float brick;
+  uniform highp sampler2D places;
+  vec4 told(int part) {
+    int at = int(brick + 0.5);
+    return texelFetch(places, ivec2(${EACH} * (at % ${ROW}) + part, at / ${ROW}), 0);
+  }
+  vec3 turned(vec4 by, vec3 way) { return way + 2.0 * cross(by.xyz, cross(by.xyz, way) + by.w * way); }`;
 const VERTEX = `
   attribute vec4 rim;
-  attribute vec4 tint;
+  ${PLACE}
   uniform vec3 sun;
   uniform float shift;
   uniform mat4 shade;
@@ -78,21 +101,29 @@ const VERTEX = `
   varying vec2 vLight;
   varying vec3 vShade;
   void main() {
-    bool ghost = fract(tint.w) > 0.25;
+    vec4 place = told(0);
+    bool ghost = fract(place.w) > 0.25;
     #ifdef GHOST
     ghost = !ghost;
     #endif
-    if (ghost) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
-    vec3 n = mat3(instanceMatrix) * normal;
-    vec4 at = instanceMatrix * vec4(position, 1.0);
+    if (ghost || place.w < 0.0) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+    vec4 turn = told(1);
+    vec3 n = turned(turn, normal);
+    vec4 at = vec4(place.xyz + turned(turn, position), 1.0);
     vLight = vec2(0.58 + 0.1 * n.z, 0.42 * max(0.0, dot(n, sun)));
-    vTint = tint;
+    vTint = vec4(told(2).rgb, place.w);
     vRim = rim;
     #ifdef SHADOWS
     float steep = length(cross(n, sun)); // the steeper the light, the farther is what is looked up beside a point from its plane
     vShade = (shade * vec4(at.xyz + shift * steep * n, 1.0)).xyz;
     #endif
     gl_Position = projectionMatrix * (viewMatrix * at);
+  }`;
+const CAST = `
+  ${PLACE}
+  void main() {
+    vec4 place = told(0);
+    gl_Position = place.w < 0.0 || fract(place.w) > 0.25 ? vec4(2.0) : projectionMatrix * (viewMatrix * vec4(place.xyz + turned(told(1), position), 1.0));
   }`;
 export const SHADED = `
   #ifdef SHADOWS
@@ -139,57 +170,54 @@ const FRAGMENT = `
 export type Light = Record<"sun" | "shift" | "shade" | "shadows" | "soft" | "outlines" | "pixel", { value: unknown }>;
 
 export class Bricks {
-  readonly group = new Object3D();
-  readonly ghosts = new Object3D(); // the same bricks, of which only ghosts are drawn
+  readonly mesh: Mesh;
+  readonly ghosts: Mesh; // the same bricks, of which only ghosts are drawn
   readonly material: ShaderMaterial;
-  private readonly meshes: InstancedMesh[];
-  private readonly slots: Int32Array; // of each brick in the mesh of its shape
-  private readonly tints: InstancedBufferAttribute[];
-  private readonly matrix = new Matrix4();
-  private readonly whole = new Vector3(1, 1, 1);
+  readonly cast: ShaderMaterial; // what the sun sees: how far each place is from it
+  private readonly places: DataTexture;
+  private readonly data: Float32Array;
+  private readonly turn = new Quaternion();
 
-  constructor(private readonly run: Run, light: Light) {
-    const { shape } = run.told.bricks;
-    const counts = run.told.shapes.map(() => 0);
-    this.material = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: light });
-    const glass = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: light, defines: { GHOST: "" }, transparent: true, depthWrite: false });
-    this.slots = Int32Array.from(shape, (number) => counts[number]++);
-    this.tints = counts.map((count) => new InstancedBufferAttribute(new Float32Array(4 * Math.max(count, 1)), 4));
-    this.meshes = run.told.shapes.map((one, number) => {
-      const geometry = solid(one);
-      geometry.setAttribute("tint", this.tints[number].setUsage(DynamicDrawUsage));
-      const mesh = new InstancedMesh(geometry, this.material, counts[number]);
-      const ghost = new InstancedMesh(geometry, glass, counts[number]);
-      mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-      ghost.instanceMatrix = mesh.instanceMatrix;
-      mesh.frustumCulled = ghost.frustumCulled = false;
-      this.group.add(mesh);
-      this.ghosts.add(ghost);
-      return mesh;
-    });
+  constructor(run: Run, light: Light) {
+    const rows = Math.ceil(run.count / ROW) || 1;
+    this.data = new Float32Array(4 * EACH * ROW * rows);
+    this.places = new DataTexture(this.data, EACH * ROW, rows, RGBAFormat, FloatType);
+    const uniforms = { ...light, places: { value: this.places } };
+    this.material = new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms });
+    this.cast = new ShaderMaterial({ vertexShader: CAST, fragmentShader: "void main() { gl_FragColor = vec4(1.0); }", uniforms, side: DoubleSide });
+    const geometry = geometryOf(run.told);
+    this.mesh = new Mesh(geometry, this.material);
+    this.ghosts = new Mesh(geometry, new ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, defines: { GHOST: "" }, transparent: true, depthWrite: false }));
+    this.mesh.frustumCulled = this.ghosts.frustumCulled = false;
   }
 
   hide(brick: number): void {
-    this.meshes[this.run.told.bricks.shape[brick]].setMatrixAt(this.slots[brick], NOWHERE);
+    this.data[4 * EACH * brick + 3] = HIDDEN;
   }
 
-  put(brick: number, pose: Pose): void {
-    this.matrix.compose(pose.position, pose.orientation as Quaternion, this.whole);
-    this.meshes[this.run.told.bricks.shape[brick]].setMatrixAt(this.slots[brick], this.matrix);
+  put(brick: number, { position, orientation }: Pose): void {
+    position.toArray(this.data, 4 * EACH * brick);
+    orientation.toArray(this.data, 4 * (EACH * brick + 1));
   }
 
   paint(brick: number, colour: Color, mark: Mark, ghost: boolean): void {
-    this.tints[this.run.told.bricks.shape[brick]].setXYZW(this.slots[brick], colour.r, colour.g, colour.b, mark + (ghost ? GHOSTLY : 0));
+    this.data[4 * EACH * brick + 3] = mark + (ghost ? GHOSTLY : 0);
+    colour.toArray(this.data, 4 * (EACH * brick + 2));
   }
 
   // Where a brick is drawn.
   drawn(brick: number, matrix: Matrix4): Matrix4 {
-    this.meshes[this.run.told.bricks.shape[brick]].getMatrixAt(this.slots[brick], matrix);
-    return matrix;
+    const at = 4 * EACH * brick;
+    return matrix.makeRotationFromQuaternion(this.turn.fromArray(this.data, at + 4)).setPosition(this.data[at], this.data[at + 1], this.data[at + 2]);
   }
 
   done(): void {
-    for (const mesh of this.meshes) mesh.instanceMatrix.needsUpdate = true;
-    for (const tint of this.tints) tint.needsUpdate = true;
+    this.places.needsUpdate = true;
+  }
+
+  // It is not drawn any more.
+  forget(): void {
+    this.mesh.geometry.dispose();
+    this.places.dispose();
   }
 }

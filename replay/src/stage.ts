@@ -2,7 +2,6 @@
 import {
   DepthTexture,
   DoubleSide,
-  InstancedMesh,
   LessEqualCompare,
   LinearFilter,
   Matrix4,
@@ -25,24 +24,13 @@ import { type Overlay, Overlays, type Sight, type Which } from "./overlays";
 import { marksOf, type Pose, type Run } from "./run";
 
 const SUN = new Vector3(-0.45, -0.75, 1.1).normalize(); // towards it
-const SHADOWED = 1500; // bricks up to which they cast shadows; benchmarks/replay.py measures what more of them cost
+const SHADOWED = 4000; // bricks up to which they cast shadows; benchmarks/replay.py measures what more of them cost
 const SHARPNESS = 2048; // [px] of the map of shadows, along a side
 const SOFT = 1.6; // pixels of the map beside a point at which it is looked up as well
 const REACH = 1.2 * SOFT + 1.5; // pixels of the map beside a point that its shadow depends on, and a half more
 const NEARBY = 2; // times the ball around what was built: what ends farther out would make it tiny
 const APART = 12; // times the size of a structure: another one farther away is left out of the picture
 const INSIDE = 0.9; // of the way to its corners: points of a brick that are to be seen
-
-// What the sun sees: how far each place is from it.
-const CAST = new ShaderMaterial({
-  vertexShader: `
-    attribute vec4 tint;
-    void main() {
-      gl_Position = fract(tint.w) > 0.25 ? vec4(2.0) : projectionMatrix * (viewMatrix * (instanceMatrix * vec4(position, 1.0)));
-    }`,
-  fragmentShader: "void main() { gl_FragColor = vec4(1.0); }",
-  side: DoubleSide,
-});
 
 export interface Look {
   time: number; // [s]
@@ -95,7 +83,7 @@ export class Stage {
     this.bricks = new Bricks(run, this.light);
     this.colours = new Colours(run);
     this.overlays = new Overlays(this);
-    this.scene.add(this.grounds, this.bricks.group, this.bricks.ghosts);
+    this.scene.add(this.grounds, this.bricks.mesh, this.bricks.ghosts);
     for (const plane of run.told.planes) this.grounds.add(this.surface(plane));
     if (run.count > SHADOWED) return;
     this.map = new WebGLRenderTarget(SHARPNESS, SHARPNESS);
@@ -174,7 +162,7 @@ export class Stage {
     [this.lit, this.castAt] = [true, now];
     const unseen = [this.grounds, this.bricks.ghosts].map((one): [Object3D, boolean] => [one, one.visible]);
     for (const [one] of unseen) one.visible = false;
-    this.scene.overrideMaterial = CAST;
+    this.scene.overrideMaterial = this.bricks.cast;
     renderer.setRenderTarget(this.map);
     renderer.clear();
     renderer.render(this.scene, this.sun);
@@ -191,10 +179,8 @@ export class Stage {
   forget(): void {
     this.map?.depthTexture?.dispose();
     this.map?.dispose();
-    this.scene.traverse((one) => {
-      if (one instanceof InstancedMesh) one.dispose();
-      if (one instanceof Mesh) one.geometry.dispose();
-    });
+    this.bricks.forget();
+    for (const ground of this.grounds.children) (ground as Mesh).geometry.dispose();
   }
 
   // Where a brick is drawn.
