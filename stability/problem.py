@@ -12,6 +12,8 @@ from typing import Protocol, TypeAlias
 from stability.contact_law import ContactLaw
 from stability.geometry.box_distance import TOUCHING
 from stability.model import BodyId, Brick, Pose, Vec3
+from stability.name_order import names_text
+from stability.notebook import Display, Displayed, display_of
 
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 UP: Vec3 = (0.0, 0.0, 1.0)
@@ -108,7 +110,7 @@ class GapQuestion(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Verdict(Displayed):
     """Verdict on an assembly, with its stage and its proof."""
 
     stability: Stability
@@ -124,6 +126,16 @@ class Verdict:
     def touching_within(self) -> float:
         """Largest gap that STABLE needs as contact [m], in the sense of `Tolerances.within`; 0 if it needs none."""
         return max((question.within() for question in self.gaps), default=0.0)
+
+
+WORDS = {Stability.STABLE: ("\u2713 stable", True), Stability.UNSTABLE: ("\u2717 unstable", False)}
+
+
+@display_of.register
+def _(verdict: Verdict) -> Display:
+    word, good = WORDS.get(verdict.stability, (f"\u2013 {verdict.stability}", None))
+    told = {"why": verdict.reason, "moves": names_text(verdict.moving), "proof": verdict.stage or ""}
+    return Display("statics", [(label, text) for label, text in told.items() if text], word, good)
 
 
 @dataclass(frozen=True, slots=True)

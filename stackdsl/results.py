@@ -10,6 +10,7 @@ from typing import TypeAlias
 from stability.engines.protocol import WrongFriction
 from stability.geometry.placed_shape import top_W
 from stability.model import BodyId
+from stability.notebook import Displayed
 from stackdsl.diagnostics import Diagnostic, ScenarioWarning, Span
 from stackdsl.exits import ExitCode
 from stackdsl.trace import (
@@ -139,7 +140,7 @@ REFERENCE_SYSTEM = "tuned"  # reference of speed-ups: PyBullet with the best set
 
 
 @dataclass(frozen=True, slots=True, repr=False)
-class ClaimOutcome:
+class ClaimOutcome(Displayed):
     """The comparison of a claim with the measured value."""
 
     name: str  # the expectation's key, such as `stands`
@@ -208,7 +209,7 @@ class GoldenDifference:
 
 
 @dataclass(frozen=True, slots=True)
-class GoldenResult:
+class GoldenResult(Displayed):
     """The comparison of one snapshot with its file."""
 
     status: GoldenStatus
@@ -246,7 +247,7 @@ class RunStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class VariantResult:
+class VariantResult(Displayed):
     """Result of one variant of a scenario on one system."""
 
     scenario: str

@@ -18,7 +18,7 @@ from tests.paths import ROOT
 # From the facts up to the shell; what stands on one layer does not know each other.
 LAYERS = {
     "stability": (
-        {"model", "work_limit"},
+        {"model", "notebook", "work_limit"},
         {"graph", "geometry", "name_order", "process_settings"},
         {"contact_law"},
         {"problem"},

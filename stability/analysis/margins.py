@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import degrees, inf, isfinite
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from stability.analysis.placement_margin import PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
 from stability.geometry.vectors import add, admit_in_range, listed
 from stability.model import GROUND, BodyId
+from stability.notebook import Display, Displayed, display_of
 from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench, rounded
 from stability.process_settings import one_thread
 from stability.statics.assembly import STRONGEST, WEAKEST, admit_name, admit_problem
@@ -136,7 +137,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, slots=True)
-class Margins:
+class Margins(Displayed):
     """All margins of a standing assembly."""
 
     acceleration_g: float  # horizontal, in the worst direction, in units of g
@@ -146,6 +147,20 @@ class Margins:
     placement: float  # the placement error in plan of every brick that is certain to be survived [m]
     # the mechanism that opens first at that acceleration; None if the structure is held on all sides
     weakest: Weakest | None
+
+
+@display_of.register
+def _(found: Margins) -> Display:
+    towards = f"{round(degrees(found.bearing)) % 360} deg"
+    lines = [
+        ("survives", f"a horizontal acceleration of {found.acceleration_g:.4g} g (worst direction: {towards})"),
+        ("", f"a tilt of {degrees(found.tilt):.4g} deg"),
+        ("", f"friction down to {found.friction:.4g}"),
+        ("", f"a placement error of {round(1000.0 * found.placement, 6):.4g} mm of every brick"),
+    ]
+    if found.weakest is not None:
+        lines.append(("weakest", f"{found.weakest.brick}; {found.weakest.gives_way}"))
+    return Display("margins", lines)
 
 
 def margins(

@@ -29,6 +29,7 @@ from stability.analysis.uniqueness_program import (
 from stability.geometry.rows import Array
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
+from stability.notebook import Display, Displayed, display_of
 from stability.problem import Forces, Problem, Tolerances
 from stability.process_settings import one_thread
 from stability.statics.assembly import admit_forces, admit_problem
@@ -209,7 +210,7 @@ class FrictionProof:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class RestOutcome:
+class RestOutcome(Displayed):
     """The possible motions of bricks that can rest."""
 
     guaranteed: bool  # whether rest is the only possibility
@@ -231,6 +232,13 @@ class RestOutcome:
             shown = names_text(in_order(self.undecided))
             return f"friction is needed, and it is undecided whether {shown} could start to move"
         return "friction is needed, and no motion is possible" if self.braced else ""
+
+
+@display_of.register
+def _(found: RestOutcome) -> Display:
+    why = found.reason or "forces along normals alone balance every brick"
+    word = "\u2713 guaranteed" if found.guaranteed else "\u2013 possible"
+    return Display("rest", [("why", why)], word, found.guaranteed or None)
 
 
 @one_thread()

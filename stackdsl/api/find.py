@@ -1,6 +1,10 @@
 """Finds the largest or least value with which a case stands, and the sensitivities of its margin."""
 
+from typing import Final
+
+from stability.notebook import Display, display_of
 from stackdsl.checking.cases import Case
+from stackdsl.report.studies import limit_lines, sensitivity_lines
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 
@@ -43,3 +47,23 @@ def sensitivities(case: Case, of: str = MarginKind.ACCELERATION, check: int = CH
     Raises SearchError, a ValueError, if the case has no such margin.
     """
     return sensitivities_of(case, case.name, MarginKind(of), check)
+
+
+MOST: Final = 20  # effects that a notebook shows
+
+
+@display_of.register
+def _(found: FoundLimit) -> Display:
+    name, limit, *remarks = map(str.strip, limit_lines(found))
+    asked, _, answer = limit.partition(": ")
+    labelled = (
+        remark.partition(": ")[::2] if remark.startswith(("fall: ", "undecided: ")) else ("", remark)
+        for remark in remarks
+    )
+    return Display(name, [(asked, answer), *labelled])
+
+
+@display_of.register
+def _(found: Sensitivities) -> Display:
+    name, *lines = sensitivity_lines(found, MOST)
+    return Display(name, aligned=lines)

@@ -1,32 +1,73 @@
-"""HTML of scenarios and runs, for notebooks: the verdict with its cause, and the replay in a frame of its own."""
+"""Displays of results for notebooks, in the words and the order of the reports; a run has its replay as well."""
 
+from collections.abc import Container, Iterable
+from dataclasses import replace
+from functools import partial
 from html import escape
-from typing import Final
+from typing import Final, TypeVar
 
+from stability.notebook import Display, Displayed, Printer, bundle, display_of
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.report.outline import failure_lines, result_text, status_of
+from stackdsl.report.check_text import golden_changes
+from stackdsl.report.outline import MARKS, Status, failure_lines, result_text, status_of
+from stackdsl.report.text import margin_text
+from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, GoldenResult, VariantResult
 from stackdsl.simulation.recording import Recorder
 from stackdsl.trace import Trace
 
 LONGEST: Final = 10.0  # [s] wall time of a run that is played once more for its replay
 LARGEST: Final = 4_000_000  # [characters] of a replay within a notebook, which keeps each output
-HEIGHT: Final = 520  # [px] of the replay
-COLOURS: Final = {"passed": "#17683f", "failed": "#b3261e"}  # of the verdict; others are grey
+HEIGHT: Final = 720  # [px] of the replay
+
+GOOD: Final = {Status.PASSED: True, Status.FAILED: False}  # other statuses are neither
+Shown = TypeVar("Shown", bound=Displayed)
 
 
-def run_html(case: Case, trace: Trace) -> str:
-    """Return the verdict of a run, the lines of its failure, and its replay."""
-    result = judged(case, trace)
-    status = str(status_of(result))
-    head = f'<b style="color: {COLOURS.get(status, "#565b62")}">{escape(status)}</b> {escape(case.name)}'
+class Several(tuple[Shown, ...]):
+    """Values that a notebook shows below each other."""
+
+    __slots__ = ()
+
+    def _repr_mimebundle_(self, include: Container[str] | None = None, exclude: object = None) -> dict[str, str]:
+        """Return all values as text and as HTML, for notebooks."""
+        return bundle([*map(display_of, self)], include)
+
+    def _repr_pretty_(self, printer: Printer, cycle: bool) -> None:
+        """Print the text, for which IPython asks a tuple in this way."""
+        printer.text(bundle([*map(display_of, self)], ())["text/plain"])
+
+
+def _display(status: Status, title: str, lines: Iterable[tuple[str, str]]) -> Display:
+    return Display(title, [*lines], f"{MARKS[status]} {status}", GOOD.get(status))
+
+
+@display_of.register
+def _(outcome: ClaimOutcome) -> Display:
+    lines = {"expected": outcome.expected, "measured": f"{outcome.measured}{margin_text(outcome)}"}
+    return _display(Status.PASSED if outcome.passed else Status.FAILED, outcome.name, lines.items())
+
+
+@display_of.register
+def result_display(result: VariantResult) -> Display:
+    """Return the display of a result: its status, and the lines of its failure."""
     lines = [*failure_lines(result)] or [("result", result_text(result))]
-    rows = "".join(
-        f'<tr><td>{label}</td><td style="text-align: left">{escape(text)}</td></tr>' for label, text in lines
-    )
-    return f"<div>{head}<table>{rows}</table>{_replay(case, trace)}</div>"
+    return _display(status_of(result), result.name, lines)
+
+
+@display_of.register
+def _(golden: GoldenResult) -> Display:
+    good = False if golden.status in GOLDEN_FAILURES else None
+    note = [("note", golden.note)] if golden.note else []
+    changes = golden_changes(golden.differences) if golden.differences else ()
+    return Display(golden.file, [*changes, *note], f"golden file {golden.status}", good)
+
+
+def run_display(case: Case, trace: Trace) -> Display:
+    """Return the display of a run: its result with the replay."""
+    return replace(result_display(judged(case, trace)), more=partial(_replay, case, trace))
 
 
 def _replay(case: Case, trace: Trace) -> str:
@@ -41,7 +82,7 @@ def _replay(case: Case, trace: Trace) -> str:
     page = replay_page([view_of(case, again, recorder.recording(), judged(case, again))], case.name)
     if len(page) > LARGEST:
         return _none(f"its replay has {len(page) / 1e6:.0f} MB")
-    frame = f'width="100%" height="{HEIGHT}" style="border: 1px solid #82827a; border-radius: 8px"'
+    frame = f'width="100%" height="{HEIGHT}" style="border: 1px solid #82827a; border-radius: 8px; margin-top: 8px"'
     return f'<iframe sandbox="allow-scripts" srcdoc="{escape(page)}" title="replay" {frame}></iframe>'
 
 

@@ -10,6 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stability.model import Pose
+from stability.notebook import Display, Displayed, display_of
+from stackdsl.api.notebook import Several, run_display
 from stackdsl.api.python_remedies import in_python
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import Written, copied, spans_of
@@ -47,7 +49,7 @@ class NotMeasuredError(LookupError):
     """A claim needs a measurement that this run does not have."""
 
 
-class Run:
+class Run(Displayed):
     """One case and its trace."""
 
     def __init__(self, case: Case, trace: Trace) -> None:
@@ -60,15 +62,15 @@ class Run:
         return self.trace.reported_verdict
 
     @cached_property
-    def outcomes(self) -> tuple[ClaimOutcome, ...]:
+    def outcomes(self) -> Several[ClaimOutcome]:
         """The outcome of each claim under `expect`, with the measured value and the margin to its threshold."""
         case = self.case
-        return judge(self.trace, case.scenario, case.variant, case.source, case.system)
+        return Several(judge(self.trace, case.scenario, case.variant, case.source, case.system))
 
     @cached_property
-    def truths(self) -> tuple[ClaimOutcome, ...]:
+    def truths(self) -> Several[ClaimOutcome]:
         """The outcome of each claim under `truth`."""
-        return compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source)
+        return Several(compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source))
 
     @property
     def passed(self) -> bool:
@@ -172,11 +174,10 @@ class Run:
         failed = "; ".join(map(repr, (outcome for outcome in self.outcomes if not outcome.passed)))
         return f"<Run of {self.case.name}: {failed or self.verdict}>"
 
-    def _repr_html_(self) -> str:
-        """Return the verdict, its cause and the replay, for notebooks."""
-        from stackdsl.api.notebook import run_html  # noqa: PLC0415 -- only notebooks need it
 
-        return run_html(self.case, self.trace)
+@display_of.register
+def _(run: Run) -> Display:
+    return run_display(run.case, run.trace)
 
 
 def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:

@@ -2,16 +2,21 @@
 
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
+
+from stability.notebook import Printer
 
 if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
 
 Row = dict[str, str | int | float | bool | None]
+
+
+MOST: Final = 60  # rows that a notebook shows of a table
 
 
 class Table(list[Row]):
@@ -42,19 +47,34 @@ class Table(list[Row]):
 
         return pl.DataFrame(list(self))
 
-    def _repr_html_(self) -> str:
-        """Return the table as HTML, for notebooks."""
-        head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
-        rows = "".join(
-            "<tr>" + "".join(f"<td>{escape(_shown(value))}</td>" for value in row.values()) + "</tr>" for row in self
-        )
-        return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        """Return the table as text and as HTML, for notebooks; of a long one its first and last rows."""
+        few = self if len(self) <= MOST else Table([*self[: MOST // 2], *self[-MOST // 2 :]])
+        sides = ["left" if isinstance(value, str) else "right" for value in (self[0].values() if self else ())]
+        cells = [[*map(_shown, row.values())] for row in few]
+        lines = [_row("th", sides, self.columns), *(_row("td", sides, row) for row in cells)]
+        left_out = [] if few is self else [f"{len(self) - MOST} of {len(self)} rows are left out in the middle"]
+        if left_out:
+            lines.insert(1 + MOST // 2, f'<tr><td colspan="{len(sides)}">\u2026</td></tr>')
+        html = "<table>" + "".join(lines) + "</table>" + "".join(map("<p>{}</p>".format, left_out))
+        return {"text/plain": "\n".join([str(few), *left_out]), "text/html": html}
+
+    def _repr_pretty_(self, printer: Printer, cycle: bool) -> None:
+        """Print the table as text, for which IPython asks a list in this way."""
+        printer.text(self._repr_mimebundle_()["text/plain"])
 
     def __str__(self) -> str:
         """Return the table as text, with one line per row."""
         cells = [self.columns, *([_shown(value) for value in row.values()] for row in self)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in cells)
+
+
+def _row(tag: str, sides: Sequence[str], texts: Sequence[str]) -> str:
+    cells = (
+        f'<{tag} style="text-align: {side}">{escape(text)}</{tag}>' for side, text in zip(sides, texts, strict=True)
+    )
+    return f"<tr>{''.join(cells)}</tr>"
 
 
 def _shown(value: str | float | bool | None) -> str:

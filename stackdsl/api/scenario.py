@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from html import escape
 from typing import Final
 
 import yaml
 
+from stability.name_order import names_text
+from stability.notebook import Display, Displayed, display_of
 from stackdsl.api.run import Run, ScenarioError, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.cases import Case, cases_of
@@ -15,11 +16,12 @@ from stackdsl.language.yaml.includes import Library
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.results import VariantResult
 from stackdsl.trace import Event
+from stackdsl.wording import how_many
 
 WIDTH: Final = 120  # [characters] of a YAML line
 
 
-class Scenario:
+class Scenario(Displayed):
     """A scenario: a build, impacts on it, and claims about the result.
 
     The parameters are the keys of a scenario in docs/language.md. Build steps come from `stackdsl.api.layouts` and
@@ -141,17 +143,23 @@ class Scenario:
         """Return the scenario as equivalent YAML."""
         return yaml.safe_dump(copied(self._written), sort_keys=False, allow_unicode=True, width=WIDTH)
 
-    def _repr_html_(self) -> str:
-        """Return the YAML and the names of the cases, or the mistakes, for notebooks."""
-        try:
-            told = ", ".join(case.name for case in self.cases)
-        except ScenarioError as error:
-            told = str(error)
-        mono = 'style="font-family: monospace"'
-        return f"<pre {mono}>{escape(self.to_yaml())}</pre><pre {mono}>{escape(told)}</pre>"
+    def __repr__(self) -> str:
+        """Return the name; the scenario need not be valid."""
+        return f"<Scenario {self._written['scenario']}>"
 
     def _source(self) -> Source:
         spans = spans_of(self._written)
         values = copied(self._written)
         assert isinstance(values, dict)  # `Written` is a dict
         return Source(self._written.span.file, values, spans, {})
+
+
+@display_of.register
+def _(scenario: Scenario) -> Display:
+    """Return the YAML with the cases, or with the mistakes."""
+    name, text = str(scenario._written["scenario"]), scenario.to_yaml().splitlines()
+    try:
+        cases = scenario.cases
+    except ScenarioError as error:
+        return Display(name, (), "\u2717 invalid", False, aligned=[*text, "", *str(error).splitlines()])
+    return Display(name, [(how_many(len(cases), "case"), names_text([c.name for c in cases]))], aligned=text)

@@ -6,7 +6,10 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
+from stability.notebook import Display, display_of
+from stackdsl.api.notebook import Several
 from stackdsl.checking.cases import Case
+from stackdsl.report.studies import sweep_lines
 from stackdsl.studies import sweep as swept
 from stackdsl.studies.sweep import SweptCase
 from stackdsl.studies.sweep_plan import plan_of
@@ -23,7 +26,7 @@ def sweep(
     workers: int | None = None,
     time_limit: float = TIME_LIMIT,
     on_rows: Callable[[int], None] = lambda rows: None,
-) -> tuple[SweptCase, ...]:
+) -> Several[SweptCase]:
     """Judge every sample of all cases, play cases without samples, and write one row for each; return their counts.
 
     `out` is a file that ends in `.jsonl` or `.csv`, or a folder that ends in `.parquet`. Rows that it has already are
@@ -42,4 +45,10 @@ def sweep(
             return own_processes(workers)
         return nullcontext(Workers(executor, lambda: workers or os.cpu_count() or 1))
 
-    return swept.sweep(plan_of([*cases], samples, time_limit), Path(out), pool, on_rows)
+    return Several(swept.sweep(plan_of([*cases], samples, time_limit), Path(out), pool, on_rows))
+
+
+@display_of.register
+def _(found: SweptCase) -> Display:
+    title, *lines = map(str.strip, sweep_lines([found])) if found.rows else (found.entry.name, "no rows")
+    return Display(title, [line.partition(": ")[::2] for line in lines])

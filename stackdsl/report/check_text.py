@@ -10,7 +10,17 @@ from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, hanging, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
-from stackdsl.report.outline import CaseRow, Group, Status, failure_lines, nearest, outline, result_text, status_of
+from stackdsl.report.outline import (
+    MARKS,
+    CaseRow,
+    Group,
+    Status,
+    failure_lines,
+    nearest,
+    outline,
+    result_text,
+    status_of,
+)
 from stackdsl.report.text import (
     TO_CLAIM,
     change_text,
@@ -114,14 +124,6 @@ def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
 # Green: one line a file, or a folder if there are many files.
 
 
-MARKS = {
-    Status.FAILED: "\u2717",
-    Status.DIFFERS: "\u2260",
-    Status.EXPECTED_FAILURE: "!",
-    Status.UNCHECKED: "!",
-    Status.SKIPPED: "\u2013",
-    Status.PASSED: "\u2713",
-}
 MOST_FILES = 25  # lines of files; with more files, each line is a folder
 NEAR = 0.5  # share of the limit within which a margin is told
 
@@ -437,7 +439,9 @@ def _differences(result: VariantResult, width: int) -> Block:
     golden = result.golden
     if golden is None or not golden.differences:
         return []
-    told = [text for label, value in _folded(golden.differences) for text in hanging(f"  {label}  {value}", width)]
+    told = [
+        text for label, value in golden_changes(golden.differences) for text in hanging(f"  {label}  {value}", width)
+    ]
     if len(told) > MOST_DIFFERENCES:
         told = [*told[:MOST_DIFFERENCES], f"  and {len(told) - MOST_DIFFERENCES} more lines; --format json lists all"]
     if golden.status is GoldenStatus.WRITTEN:
@@ -446,7 +450,7 @@ def _differences(result: VariantResult, width: int) -> Block:
     return [_head(Status.DIFFERS, result.name, golden.file, width), *map(line, [*told, *decide])]
 
 
-def _folded(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
+def golden_changes(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
     """Yield each observation with the bricks that changed alike, or with the largest change of many bricks."""
     by_quantity: defaultdict[str, list[GoldenDifference]] = defaultdict(list)
     for difference in differences:

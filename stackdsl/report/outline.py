@@ -23,6 +23,16 @@ class Status(StrEnum):
     PASSED = "passed"
 
 
+MARKS = {  # of a status, without its colour
+    Status.FAILED: "\u2717",
+    Status.DIFFERS: "\u2260",
+    Status.EXPECTED_FAILURE: "!",
+    Status.UNCHECKED: "!",
+    Status.SKIPPED: "\u2013",
+    Status.PASSED: "\u2713",
+}
+
+
 def status_of(result: VariantResult) -> Status:
     """Return the status of a case."""
     if result.status is RunStatus.SKIPPED:

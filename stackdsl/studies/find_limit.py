@@ -11,6 +11,7 @@ from stability.analysis.acceleration_margin import acceleration
 from stability.analysis.bearings import along_bearings
 from stability.analysis.margins import counterweight, least_friction
 from stability.contact_law import as_friction
+from stability.notebook import Displayed
 from stability.problem import Motion, Problem, Stability
 from stability.statics.assembly import Assembly
 from stability.statics.fall_description import described
@@ -298,7 +299,7 @@ class End(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class FoundLimit:
+class FoundLimit(Displayed):
     """The result of a search for the limit of one number of one case."""
 
     case: str

@@ -16,6 +16,7 @@ from stability.analysis.margins import least_friction
 from stability.analysis.sensitivity import MarginLimit, acceleration_limits, friction_limits, slopes
 from stability.geometry.vectors import add_scaled, cross, unit
 from stability.model import BodyId, Pose, Vec3
+from stability.notebook import Displayed
 from stability.problem import Contact, Placed, Problem, Stability, Wrench
 from stability.statics.assembly import Assembly
 from stability.statics.structure import Structure
@@ -78,7 +79,7 @@ class Effect:
 
 
 @dataclass(frozen=True, slots=True)
-class Sensitivities:
+class Sensitivities(Displayed):
     """The effects of all numbers on one margin of one case, the largest first."""
 
     case: str

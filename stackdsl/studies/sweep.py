@@ -11,6 +11,7 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Final, Protocol
 
+from stability.notebook import Displayed
 from stackdsl.judging.statistics import Interval, interval
 from stackdsl.studies.sweep_plan import (
     FAILED,
@@ -315,7 +316,7 @@ UNKNOWN: Final = ("undecided", "unfit", FAILED)  # verdicts of samples that may 
 
 
 @dataclass(frozen=True, slots=True)
-class SweptCase:
+class SweptCase(Displayed):
     """The results of one case so far."""
 
     entry: PlannedCase

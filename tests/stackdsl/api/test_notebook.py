@@ -1,20 +1,40 @@
-"""Scenarios, runs and tables as notebooks show them: with their cause and replay, and never as markup."""
+"""Results as notebooks show them: in the words of the reports, with their cause and replay, and never as markup."""
 
-from stackdsl.api.claims import stands
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+
+from stability import Assembly, Box, Brick, Pose, margins
+from stackdsl.api.claims import drift, stands
+from stackdsl.api.find import find, sensitivities
 from stackdsl.api.layouts import column
 from stackdsl.api.run_table import Table
 from stackdsl.api.scenario import Scenario
+from stackdsl.api.sweep import sweep
 from tests.engines_at_hand import needs_pybullet
+
+
+class Shown(Protocol):
+    def _repr_mimebundle_(self) -> dict[str, str]: ...
+
+
+def html_of(value: Shown) -> str:
+    return value._repr_mimebundle_()["text/html"]
+
+
+def text_of(value: Shown) -> str:
+    return value._repr_mimebundle_()["text/plain"]
 
 
 def leaning(levels: int) -> Scenario:
     build = [column(levels=levels, step="12 mm", every="1 s")]
-    return Scenario("leaning", build=build, expect=[stands("all")])
+    return Scenario("leaning", build=build, expect=[stands("all"), drift("<= 1 mm")])
 
 
 def test_a_run_that_stands_shows_its_verdict_and_a_replay_that_reaches_nothing() -> None:
-    html = leaning(9).play()._repr_html_()  # 9 x 12 mm is less than a plank, 117.6 mm
-    assert ">passed</b> leaning[exact]" in html
+    html = html_of(leaning(9).play())  # 9 x 12 mm is less than a plank, 117.6 mm
+    assert "✓ passed</span> <b>leaning[exact]</b>" in html
     assert html.count('<iframe sandbox="allow-scripts" srcdoc="') == 1
     assert "<script" not in html  # the page is text of an attribute
 
@@ -22,18 +42,73 @@ def test_a_run_that_stands_shows_its_verdict_and_a_replay_that_reaches_nothing()
 @needs_pybullet
 def test_a_run_that_fails_shows_expected_measured_and_why() -> None:
     run = leaning(12).play()
-    html = run._repr_html_()
-    assert '<td>expected</td><td style="text-align: left">stands: all</td>' in html
-    assert "L2.1 to L10.1 (9 bricks) tip over L1.1" in html
+    lines = text_of(run).splitlines()
+    assert lines[0] == "✗ failed  leaning[exact]"
+    assert [line.split()[0] for line in lines[1:]] == ["expected", "measured", "why", "after", "first"]
+    assert "L2.1 to L10.1 (9 bricks) tip over L1.1" in html_of(run)
     assert "failed: stands: expected all, measured the structure collapsed at level 10" in repr(run)
 
 
-def test_a_scenario_with_a_mistake_shows_it() -> None:
-    html = Scenario("<script>", build=[column(levels=0)])._repr_html_()
+def test_a_terminal_that_shows_no_html_makes_no_replay(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stackdsl.api.notebook._replay", lambda case, trace: pytest.fail("a replay was made"))
+    assert [*leaning(3).play()._repr_mimebundle_({"text/plain"})] == ["text/plain"]
+
+
+def test_each_claim_of_a_run_shows_expected_and_measured() -> None:
+    run = leaning(9).play()
+    text = "✓ passed  drift\n  expected  <= 1 mm\n  measured  0 mm (L1.1) (margin 1 mm)"
+    assert text_of(run.outcomes[1]) == text
+    assert text_of(run.outcomes).endswith(text)
+    assert "✗ failed</span> <b>drift</b>" in html_of(run.judge(drift("> 5 mm")))
+
+
+def test_studies_show_the_lines_of_their_commands(tmp_path: Path) -> None:
+    (case,) = leaning(12).cases
+    found = text_of(find(case, largest="step"))
+    assert found.startswith("leaning[exact]\n  largest step  9.79")
+    assert "fall          L2.1 to L12.1 (11 bricks) tip over L1.1" in found
+    assert "largest change if a number changes by 1 %" in html_of(sensitivities(leaning(3).cases[0]))
+    shaky = [column(levels=5, step="20 mm", jitter={"position": "4 mm"})]
+    scenario = Scenario("shaky", build=shaky, samples=20, seed=1, expect=[stands(share=">= 50 %")])
+    (swept,) = sweep(scenario.cases, tmp_path / "rows.jsonl", workers=1)
+    assert "shaky[exact]: 20 of 20 samples, seed 1: " in html_of(swept)
+    assert "<b>share that stands</b>" in html_of(swept)
+    assert "of 20 stand" in text_of(scenario.draw())
+
+
+def test_a_verdict_and_margins_of_statics_show_themselves() -> None:
+    design = Assembly()
+    design.add(Brick("low", Box((0.1, 0.1, 0.2)), 1.0), Pose((0.0, 0.0, 0.1)))
+    assert text_of(design.verdict()) == "✓ stable  statics\n  proof  load core"
+    found = margins(design.problem())
+    assert found is not None
+    # half the base over the height of the centre: 50 mm / 100 mm
+    assert "survives  a horizontal acceleration of 0.5 g" in text_of(found)
+    design.add(Brick("<b>high\x1b[31m", Box((0.1, 0.1, 0.2)), 1.0), Pose((0.06, 0.0, 0.3)))
+    assert "✗ unstable</span> <b>statics</b>" in html_of(design.verdict())
+    assert "&lt;b&gt;high" in html_of(design.verdict())
+    assert "<b>high" not in html_of(design.verdict())
+    assert "\x1b" not in text_of(design.verdict())
+
+
+def test_a_scenario_shows_its_yaml_with_its_cases_or_its_mistakes() -> None:
+    assert text_of(leaning(3)).startswith("leaning\n  1 case  leaning[exact]\nscenario: leaning\n")
+    html = html_of(Scenario("<script>", build=[column(levels=0)]))
+    assert "✗ invalid" in html
     assert "SD1" in html
     assert "<script" not in html
 
 
 def test_cells_of_a_table_are_never_markup() -> None:
-    html = Table([{"name": "<b>", "x": 0.5}])._repr_html_()
-    assert "<td>&lt;b&gt;</td><td>0.5</td>" in html
+    html = html_of(Table([{"name": "<b>", "x": 0.5}]))
+    assert ">&lt;b&gt;</td>" in html
+    assert ">0.5</td>" in html
+
+
+def test_a_long_table_shows_its_first_and_last_rows() -> None:
+    table = Table([{"n": number} for number in range(1000)])
+    html = html_of(table)
+    assert html.count("<tr>") == 1 + 60 + 1  # names, rows, and the gap
+    assert ">29</td></tr><tr><td" in html
+    assert ">969</td>" not in html
+    assert "940 of 1000 rows are left out in the middle" in text_of(table)
