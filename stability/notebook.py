@@ -13,7 +13,9 @@ UNPRINTABLE: Final = "\ufffd"  # stands for a control character, which a termina
 _BADGE: Final = "color: #ffffff; padding: 1px 8px; border-radius: 4px; white-space: nowrap"
 _GRID: Final = "display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: 2px 16px; margin-top: 4px"
 _TEXT: Final = "overflow-wrap: anywhere"
-_ALIGNED: Final = "margin: 4px 0 0; white-space: pre; overflow-x: auto; line-height: 1.4"
+_ALIGNED: Final = (
+    "margin: 4px 0 0; white-space: pre-wrap; word-break: normal; overflow-wrap: anywhere; line-height: 1.4"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,8 @@ class Display:
         )
         grid = f'<div style="{_GRID}">{rows}</div>' if rows else ""
         aligned = f'<pre style="{_ALIGNED}">{escape(chr(10).join(self.aligned))}</pre>' if self.aligned else ""
-        return f'<div style="margin: 4px 0 12px">{badge}<b>{escape(self.title)}</b>{grid}{aligned}{self.more()}</div>'
+        head = f"{badge}<b>{escape(self.title)}</b>"
+        return f'<div style="margin: 4px 0 12px; {_TEXT}">{head}{grid}{aligned}{self.more()}</div>'
 
 
 def _printable(text: str) -> str:

@@ -3,6 +3,7 @@
 from typing import Final
 
 from stability.notebook import Display, display_of
+from stackdsl.api.notebook import lines_display
 from stackdsl.checking.cases import Case
 from stackdsl.report.studies import limit_lines, sensitivity_lines
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
@@ -54,16 +55,9 @@ MOST: Final = 20  # effects that a notebook shows
 
 @display_of.register
 def _(found: FoundLimit) -> Display:
-    name, limit, *remarks = map(str.strip, limit_lines(found))
-    asked, _, answer = limit.partition(": ")
-    labelled = (
-        remark.partition(": ")[::2] if remark.startswith(("fall: ", "undecided: ")) else ("", remark)
-        for remark in remarks
-    )
-    return Display(name, [(asked, answer), *labelled])
+    return lines_display(limit_lines(found))
 
 
 @display_of.register
 def _(found: Sensitivities) -> Display:
-    name, *lines = sensitivity_lines(found, MOST)
-    return Display(name, aligned=lines)
+    return lines_display(sensitivity_lines(found, MOST))

@@ -65,6 +65,12 @@ def _(golden: GoldenResult) -> Display:
     return Display(golden.file, [*changes, *note], f"golden file {golden.status}", good)
 
 
+def lines_display(lines: Iterable[str]) -> Display:
+    """Return the display of a study by the lines of its command, of which the first has the answer."""
+    answer, *evidence = (line for line in lines if line)
+    return Display(answer, aligned=evidence)
+
+
 def run_display(case: Case, trace: Trace) -> Display:
     """Return the display of a run: its result with the replay."""
     return replace(result_display(judged(case, trace)), more=partial(_replay, case, trace))

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from stability.notebook import Display, display_of
-from stackdsl.api.notebook import Several
+from stackdsl.api.notebook import Several, lines_display
 from stackdsl.checking.cases import Case
 from stackdsl.report.studies import sweep_lines
 from stackdsl.studies import sweep as swept
@@ -50,5 +50,4 @@ def sweep(
 
 @display_of.register
 def _(found: SweptCase) -> Display:
-    title, *lines = map(str.strip, sweep_lines([found])) if found.rows else (found.entry.name, "no rows")
-    return Display(title, [line.partition(": ")[::2] for line in lines])
+    return lines_display(sweep_lines([found])) if found.rows else Display(f"{found.entry.name}: no rows")
