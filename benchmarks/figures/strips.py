@@ -16,11 +16,10 @@ from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.simulation.recording import Recorder
 from stackdsl.viewing.drawing import VIEWS
-from stackdsl.viewing.pictures import building, panels_at, picture, strip
+from stackdsl.viewing.pictures import building, heading_at, heading_of, panels_at, picture, strip
 from stackdsl.viewing.run_view import view_of
 
 FOLDER: Final = ROOT / "docs" / "pictures"
-WIDTH: Final = 210.0  # of a picture in a strip [px]
 
 
 class Strip(NamedTuple):
@@ -29,7 +28,7 @@ class Strip(NamedTuple):
     file: str
     case: str
     view: str = "three-quarter"
-    panels: int = 5
+    panels: int = 6
     built: bool = False  # whether it shows the building rather than the motion at the end
 
     @property
@@ -39,7 +38,7 @@ class Strip(NamedTuple):
 
 
 STRIPS: Final = (
-    Strip("capabilities/four-stack.yaml", "capabilities-four-stack[thesis]", panels=6),
+    Strip("capabilities/four-stack.yaml", "capabilities-four-stack[thesis]"),
     Strip("capabilities/four-stack.yaml", "capabilities-four-stack-stock[stock]", "front", built=True),
     Strip("capabilities/card-house.yaml", "capabilities-card-house[thesis]", "front"),
     Strip("capabilities/slant-tower.yaml", "capabilities-slant-tower[exact]", "front"),
@@ -74,10 +73,12 @@ def drawn(one: Strip) -> str:
     case, recorder = case_of(one), Recorder()
     trace = play_case(case.timeline, case.system, recorder=recorder)
     run = view_of(case, trace, recorder.recording(), judged(case, trace))
+    view = VIEWS[one.view]
     if one.panels == 1:
-        return picture(run, panels_at(run, [VIEWS[one.view]], None, False), width=2.0 * WIDTH)
+        end = trace.cost.simulated_time
+        return picture(run, heading_at(run, end), panels_at([view], end))
     panels = building if one.built else strip
-    return picture(run, panels(run, VIEWS[one.view], one.panels), width=WIDTH)
+    return picture(run, heading_of(run, view), panels(run, view, one.panels))
 
 
 if __name__ == "__main__":

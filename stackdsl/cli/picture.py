@@ -19,12 +19,15 @@ from stackdsl.shown_text import visible
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
-from stackdsl.viewing.drawing import VIEWS
+from stackdsl.viewing.drawing import NOTHING, VIEWS, Overlay, View
 from stackdsl.viewing.pictures import (
     HINT,
     FilmError,
     Panel,
+    Sheet,
     film_maker,
+    heading_at,
+    heading_of,
     moving,
     moving_frames,
     mp4,
@@ -39,6 +42,7 @@ FILM = ".mp4"
 STILL, MOVING = (".svg", ".png"), (".gif", ".webp", FILM)
 RATE = 20.0  # frames a second of moving pictures
 MOST_FRAMES = 400
+HELD = 1.5  # [s] for which a moving picture shows its end
 
 
 @click.command("picture", cls=ExplainedCommand)
@@ -55,6 +59,7 @@ MOST_FRAMES = 400
 )
 @click.option("--at", "time", type=Number(min=0.0), help="Time of the picture [s]. Default: the end.")
 @click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of pictures of the motion, side by side.")
+@click.option("--names", is_flag=True, help="Also write names on bricks, where they fit.")
 @click.option("--forces", is_flag=True, help="Also draw the contact forces of the proof, if one holds at that time.")
 @click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Factor by which a film is slowed down.")
 @ON_SYSTEMS
@@ -67,6 +72,7 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     views: tuple[str, ...],
     time: float | None,
     count: int | None,
+    names: bool,
     forces: bool,
     slower: float,
     systems: tuple[str, ...],
@@ -88,15 +94,19 @@ def picture_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     run = _played(selected[0])
     if not moves and not count:
         _warn_of_nothing_there(run, time, forces)
-    seen = [VIEWS[name] for name in views] or [VIEWS[name] for name in ("three-quarter", "front", "plan")]
+    overlays = (Overlay.FORCES if forces else NOTHING) | (Overlay.NAMES if names else NOTHING)
+    seen = [VIEWS[name] for name in views or ("three-quarter", "front", "plan")]
     try:
         with refusing(f"{run.name}: the picture", "choose one --view from a side, or a smaller variant") as refused:
             if moves:
-                frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, forces)
-                write_file(output, _moving(run, frames, output.suffix[1:]))
+                frames = moving_frames(run, seen[0], RATE / slower, MOST_FRAMES, overlays)
+                write_file(output, _moving(run, seen[0], frames, output.suffix[1:]))
                 return
-            panels = strip(run, seen[0], count, forces) if count else panels_at(run, seen, time, forces)
-            svg = picture(run, panels, width=240.0 if count else 420.0)
+            if count:
+                svg = picture(run, heading_of(run, seen[0]), strip(run, seen[0], count, overlays))
+            else:
+                at = run.trace.cost.simulated_time if time is None else time
+                svg = picture(run, heading_at(run, at), panels_at(seen, at, overlays))
             write_file(output, svg.encode() if output.suffix.lower() == ".svg" else png(svg))
         if refused:
             context.exit(ExitCode.INVALID)
@@ -127,8 +137,10 @@ def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> No
         tell(f"no forces are drawn at {at:g} s: they are known only while a proof holds ({spans})")
 
 
-def _moving(run: RunView, panels: list[Panel], form: str) -> bytes:
-    pictures = [picture(run, [panel], among=panels) for panel in panels]
+def _moving(run: RunView, view: View, panels: list[Panel], form: str) -> bytes:
+    sheet = Sheet(run, heading_of(run, view), panels, 1)
+    pictures = [sheet.drawn([panel]) for panel in panels]
+    pictures += pictures[-1:] * round(RATE * HELD)
     if f".{form.lower()}" != FILM:
         return moving(pictures, RATE, form.lower())
     try:

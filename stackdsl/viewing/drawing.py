@@ -1,20 +1,26 @@
 """Draws a scene as SVG shapes, by parallel projection and in painter's order."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Flag, StrEnum, auto
 from heapq import heappop, heappush
-from math import hypot
+from html import escape
+from itertools import chain, groupby, product
+from math import atan2, cos, degrees, floor, hypot, log10, sin
 from typing import Final
-from xml.sax.saxutils import escape
 
 import numpy as np
 
+from stability.geometry.polygons import convex_hull
 from stability.geometry.rows import Array, cross_rows
 from stability.geometry.vectors import rotate
-from stability.model import BodyId, ConvexShape, Pose
+from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.work_limit import add_work
+from stackdsl.shown_text import visible
 from stackdsl.trace import EventKind
+from stackdsl.viewing.plots import width_of
 from stackdsl.viewing.run_view import RunView, ShownProof
+from stackdsl.viewing.style import token
 
 # Views: parallel projections, without perspective.
 
@@ -35,6 +41,12 @@ class View:
         right = np.cross(up, to)
         right /= np.linalg.norm(right)
         return cls(name, to, right, np.cross(to, right))
+
+    @property
+    def light(self) -> Array:
+        """The direction to the light, in W, unit."""
+        light: Array = np.array(LIGHT) @ np.array((self.right, self.up, self.towards))
+        return light
 
     def on_paper(self, points_W: Array) -> Array:
         """Project points (n, 3) in W to (n, 2) on paper, right and up [m]."""
@@ -184,25 +196,17 @@ def _different(directions: Array) -> Array:
     return np.array(unique)
 
 
-# A run at one time as shapes on paper: bricks in painter's order, the ground, and the forces of the proof.
+# A scene on paper: the ground with its grid and shadows, bricks in painter's order, and names on them.
 
 
-HELD, AWAKE, RIDING, FALLEN, THROWN = "#dcbd8f", "#6fb9e8", "#35ab85", "#e0763a", "#cf8fb4"
-EDGE, GROUND, FORCE = "#4d4536", "#8a8577", "#c4232b"
-LIGHT = (-0.35, -0.6, 0.72)  # direction to the light
-LONGEST = 0.6  # length of the arrow of the largest force, in longest sides of the bricks
 EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
-SHORTEST = 3.0  # [px] least length of an arrow; a force along the view has none
-SMALLEST = 0.01  # share of the largest force below which no arrow is drawn
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The view and time of a drawing."""
-
-    view: View
-    time: float  # [s]
-    forces: bool = False
+LIGHT = (-0.45, 0.6, 0.66)  # direction to the light: to the right and upwards on paper, and to the viewer; unit
+DARKEST = 0.44  # share of its colour that a face turned away from the light has
+STEEPER = 0.5  # factor of the slope of the light along which shadows fall, so that they stay near
+THINNEST, THICKEST, OF_BRICK = 0.25, 1.0, 0.06  # outline of bricks [px], and as a share of their least side
+NAME_SIZES = (12.0, 10.0)  # of names on bricks, the first that fits [px]
+ROOM = (2.0, 1.0)  # beside a name, and above and below it [px]
+ROUND = (1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True)
@@ -211,12 +215,362 @@ class DrawingArea:
 
     low: Array  # (2,) corner at the bottom left [m]
     scale: float  # [px/m]
+    width: float  # [px]
     height: float  # [px]
 
     def place(self, points: Array) -> Array:
         """Map points (n, 2) of the plane of projection to the paper, from its top left [px]."""
         at = (points - self.low) * self.scale
         return np.column_stack((at[:, 0], self.height - at[:, 1]))
+
+
+def round_below(value: float) -> float:
+    """Return the largest of 1, 2, 5 and their products with powers of ten up to a value."""
+    power = 10.0 ** floor(log10(value) + TOUCHING)
+    return max(factor * power for factor in ROUND if factor * power <= value * (1.0 + TOUCHING))
+
+
+def ground_shapes(
+    planes: Sequence[Plane], solids: Iterable[Solid], view: View, paper: DrawingArea, grid: float
+) -> Iterator[str]:
+    """Yield the ground with a grid [m] and the shadows of solids on it, and planes that are seen edge-on."""
+    ground, lines = token("ground"), token("grid")
+    for plane in planes[:1]:
+        normal = np.array(plane.normal_W)
+        if normal @ view.towards > EDGE_ON:
+            yield f'<rect width="100%" height="100%" fill="{ground}" stroke="none"/>'
+            yield f'<path d="{_grid(plane, view, paper, grid)}" stroke="{lines}" fill="none"/>'
+            shadows = " ".join(_shadow(solid, plane, view, paper) for solid in solids)
+            yield f'<path d="{shadows}" fill="#000" fill-opacity=".13" stroke="none"/>'
+    far = 2.0 * (paper.width + paper.height) / paper.scale
+    edges = ""
+    for plane in planes:
+        normal, point = np.array(plane.normal_W), np.array(plane.point_W)
+        if abs(normal @ view.towards) <= EDGE_ON:
+            along = far * np.cross(normal, view.towards)
+            ends = [point - along, point + along, point + along - far * normal, point - along - far * normal]
+            band = paper.place(view.on_paper(np.array(ends)))
+            edges += _path(band[:2])
+            yield f'<path d="{_path(band)}" fill="{ground}" stroke="none"/>'
+    if edges:
+        yield f'<path d="{edges}" stroke="{token("edge")}" fill="none"/>'
+
+
+def _grid(plane: Plane, view: View, paper: DrawingArea, step: float) -> str:
+    """Return the path of lines on a plane, a step [m] apart along both axes, over the whole paper."""
+    point, normal = np.array(plane.point_W), np.array(plane.normal_W)
+    first = np.array((1.0, 0.0, 0.0)) - normal[0] * normal
+    first /= np.linalg.norm(first)
+    axes = np.array((first, np.cross(normal, first)))
+    size = np.array((paper.width, paper.height)) / paper.scale
+    corners = paper.low + np.array(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))) * size
+    seen = corners @ np.array((view.right, view.up))
+    seen += ((point - seen) @ normal / (view.towards @ normal))[:, None] * view.towards  # along the view to the plane
+    at = (seen - point) @ axes.T / step
+    low, high = np.floor(at.min(axis=0)), np.ceil(at.max(axis=0))
+    path = ""
+    for axis in (0, 1):
+        for number in np.arange(low[axis], high[axis] + 1.0):
+            ends = np.array((low, high))
+            ends[:, axis] = number
+            path += _path(paper.place(view.on_paper(point + step * ends @ axes)))[:-1]
+    return path
+
+
+def _shadow(solid: Solid, plane: Plane, view: View, paper: DrawingArea) -> str:
+    normal = np.array(plane.normal_W)
+    shade = STEEPER * view.light + (1.0 - STEEPER) * (view.light @ normal) * normal
+    height = np.maximum((solid.corners - np.array(plane.point_W)) @ normal, 0.0)
+    fallen = solid.corners - np.outer(height / (shade @ normal), shade)
+    outline = convex_hull([(float(x), float(y)) for x, y in paper.place(view.on_paper(fallen))])
+    return _path(np.array(outline))
+
+
+def _path(points: Array) -> str:
+    return "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points.tolist()) + "Z"
+
+
+@dataclass(frozen=True)
+class Face:
+    """A visible face of a brick on paper."""
+
+    brick: BodyId
+    turn: int  # of its brick in painter's order
+    outline: Array  # (n, 2) [px]
+    fill: str  # colour
+
+    @property
+    def area(self) -> float:
+        """The area [px^2]."""
+        x, y = self.outline.T
+        return abs(float(x @ np.roll(y, 1) - y @ np.roll(x, 1))) / 2.0
+
+
+def faces_of(
+    solids: Mapping[BodyId, Solid], colours: Mapping[BodyId, str], view: View, paper: DrawingArea
+) -> list[Face]:
+    """Return the faces of solids that a viewer sees or that others cover, in painter's order."""
+    names, faces = list(solids), []
+    for turn, place in enumerate(painters_order(list(solids.values()), view)):
+        solid, colour = solids[names[place]], colours[names[place]]
+        on_paper = paper.place(view.on_paper(solid.corners))
+        faces += [
+            Face(names[place], turn, on_paper[list(face)], _lit(colour, float(normal @ view.light)))
+            for normal, face in zip(solid.normals, solid.faces, strict=True)
+            if normal @ view.towards > EDGE_ON
+        ]
+    return faces
+
+
+def brick_shapes(faces: Iterable[Face], rim: float) -> Iterator[str]:
+    """Yield the faces of bricks, grouped by brick with its name as title; `rim` is the width of outlines [px]."""
+    yield f'<g stroke="{token("outline")}" stroke-width="{rim:.2f}" stroke-linejoin="round">'
+    for (_, name), own in groupby(faces, key=lambda face: (face.turn, face.brick)):
+        shapes = "".join(f'<path d="{_path(face.outline)}" fill="{face.fill}"/>' for face in own)
+        yield f"<g><title>{escape(visible(name))}</title>{shapes}</g>"
+    yield "</g>"
+
+
+def rim_of(bricks: Iterable[Brick], scale: float) -> float:
+    """Return the width of outlines [px] at a scale [px/m], which is less for tiny bricks."""
+    least = min((float(np.ptp(np.array(brick.shape.corners), axis=0).min()) for brick in bricks), default=1.0)
+    return min(THICKEST, max(THINNEST, OF_BRICK * least * scale))
+
+
+def _lit(colour: str, cosine: float) -> str:
+    """Return the colour of a face by the cosine of the angle between its normal and the light."""
+    light = DARKEST + (1.0 - DARKEST) * (1.0 + cosine) / 2.0
+    return "#" + "".join(f"{round(light * part):02x}" for part in _channels(colour))
+
+
+def _channels(colour: str) -> list[int]:
+    return [int(colour[at : at + 2], 16) for at in (1, 3, 5)]
+
+
+def names_on(faces: Sequence[Face], covers: Sequence[Array] = ()) -> dict[BodyId, str]:
+    """Return a text for each brick with room for its name on a face, where neither bricks nor outlines cover it."""
+    lows = np.array([face.outline.min(axis=0) for face in faces]).reshape(-1, 2)
+    highs = np.array([face.outline.max(axis=0) for face in faces]).reshape(-1, 2)
+    turns = np.array([face.turn for face in faces])
+    texts: dict[BodyId, str] = {}
+    for face in sorted(faces, key=lambda face: -face.area):
+        if face.brick in texts:
+            continue
+        for size, angle in product(NAME_SIZES, (0.0, _slope(face.outline))):
+            box = _box(face, size, angle)
+            near = (lows < box.max(axis=0)).all(axis=1) & (highs > box.min(axis=0)).all(axis=1)
+            bricks = (faces[at].outline for at in np.flatnonzero(near & (turns > face.turn)).tolist())
+            if _holds(face.outline, box) and all(_apart(outline, box) for outline in chain(covers, bricks)):
+                texts[face.brick] = _name(face, size, angle)
+                break
+    return texts
+
+
+def _middle(face: Face) -> Array:
+    middle: Array = face.outline.mean(axis=0)
+    return middle
+
+
+def _slope(outline: Array) -> float:
+    """Return the angle of the longest edge, from which a text is never upside down [rad]."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    x, y = edges[np.argmax(np.linalg.norm(edges, axis=1))].tolist()
+    return atan2(y, x) if x > 0.0 or (x == 0.0 and y < 0.0) else atan2(-y, -x)
+
+
+def _box(face: Face, size: float, angle: float) -> Array:
+    """Return the corners (4, 2) of the box around a name [px]."""
+    half = np.array((width_of(visible(face.brick), size) / 2.0, 0.36 * size)) + ROOM
+    corners = half * np.array(((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)))
+    turned = np.array(((cos(angle), sin(angle)), (-sin(angle), cos(angle))))
+    box: Array = _middle(face) + corners @ turned
+    return box
+
+
+def _holds(outline: Array, points: Array) -> bool:
+    """Return whether all points lie inside a convex outline."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    sides = np.cross(edges[:, None, :], points[None, :, :] - outline[:, None, :])
+    return bool((sides >= 0.0).all() or (sides <= 0.0).all())
+
+
+def _apart(one: Array, other: Array) -> bool:
+    """Return whether a line separates two convex outlines."""
+    for outline in (one, other):
+        x, y = (np.roll(outline, -1, axis=0) - outline).T
+        normals = np.stack((-y, x))
+        a, b = one @ normals, other @ normals
+        if ((a.max(axis=0) <= b.min(axis=0)) | (b.max(axis=0) <= a.min(axis=0))).any():
+            return True
+    return False
+
+
+def _name(face: Face, size: float, angle: float) -> str:
+    x, y = _middle(face).tolist()
+    red, green, blue = _channels(face.fill)
+    ink = token("ink") if 0.3 * red + 0.59 * green + 0.11 * blue > 110.0 else token("surface")  # noqa: PLR2004
+    turn = f' transform="rotate({degrees(angle):.1f} {x:.1f} {y:.1f})"' if angle else ""
+    text = escape(visible(face.brick))
+    place = f'x="{x:.1f}" y="{y + 0.36 * size:.1f}" font-size="{size:g}" text-anchor="middle"{turn}'
+    return f'<text class="name" {place} fill="{ink}">{text}</text>'
+
+
+# Forces as arrows, and the bars that give lengths and forces a scale.
+
+
+RAMP = ("f1", "f2", "f3", "f4", "f5")
+LONGEST = 0.4  # length of the arrow of the largest force, in longest sides of the bricks
+SMALLEST = 0.01  # share of the largest force below which no arrow is drawn
+SHORTEST = 3.0  # [px] least length of an arrow; a force along the view has none
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """A force on paper: its tip is the contact point on which it acts."""
+
+    tail: Array  # (2,) in the plane of projection [m]
+    tip: Array  # (2,) [m]
+    share: float  # of the largest force
+
+
+@dataclass(frozen=True)
+class ForceScale:
+    """The length of arrows."""
+
+    most: float  # the largest force [N]
+    longest: float  # length of its arrow [m]
+
+    @classmethod
+    def of(cls, proofs: Sequence[ShownProof], bricks: Sequence[Brick]) -> "ForceScale | None":
+        """Return the common scale of some proofs, in proportion to the bricks; None without forces."""
+        forces = [force for proof in proofs for contact in proof.contacts for force in contact.forces_W]
+        most = max((float(np.linalg.norm(force)) for force in forces), default=0.0)
+        return cls(most, LONGEST * max(brick.shape.length for brick in bricks)) if most > 0.0 else None
+
+    def arrows(self, proof: ShownProof, view: View) -> list[Arrow]:
+        """Return the forces of a proof, the smallest first."""
+        arrows = []
+        for contact in proof.contacts:
+            for point, force in zip(contact.points_W, contact.forces_W, strict=True):
+                share = float(np.linalg.norm(force)) / self.most
+                if share > SMALLEST:
+                    ends = np.array((np.array(point) - np.array(force) * self.longest / self.most, point))
+                    tail, tip = view.on_paper(ends)
+                    arrows.append(Arrow(tail, tip, share))
+        return sorted(arrows, key=lambda arrow: arrow.share)
+
+
+def arrow_shapes(arrows: Iterable[Arrow], paper: DrawingArea) -> Iterator[str]:
+    """Yield arrows with a halo; a larger force is thicker and darker."""
+    for arrow in arrows:
+        tail, tip = paper.place(np.array((arrow.tail, arrow.tip))).tolist()
+        yield from arrow_shape(tail, tip, arrow.share)
+
+
+def arrow_shape(tail: Sequence[float], tip: Sequence[float], share: float) -> Iterator[str]:
+    """Yield an arrow between two places on paper [px]; nothing if it is too short to be seen."""
+    (x1, y1), (x2, y2) = tail, tip
+    length = hypot(x2 - x1, y2 - y1)
+    if length < SHORTEST:
+        return
+    x, y = (x2 - x1) / length, (y2 - y1) / length
+    wide, head = 1.5 + 2.0 * share, min(0.6 * length, 5.0 + 6.0 * share)
+    colour, halo = token(RAMP[min(len(RAMP) - 1, int(share * len(RAMP)))]), token("halo")
+    sides = [(x2 - head * (x + side * 0.45 * y), y2 - head * (y - side * 0.45 * x)) for side in (-1.0, 1.0)]
+    line = f"M{x1:.1f} {y1:.1f}L{x2 - 0.8 * head * x:.1f} {y2 - 0.8 * head * y:.1f}"
+    tips = _path(np.array(((x2, y2), *sides)))
+    yield f'<path class="force" d="{line}{tips}" stroke="{halo}" stroke-width="{wide + 2.0:.1f}" fill="{halo}"/>'
+    yield f'<path d="{line}" stroke="{colour}" stroke-width="{wide:.1f}"/>'
+    yield f'<path d="{tips}" fill="{colour}"/>'
+
+
+@dataclass(frozen=True)
+class ScaleBar:
+    """A bar of a round length along x, or along y if x is seen end-on.
+
+    A view that is not along an axis shortens lengths, and the bar with them.
+    """
+
+    length: float  # [m]
+    way: Array  # (2,) from its begin to its end on paper, downwards positive [px]
+    text: str
+
+    @classmethod
+    def of(cls, view: View, scale: float, longest: float) -> "ScaleBar":
+        """Return the longest bar up to a length on paper [px], at a scale [px/m]."""
+        along = 0 if abs(view.towards[0]) < 1.0 - EDGE_ON else 1
+        way = view.on_paper(np.eye(3)[along : along + 1])[0]
+        shown = float(np.linalg.norm(way))
+        length = round_below(longest / scale / shown)
+        more = "" if abs(shown - 1.0) < EDGE_ON else f" along {'xy'[along]}"
+        return cls(length, length * scale * way * (1.0, -1.0), f"{length_text(length)}{more}")
+
+    def shapes(self, x: float, y: float) -> Iterator[str]:
+        """Yield the bar with its ends from a place on [px]."""
+        to_x, to_y = x + self.way[0], y + self.way[1]
+        ends = f"M{x:.1f} {y - 5.0:.1f}v10M{to_x:.1f} {to_y - 5.0:.1f}v10"
+        line = f"{ends}M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}"
+        yield f'<path d="{line}" stroke="{token("halo")}" stroke-width="4"/>'
+        yield f'<path d="{line}" stroke="{token("ink")}" stroke-width="1.5"/>'
+
+
+def length_text(length: float) -> str:
+    """Return a round length [m] in the unit that gives the shortest number."""
+    factor, unit = (1e3, "mm") if length < 0.1 - TOUCHING else (1e2, "cm") if length < 1.0 - TOUCHING else (1.0, "m")
+    return f"{length * factor:g} {unit}"
+
+
+def force_text(force: float) -> str:
+    """Return a round force [N]."""
+    factor, unit = (1e3, "mN") if force < 0.1 else (1.0, "N") if force < 1e3 else (1e-3, "kN")  # noqa: PLR2004
+    return f"{float(f'{force * factor:.3g}'):g} {unit}"
+
+
+# A run at one time.
+
+
+class State(StrEnum):
+    """State of a brick, as legends name it."""
+
+    STANDS = "stands"
+    MOVES = "moves"
+    RIDES = "rides on another"
+    LEFT = "has left its place"
+    THROWN = "thrown or dropped"
+
+    @property
+    def colour(self) -> str:
+        """The colour of such bricks."""
+        return token(TOKENS[self])
+
+
+TOKENS: Final = {
+    State.STANDS: "wood",
+    State.MOVES: "moves",
+    State.RIDES: "rides",
+    State.LEFT: "left",
+    State.THROWN: "thrown",
+}
+AROUND, STILL = 0.05, 1e-4  # a simulated brick stands if it moves by less [m] in this time before and after [s]
+
+
+class Overlay(Flag):
+    """What is drawn over bricks."""
+
+    FORCES = auto()  # of the proof that holds
+    NAMES = auto()
+
+
+NOTHING: Final = Overlay(0)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The view and time of a drawing."""
+
+    view: View
+    time: float  # [s]
+    overlays: Overlay = NOTHING
 
 
 def solids_at(run: RunView, time: float) -> dict[BodyId, Solid]:
@@ -231,88 +585,42 @@ def solids_at(run: RunView, time: float) -> dict[BodyId, Solid]:
     return solids
 
 
-def drawn(run: RunView, frame: Frame, paper: DrawingArea) -> Iterator[str]:
-    """Yield SVG elements, from the back to the front."""
-    solids = solids_at(run, frame.time)
-    yield from _ground(run, frame.view, paper)
-    names, colours = list(solids), Colours(run, frame.time)
-    for place in painters_order(list(solids.values()), frame.view):
-        name = names[place]
-        yield from _brick(solids[name], colours.of(name), frame.view, paper, name)
-    if frame.forces:
-        proof = next((proof for proof in run.proofs.standing if proof.begin <= frame.time < proof.end), None)
-        if proof is not None:
-            yield from _forces(run, proof, frame.view, paper)
+def states_at(run: RunView, time: float) -> dict[BodyId, State]:
+    """Return the states of the bricks that are present at a time [s]."""
+    states: dict[BodyId, State] = {}
+    for event in run.trace.events:
+        if event.time > time:
+            break
+        if event.kind is EventKind.FROZEN:
+            states |= dict.fromkeys(event.bricks, State.STANDS)
+        elif event.kind is EventKind.WOKEN:
+            states |= dict.fromkeys(event.bricks, State.MOVES) | dict.fromkeys(event.riding, State.RIDES)
+    freezes = any(event.kind is EventKind.FROZEN for event in run.trace.events)
+    moving = set() if freezes else moving_at(run, time)
+    for name in present_at(run, time):
+        states.setdefault(name, State.MOVES if freezes or name in moving else State.STANDS)
+    states |= {
+        placement.brick.id: State.THROWN
+        for placement in run.timeline.placements
+        if placement.hits and placement.brick.id in states
+    }
+    left = {name for name, track in run.trace.tracks.items() if track.left_at is not None and time >= track.left_at}
+    return {name: State.LEFT if name in left else states[name] for name in present_at(run, time)}
 
 
-class Colours:
-    """Colours of bricks by their state at a time."""
-
-    def __init__(self, run: RunView, time: float) -> None:
-        self._run, self._time = run, time
-        self._hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
-        self._states: dict[BodyId, str] = {}
-        for event in run.trace.events:
-            if event.time > time:
-                break
-            if event.kind is EventKind.FROZEN:
-                self._states |= dict.fromkeys(event.bricks, HELD)
-            elif event.kind is EventKind.WOKEN:
-                self._states |= dict.fromkeys(event.bricks, AWAKE) | dict.fromkeys(event.riding, RIDING)
-
-    def of(self, brick: BodyId) -> str:
-        """Return the colour of a brick."""
-        left_at = self._run.trace.tracks[brick].left_at
-        if left_at is not None and self._time >= left_at:
-            return FALLEN
-        return THROWN if brick in self._hitting else self._states.get(brick, AWAKE)
+def present_at(run: RunView, time: float) -> list[BodyId]:
+    """Return the bricks that are present at a time [s]."""
+    there = ~np.isnan(run.recording.at(time).positions[:, 0])
+    return [brick.id for brick, is_there in zip(run.recording.bricks, there, strict=True) if is_there]
 
 
-def _brick(solid: Solid, colour: str, view: View, paper: DrawingArea, name: BodyId) -> Iterator[str]:
-    on_paper = paper.place(view.on_paper(solid.corners))
-    paths = []
-    for normal, face in zip(solid.normals, solid.faces, strict=True):
-        if normal @ view.towards > EDGE_ON:
-            points = " ".join(f"{x:.1f},{y:.1f}" for x, y in on_paper[list(face)])
-            paths.append(f'<polygon points="{points}" fill="{_lit(colour, normal)}"/>')
-    yield f"<g><title>{escape(name)}</title>{''.join(paths)}</g>"
+def moving_at(run: RunView, time: float) -> set[BodyId]:
+    """Return the bricks that move notably around a time [s]."""
+    before, after = (run.recording.at(time + off).positions for off in (-AROUND, AROUND))
+    ways = np.nan_to_num(np.linalg.norm(after - before, axis=1))
+    return {brick.id for brick, way in zip(run.recording.bricks, ways, strict=True) if way > STILL}
 
 
-def _lit(colour: str, normal: Array) -> str:
-    light = 0.72 + 0.28 * float(normal @ np.array(LIGHT)) / float(np.linalg.norm(LIGHT))
-    parts = (min(255, round(light * int(colour[at : at + 2], 16))) for at in (1, 3, 5))
-    return "#" + "".join(f"{part:02x}" for part in parts)
-
-
-def _ground(run: RunView, view: View, paper: DrawingArea) -> Iterator[str]:
-    """Yield planes seen edge-on, as lines across the paper."""
-    for plane in run.timeline.world.planes:
-        normal = np.array(plane.normal_W)
-        if abs(normal @ view.towards) > EDGE_ON:
-            continue
-        along = np.cross(normal, view.towards)
-        ends = np.array(plane.point_W) + np.outer((-1e3 / paper.scale, 1e3 / paper.scale), along)
-        (x1, y1), (x2, y2) = paper.place(view.on_paper(ends))
-        yield f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{GROUND}"/>'
-
-
-def _forces(run: RunView, proof: ShownProof, view: View, paper: DrawingArea) -> Iterator[str]:
-    """Yield arrows at contact points, with lengths in proportion to the forces."""
-    pairs = [
-        (point, force)
-        for contact in proof.contacts
-        for point, force in zip(contact.points_W, contact.forces_W, strict=True)
-    ]
-    most = max((float(np.linalg.norm(force)) for _, force in pairs), default=0.0)
-    longest = LONGEST * max(brick.shape.length for brick in run.recording.bricks)
-    for point, force in pairs:
-        if np.linalg.norm(force) <= SMALLEST * most:
-            continue
-        ends = np.array([point, np.array(point) + np.array(force) * longest / most])
-        (x1, y1), (x2, y2) = paper.place(view.on_paper(ends))
-        if hypot(x2 - x1, y2 - y1) < SHORTEST:
-            continue
-        yield (
-            f'<line x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}" stroke="{FORCE}" stroke-width="1.6" '
-            'marker-end="url(#tip)"/>'
-        )
+def proof_at(run: RunView, time: float) -> ShownProof | None:
+    """Return the proof that holds at a time [s]."""
+    return next((proof for proof in run.proofs.standing if proof.begin <= time < proof.end), None)

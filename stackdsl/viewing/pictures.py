@@ -3,132 +3,424 @@
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from typing import Final
-from xml.sax.saxutils import escape
 
 import numpy as np
 
 from stability.geometry.rows import Array
+from stability.model import BodyId
+from stability.name_order import in_order, names_text
+from stackdsl.shown_text import visible
 from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
-from stackdsl.trace import EventKind
-from stackdsl.viewing.drawing import EDGE, FORCE, DrawingArea, Frame, View, drawn, solids_at
-from stackdsl.viewing.run_view import RunView
-
-# Pictures of a run: one panel per view and time, in rows, at one scale.
-
-
-MARGIN, CAPTION = 10.0, 20.0  # [px]
-MOST_WIDE, MOST_HIGH = 420.0, 320.0  # of the drawing in a panel [px]
-MOST_IN_ROW = 1300.0  # [px]
-AROUND = 1.0  # distance up to which flying bricks are on the paper, in largest extents of the structure
-FONTS = "DejaVu Sans, Liberation Sans, Noto Sans, Arial, Helvetica, sans-serif"
-TIP = (
-    f'<defs><marker id="tip" viewBox="0 0 6 6" refX="5" refY="3" markerWidth="5" markerHeight="5" orient="auto">'
-    f'<path d="M0 0 6 3 0 6z" fill="{FORCE}"/></marker></defs>'
+from stackdsl.timeline import Arrival
+from stackdsl.trace import Event, EventKind
+from stackdsl.viewing.drawing import (
+    NOTHING,
+    DrawingArea,
+    ForceScale,
+    Frame,
+    Overlay,
+    ScaleBar,
+    State,
+    View,
+    arrow_shape,
+    arrow_shapes,
+    brick_shapes,
+    faces_of,
+    force_text,
+    ground_shapes,
+    moving_at,
+    names_on,
+    proof_at,
+    rim_of,
+    round_below,
+    solids_at,
+    states_at,
 )
+from stackdsl.viewing.plots import GRID, INK, svg_of, text_at, width_of
+from stackdsl.viewing.run_view import RunView
+from stackdsl.viewing.style import token
+from stackdsl.wording import how_many
+
+# Pictures of a run: a title, panels at one scale, and a legend of what occurs in them.
+
+
+WIDEST, HIGHEST = 640.0, 760.0  # of the panels of a picture; a wider one is hard to read on a narrow page [px]
+LEAST_WIDE, MOST_HIGH = 150.0, 440.0  # of a panel [px]
+MARGIN, FOOT = 12.0, 36.0  # around a drawing, and below it, where its scale stands [px]
+GAP = 8.0  # between panels [px]
+TEXT, LINE, SWATCH = 13.0, 18.0, 12.0  # sizes of letters, lines, and squares of the legend [px]
+BAR = 90.0  # [px] longest bar of a scale
+MOST_COLUMNS = 4
+ALIKE = 0.85  # scales that differ by less than this factor are about the same
+AROUND = 1.0  # distance up to which flying bricks are on the paper, in largest extents of the structure
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One drawing with a line of text below."""
+    """One drawing, and what stands below it: a title, and what happens."""
 
     frame: Frame
-    caption: str
+    title: str
+    text: str = ""
 
 
-def picture(
-    run: RunView, panels: Sequence[Panel], width: float = MOST_WIDE, among: Sequence[Panel] | None = None
-) -> str:
-    """Return panels as SVG, in rows; each view has one paper, which fits all panels of `among`."""
-    papers = {panel.frame.view.name: _paper(run, among or panels, panel.frame.view, width) for panel in panels}
-    cells = [(panel, *papers[panel.frame.view.name]) for panel in panels]
-    rows: list[list[str]] = [[]]
-    left, top, high, widest = 0.0, 0.0, 0.0, 0.0
-    for panel, paper, wide in cells:
-        if left and left + wide > MOST_IN_ROW:
-            left, top, high = 0.0, top + high, 0.0
-        rows.append(list(_panel(run, panel, paper, wide, (left, top))))
-        left += wide
-        high = max(high, paper.height + CAPTION)
-        widest = max(widest, left)
-    size = f'width="{ceil(widest)}" height="{ceil(top + high)}"'
-    box = f'viewBox="0 0 {ceil(widest)} {ceil(top + high)}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} {box} font-family="{FONTS}" font-size="12">'
-    paper_ = '<rect width="100%" height="100%" fill="#fff"/>'
-    return "\n".join([head, TIP, paper_, *(line for row in rows for line in row), "</svg>"]) + "\n"
+def picture(run: RunView, heading: str, panels: Sequence[Panel]) -> str:
+    """Return panels as SVG, in rows below the name of the run and a heading. Raises TooMuchWorkError."""
+    return Sheet(run, heading, panels, len(panels)).drawn(panels)
 
 
-def _panel(run: RunView, panel: Panel, paper: DrawingArea, width: float, corner: tuple[float, float]) -> Iterator[str]:
-    wide, high = ceil(width), ceil(paper.height + CAPTION)
-    yield f'<svg x="{corner[0]:.1f}" y="{corner[1]:.1f}" width="{wide}" height="{high}">'
-    yield f'<g stroke="{EDGE}" stroke-width="0.5" stroke-linejoin="round">'
-    yield from drawn(run, panel.frame, paper)
-    yield "</g>"
-    yield f'<text x="{MARGIN}" y="{paper.height + 12:.1f}" fill="#333">{escape(panel.caption)}</text></svg>'
+class Sheet:
+    """Paper whose layout and legend suit all of some panels, of which a number is drawn at once."""
+
+    def __init__(self, run: RunView, heading: str, panels: Sequence[Panel], at_once: int) -> None:
+        frames = [panel.frame for panel in panels]
+        self._run, self._forces = run, _force_scale(run, frames)
+        self._layout = layout = Layout.of(run, frames, self._forces, at_once)
+        self._wide = max(layout.columns * (layout.wide + GAP) - GAP, width_of(run.name, 15.0), 2.0 * LEAST_WIDE)
+        self._headings = wrapped(heading, self._wide)
+        self._legend = list(_legend(run, frames, self._forces, layout.scale))
+        self._least_lines = max(map(self._lines, panels)) if at_once == 1 else 0  # all frames of a film have one size
+
+    def drawn(self, panels: Sequence[Panel]) -> str:
+        """Return some of the panels as SVG. Raises TooMuchWorkError."""
+        layout, named = self._layout, set[BodyId]()
+        title = visible(self._run.name)
+        shapes = [text_at(MARGIN, 24.0, title, colour=INK, font_size="15", font_weight="600")]
+        shapes += [_line(MARGIN, 44.0 + LINE * number, text) for number, text in enumerate(self._headings)]
+        y = 36.0 + LINE * len(self._headings)
+        for first in range(0, len(panels), layout.columns):
+            row = panels[first : first + layout.columns]
+            for column, panel in enumerate(row):
+                has_bar = first + column == 0 or layout.views > 1
+                names, drawing = self._panel(panel, MARGIN + column * (layout.wide + GAP), y, has_bar)
+                named |= names
+                shapes += drawing
+            y += layout.high + LINE * (1 + max(self._least_lines, *map(self._lines, row))) + GAP
+        legend = [*self._legend]
+        if Overlay.NAMES in panels[0].frame.overlays:
+            present = {name for panel in panels for name in solids_at(self._run, panel.frame.time)}
+            if unnamed := len(present - named):
+                legend.append(([], 0.0, f"no room for the names of {how_many(unnamed, 'brick')}"))
+        x = MARGIN
+        for symbol, symbol_wide, text in legend:
+            indent = symbol_wide + 6.0 if symbol_wide else 0.0
+            wide = indent + width_of(text, TEXT)
+            if x > MARGIN and x + wide > self._wide + MARGIN:
+                x, y = MARGIN, y + LINE
+            shapes += [f'<g transform="translate({x:.1f} {y:.1f})">', *symbol, "</g>"]
+            shapes.append(_line(x + indent, y + 11.0, text))
+            x += wide + 2.0 * MARGIN
+        return svg_of(ceil(self._wide + 2.0 * MARGIN), ceil(y + LINE + MARGIN / 2.0), shapes)
+
+    def _panel(self, panel: Panel, x: float, y: float, has_bar: bool) -> tuple[set[BodyId], list[str]]:
+        """Return the bricks that bear their names in a panel, and its shapes."""
+        layout, view = self._layout, panel.frame.view
+        drawing, named = _drawing(self._run, panel.frame, layout.area(view), self._forces)
+        size = f'x="{x:g}" y="{y:g}" width="{layout.wide:g}" height="{layout.high:g}"'
+        shapes = [f"<svg {size}>", *drawing, *(_bar_shapes(view, layout) if has_bar else ()), "</svg>"]
+        shapes.append(f'<rect {size} fill="none" stroke="{GRID}"/>')
+        y += layout.high + 15.0
+        shapes.append(text_at(x, y, panel.title, colour=INK, font_size=f"{TEXT:g}", font_weight="600"))
+        lines = wrapped(panel.text, layout.wide)
+        shapes += [_line(x, y + LINE * number, text) for number, text in enumerate(lines, start=1)]
+        return named, shapes
+
+    def _lines(self, panel: Panel) -> int:
+        return len(wrapped(panel.text, self._layout.wide))
 
 
-def _paper(run: RunView, panels: Sequence[Panel], view: View, width: float) -> tuple[DrawingArea, float]:
-    """Return the paper that fits all panels of a view, and the width of its panel [px]."""
+def thumbnail(run: RunView, frame: Frame, width: float, height: float) -> str:
+    """Return a drawing without texts as SVG. Raises TooMuchWorkError."""
+    low, high = _bounds(run, [frame], None)
+    size = np.array((width, height))
+    scale = float(((size - 2.0 * MARGIN) / (high - low)).min())
+    area = DrawingArea((low + high) / 2.0 - size / scale / 2.0, scale, width, height)
+    return svg_of(width, height, _drawing(run, frame, area, None)[0])
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The places of panels, which all have one size and one scale."""
+
+    columns: int
+    scale: float  # [px/m]
+    wide: float  # of a panel [px]
+    high: float  # [px]
+    bottoms: Mapping[str, Array]  # of all that is drawn, in the middle, by view [m]
+
+    @classmethod
+    def of(cls, run: RunView, frames: Sequence[Frame], forces: ForceScale | None, at_once: int) -> "Layout":
+        """Return the layout with the largest scale; of those of about the same scale, the one with most columns."""
+        views = {frame.view.name: frame.view for frame in frames}
+        bounds = {
+            name: _bounds(run, [frame for frame in frames if frame.view is view], forces)
+            for name, view in views.items()
+        }
+        most = np.max([high - low for low, high in bounds.values()], axis=0)
+
+        def scale_of(columns: int) -> float:
+            wide = (WIDEST - GAP * (columns - 1)) / columns - 2.0 * MARGIN
+            high = min(MOST_HIGH, HIGHEST / ceil(at_once / columns) - 3.0 * LINE) - MARGIN - FOOT
+            return float(min(wide / most[0], high / most[1]))
+
+        columns = 1
+        for more in range(2, 1 + min(at_once, MOST_COLUMNS)):
+            columns = more if scale_of(more) >= ALIKE * scale_of(columns) else columns
+        scale = scale_of(columns)
+        wide, high = (most * scale + (2.0 * MARGIN, MARGIN + FOOT)).tolist()
+        least = LEAST_WIDE if at_once > 1 else 2.0 * LEAST_WIDE
+        bottoms = {name: np.array(((low[0] + high[0]) / 2.0, low[1])) for name, (low, high) in bounds.items()}
+        return cls(columns, scale, ceil(max(wide, least)), ceil(high), bottoms)
+
+    @property
+    def views(self) -> int:
+        """The number of different views."""
+        return len(self.bottoms)
+
+    def area(self, view: View) -> DrawingArea:
+        """Return the paper of a panel."""
+        foot = np.array((self.wide / 2.0, FOOT))
+        return DrawingArea(self.bottoms[view.name] - foot / self.scale, self.scale, self.wide, self.high)
+
+
+def _bounds(run: RunView, frames: Sequence[Frame], forces: ForceScale | None) -> tuple[Array, Array]:
+    """Return two corners (2,) of a rectangle around all that frames of one view show [m]."""
     hitting = {placement.brick.id for placement in run.timeline.placements if placement.hits}
-    seen: list[Array] = [np.zeros((0, 2))]
-    hits: list[Array] = []
-    for time in {panel.frame.time for panel in panels if panel.frame.view is view}:
+    view, seen, hits = frames[0].view, [np.zeros((0, 2))], list[Array]()
+    for time in {frame.time for frame in frames}:
         for name, solid in solids_at(run, time).items():
             (hits if name in hitting else seen).append(view.on_paper(solid.corners))
+        if forces is not None and (proof := proof_at(run, time)) is not None:
+            seen += [np.array((arrow.tail, arrow.tip)) for arrow in forces.arrows(proof, view)]
     points = np.concatenate(seen)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.ones(2))
     reach = AROUND * (high - low).max()  # flying bricks may come from far away
-    near = [
-        corners
-        for corners in hits
-        if (low - reach <= corners.mean(axis=0)).all() and (corners.mean(axis=0) <= high + reach).all()
-    ]
-    low, high = (
-        np.min([low, *(corners.min(axis=0) for corners in near)], axis=0),
-        np.max([high, *(corners.max(axis=0) for corners in near)], axis=0),
-    )
-    size = np.maximum(high - low, 1e-9)
-    scale = min(width / size[0], MOST_HIGH / size[1])
-    low = low - MARGIN / scale
-    return DrawingArea(low, scale, size[1] * scale + 2 * MARGIN), max(size[0] * scale + 2 * MARGIN, 120.0)
+    for corners in hits:
+        middle = corners.mean(axis=0)
+        if (low - reach <= middle).all() and (middle <= high + reach).all():
+            low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+    return low, np.maximum(high, low + 1e-9)
 
 
-def panels_at(run: RunView, views: Sequence[View], time: float | None, forces: bool) -> list[Panel]:
-    """Return one panel per view, at a time [s], or at the end."""
-    at = run.trace.cost.simulated_time if time is None else time
-    return [Panel(Frame(view, at, forces), f"{run.name}, {view.name}, {at:g} s") for view in views]
+def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale | None) -> tuple[list[str], set[BodyId]]:
+    """Return the shapes of one drawing, and the bricks that bear their names in it."""
+    solids = solids_at(run, frame.time)
+    colours = {name: state.colour for name, state in states_at(run, frame.time).items()}
+    faces = faces_of(solids, colours, frame.view, area)
+    grid = ScaleBar.of(frame.view, area.scale, BAR).length
+    shapes = [f'<rect width="100%" height="100%" fill="{token("scene")}"/>']
+    shapes += ground_shapes(run.timeline.world.planes, solids.values(), frame.view, area, grid)
+    shapes += brick_shapes(faces, rim_of(run.recording.bricks, area.scale))
+    proof = proof_at(run, frame.time)
+    arrows = [] if forces is None or proof is None else forces.arrows(proof, frame.view)
+    shapes += arrow_shapes(arrows, area)
+    covers = [area.place(np.array((arrow.tail, arrow.tip))) for arrow in arrows]
+    names = names_on(faces, covers) if Overlay.NAMES in frame.overlays else {}
+    shapes += names.values()
+    return shapes, set(names)
 
 
-def strip(run: RunView, view: View, count: int, forces: bool = False) -> list[Panel]:
+def _force_scale(run: RunView, frames: Sequence[Frame]) -> ForceScale | None:
+    """Return the common scale of the forces in all frames; None if they show none."""
+    times = {frame.time for frame in frames if Overlay.FORCES in frame.overlays}
+    proofs = [proof for time in times if (proof := proof_at(run, time)) is not None]
+    return ForceScale.of(proofs, run.recording.bricks)
+
+
+def _bar_shapes(view: View, layout: Layout) -> Iterator[str]:
+    """Yield the scale of a panel, at its bottom right."""
+    bar = ScaleBar.of(view, layout.scale, min(BAR, 0.4 * layout.wide))
+    x, y = layout.wide - MARGIN, layout.high - MARGIN
+    yield from bar.shapes(x - bar.way[0], y - max(bar.way[1], 0.0))
+    halo = {"stroke": token("halo"), "stroke_width": "3", "paint_order": "stroke"}
+    yield text_at(x - bar.way[0] - 8.0, y + 4.0, bar.text, "end", INK, font_size="12", **halo)
+
+
+def _legend(
+    run: RunView, frames: Sequence[Frame], forces: ForceScale | None, scale: float
+) -> Iterator[tuple[Sequence[str], float, str]]:
+    """Yield symbol, its width [px] and text of all that occurs in frames, with counts if all show one time."""
+    times = {frame.time for frame in frames}
+    states = [state for time in times for state in states_at(run, time).values()]
+    for state in State:
+        if count := states.count(state):
+            square = f'<rect width="{SWATCH:g}" height="{SWATCH:g}" rx="2" fill="{state.colour}"/>'
+            yield [square], SWATCH, f"{state} ({count})" if len(times) == 1 else str(state)
+    if forces is not None:
+        force = round_below(forces.most)
+        length = force / forces.most * forces.longest * scale
+        arrow = arrow_shape((0.0, 6.0), (length, 6.0), force / forces.most)
+        yield list(arrow), length, f"{force_text(force)}: forces of the proof"
+
+
+def _line(x: float, y: float, text: str) -> str:
+    return text_at(x, y, text, font_size=f"{TEXT:g}")
+
+
+def wrapped(text: str, width: float) -> list[str]:
+    """Return the lines of a text, broken between words; a longer word stays whole."""
+    lines: list[str] = []
+    for word in visible(text).split():
+        if lines and width_of(f"{lines[-1]} {word}", TEXT) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+# What happens, in the words below a panel.
+
+
+PHRASES: Final = (  # by importance
+    EventKind.WOKEN,
+    EventKind.COLLAPSED,
+    EventKind.REMOVED,
+    EventKind.PUSHED,
+    EventKind.SHAKEN,
+    EventKind.TAKEN,
+    EventKind.LET_GO,
+    EventKind.PLACED,
+)
+MOST_PHRASES = 2  # below one panel
+AT_ONCE = 1e-9  # [s]
+DONE: Final = {  # to bricks
+    EventKind.COLLAPSED: "has left its place",
+    EventKind.REMOVED: "pulled out",
+    EventKind.PUSHED: "pushed",
+    EventKind.TAKEN: "taken by a hand",
+    EventKind.LET_GO: "released by a hand",
+    EventKind.PLACED: "set down",
+}
+ARRIVED: Final = {Arrival.DROPPED: "dropped", Arrival.THROWN: "thrown"}
+STATE_WORDS: Final = {  # of one brick, and of several
+    State.STANDS: ("stands", "stand"),
+    State.MOVES: ("moves", "move"),
+    State.RIDES: ("rides on another", "ride on others"),
+    State.LEFT: ("has left its place", "have left their place"),
+    State.THROWN: ("thrown or dropped", "thrown or dropped"),
+}
+
+
+def happening(run: RunView, after: float, until: float) -> str:
+    """Return what happens in a time span [s]; at the end of the run, or if nothing does, what the bricks do then."""
+    if until >= _end(run):
+        return f"end: {summary(run, until)}"
+    if phrases := _phrases(run, after, until):
+        return phrases
+    moving = len(moving_at(run, until))
+    return f"{how_many(moving, 'brick')} {STATE_WORDS[State.MOVES][moving > 1]}" if moving else summary(run, until)
+
+
+def _phrases(run: RunView, after: float, until: float) -> str:
+    """Return the most important events of a time span [s] in words; empty without any."""
+    arrivals = {placement.brick.id: ARRIVED.get(placement.arrival) for placement in run.timeline.placements}
+    assembly, phrases, bricks = set[BodyId](), dict[EventKind, str](), dict[EventKind, list[BodyId]]()
+    for event in run.trace.events:
+        if event.time > until:
+            break
+        assembly |= set(event.bricks)
+        if event.time > after and event.kind in PHRASES:
+            of_kind = bricks.setdefault(event.kind, [])
+            of_kind += event.bricks
+            named = names_text(in_order(of_kind), among=assembly)
+            if event.kind is EventKind.WOKEN:
+                phrases.setdefault(event.kind, _woken(event, named))
+            elif event.kind is EventKind.SHAKEN:
+                phrases[event.kind] = "the ground shakes"
+            else:
+                phrases[event.kind] = f"{named} {arrivals.get(of_kind[0]) or DONE[event.kind]}"
+        if event.kind is EventKind.REMOVED:
+            assembly -= set(event.bricks)
+    shown = sorted(phrases, key=PHRASES.index)[:MOST_PHRASES]
+    return "; ".join(phrase for kind, phrase in phrases.items() if kind in shown)
+
+
+def _woken(event: Event, named: str) -> str:
+    """Return why bricks begin to move, as far as a few words tell it."""
+    moves = f"{named} {STATE_WORDS[State.MOVES][len(event.bricks) > 1]}"
+    if " hit by " in event.reason:
+        return event.reason.partition(", ")[0].partition(":")[0]
+    if not event.reason or ";" in event.reason:
+        return moves
+    return event.reason if event.reason.startswith(f"{named} ") else f"{moves}: {event.reason}"
+
+
+def summary(run: RunView, time: float) -> str:
+    """Return how many bricks are in which state at a time [s]."""
+    states = list(states_at(run, time).values())
+    counts = [(state, count) for state in State if (count := states.count(state))]
+    if not counts:
+        return "no brick is placed yet"
+    parts = [f"{count} {STATE_WORDS[state][count > 1]}" for state, count in counts]
+    state, count = counts[0]
+    everything = "all " if len(counts) == 1 and count > 2 else ""  # noqa: PLR2004 -- for two, it is "both"
+    parts[0] = f"{everything}{how_many(count, 'brick')} {STATE_WORDS[state][count > 1]}"
+    return ", ".join(parts)
+
+
+def _end(run: RunView) -> float:
+    return run.trace.cost.simulated_time
+
+
+# The panels of a picture, a strip and a film.
+
+
+def panels_at(views: Sequence[View], time: float, overlays: Overlay = NOTHING) -> list[Panel]:
+    """Return one panel per view, at a time [s]."""
+    return [Panel(Frame(view, time, overlays), f"{view.name} view") for view in views]
+
+
+def heading_at(run: RunView, time: float) -> str:
+    """Return the heading of a picture of one time [s]."""
+    return f"{time:.4g} s: {summary(run, time)}"
+
+
+def heading_of(run: RunView, view: View) -> str:
+    """Return the heading of a strip or a film."""
+    return f"{run.verdict}; {view.name} view"
+
+
+def strip(run: RunView, view: View, count: int, overlays: Overlay = NOTHING) -> list[Panel]:
     """Return panels from just before the first motion to the end, with equal motion in between.
 
     A run without motion gets panels of its build.
     """
     begin, end = moving_span(run)
     if not _beginnings(run):
-        return _panels(view, np.linspace(begin, end, count).tolist(), forces)
-    return _panels(view, times_of_motion(run.recording.keys, begin, end, count), forces)
+        return _panels(run, view, np.linspace(begin, end, count).tolist(), overlays)
+    times = times_of_motion(run.recording.keys, begin, end, count)
+    return _panels(run, view, [*times[:-1], _end(run)], overlays)
 
 
 def building(run: RunView, view: View, count: int) -> list[Panel]:
     """Return evenly spaced panels from the first brick to the end."""
-    return _panels(view, np.linspace(0.0, run.trace.cost.simulated_time, count).tolist())
+    return _panels(run, view, np.linspace(0.0, _end(run), count).tolist())
 
 
-def _panels(view: View, times: Sequence[float], forces: bool = False) -> list[Panel]:
-    return [Panel(Frame(view, time, forces), f"{time:.2f} s") for time in times]
+def _panels(run: RunView, view: View, times: Sequence[float], overlays: Overlay = NOTHING) -> list[Panel]:
+    """Return panels with what happens from one time to the next; the first tells what happens or is at that time."""
+    first = _phrases(run, times[0] - AT_ONCE, times[0]) or summary(run, times[0])
+    texts = [first, *(happening(run, *span) for span in pairwise(times))]
+    return [Panel(Frame(view, time, overlays), f"{time:.2f} s", text) for time, text in zip(times, texts, strict=True)]
 
 
-def moving_frames(run: RunView, view: View, rate: float, most: int, forces: bool = False) -> list[Panel]:
-    """Return `rate` panels per second of motion, at most `most` in all."""
+def moving_frames(run: RunView, view: View, rate: float, most: int, overlays: Overlay = NOTHING) -> list[Panel]:
+    """Return `rate` panels per second of motion, at most `most` in all; each tells what happened last."""
     begin, end = moving_span(run)
-    count = max(2, min(most, round((end - begin) * rate)))
-    return _panels(view, np.linspace(begin, end, count).tolist(), forces)
+    times = np.linspace(begin, end, max(2, min(most, round((end - begin) * rate)))).tolist()
+    changes = [event.time for event in run.trace.events if event.kind in PHRASES]
+    panels = []
+    for time in [*times[:-1], _end(run)]:
+        last = max((change for change in changes if change <= time), default=0.0)
+        panels.append(Panel(Frame(view, time, overlays), f"{time:.2f} s", happening(run, last - AT_ONCE, time)))
+    return panels
 
 
 def moving_span(run: RunView) -> tuple[float, float]:

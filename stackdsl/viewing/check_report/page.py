@@ -43,7 +43,7 @@ from stackdsl.user_files import make_user_folder, write_user_file
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.drawing import VIEWS, Frame
 from stackdsl.viewing.golden_view import golden_view
-from stackdsl.viewing.pictures import Panel, picture
+from stackdsl.viewing.pictures import thumbnail
 from stackdsl.viewing.replay.page import page_of, policy_of, run_json
 from stackdsl.viewing.run_view import view_of
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
@@ -52,7 +52,7 @@ from stackdsl.wording import how_many
 # A case played once more for the report: its replay goes to a page, its small picture into the table.
 
 
-SMALL = 240.0  # [px] width of a small picture
+SMALL = (240.0, 180.0)  # [px] size of a small picture
 FALLING = 0.12  # [s] from the start of a collapse to its picture
 MOST_DRAWN = 300  # bricks of a small picture; more would not be visible
 
@@ -89,8 +89,7 @@ def show_case(case: Case, golden: GoldenResult | None) -> PlayedCase:
     expected = golden_view(golden, run) if golden is not None else None
     small = ""
     if len(run.recording.bricks) <= MOST_DRAWN:
-        panel = Panel(Frame(VIEWS["three-quarter"], _telling(trace)), "")
-        small = picture(run, [panel], width=SMALL)
+        small = thumbnail(run, Frame(VIEWS["three-quarter"], _telling(trace)), *SMALL)
     views = tuple(run_json(view) for view in (run, expected) if view is not None)
     return PlayedCase(views, small, f"at {seconds(_telling(trace))}")
 

@@ -1,15 +1,20 @@
 """`stackdsl picture` draws a run to a file, in the form that its name says."""
 
+import re
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 
+from stackdsl.viewing.plots import width_of
 from tests.command_line import GOOD, Stackdsl
 
 FALLS = GOOD.replace("levels: 3", "levels: 6, step: 21 mm").replace("stands: all", "collapses: any")
 SOON = FALLS.replace("levels: 6, step: 21 mm", "levels: 3, step: 44 mm").replace("1 s", "0.1 s")  # few pictures
+DENSITY = 557.0  # of a Kapla plank [kg/m3]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -24,23 +29,133 @@ def drawn(folder: Path, name: str) -> ET.Element:
     return ET.fromstring((folder / name).read_text(encoding="utf-8"))
 
 
-def test_each_view_is_a_panel_and_each_brick_is_drawn_by_its_name(falls: Path, stackdsl: Stackdsl) -> None:
-    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--at", "4.5", "--forces").code == 0
-    panels = drawn(falls, "a.svg").findall(f"{SVG}svg")
-    captions = [text.text for panel in panels for text in panel.iter(f"{SVG}text")]
-    assert captions == [f"good[exact], {view}, 4.5 s" for view in ("three-quarter", "front", "plan")]
+def panels_of(root: ET.Element) -> list[ET.Element]:
+    return root.findall(f"{SVG}svg")
+
+
+def texts_of(element: ET.Element) -> list[str]:
+    return [text.text or "" for text in element.iter(f"{SVG}text")]
+
+
+def corners_of(path: str) -> np.ndarray:
+    """The corners of a path of straight lines [px]."""
+    return np.array([[float(number) for number in point.split()] for point in re.findall(r"[ML]([^MLZ]+)", path)])
+
+
+def faces_of(panel: ET.Element) -> list[tuple[str, np.ndarray]]:
+    """Bricks and their visible faces, in the order of painting."""
+    groups = [group for group in panel.iter(f"{SVG}g") if group.find(f"{SVG}title") is not None]
+    return [
+        (group.findtext(f"{SVG}title") or "", corners_of(path.get("d", "")))
+        for group in groups
+        for path in group.iter(f"{SVG}path")
+    ]
+
+
+def width_of_brick(panel: ET.Element, name: str) -> float:
+    points = np.concatenate([face for brick, face in faces_of(panel) if brick == name])
+    return float(np.ptp(points[:, 0]))
+
+
+def bar_of(panel: ET.Element) -> float:
+    """The horizontal extent of the scale bar of a panel [px]."""
+    bar = panel.findall(f"{SVG}path")[-1].get("d", "")
+    return float(np.ptp([float(x) for x in re.findall(r"[ML]([-\d.]+) ", bar)]))
+
+
+def test_each_view_is_a_panel_with_its_bricks_and_a_scale(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--at", "4.5").code == 0
+    root = drawn(falls, "a.svg")
+    texts = texts_of(root)
+    assert texts[:2] == ["good[exact]", "4.5 s: all 5 bricks stand"]
+    assert [text for text in texts if text.endswith(" view")] == ["three-quarter view", "front view", "plan view"]
+    assert texts[-1] == "stands (5)"
+    panels = panels_of(root)
     for panel in panels:
-        names = {title.text for title in panel.iter(f"{SVG}title")}
-        assert names == {f"L{level}.1" for level in range(1, 6)}  # those that had come by then
-    assert len(list(panels[1].iter(f"{SVG}line"))) > 5  # arrows
+        assert {name for name, _ in faces_of(panel)} == {f"L{level}.1" for level in range(1, 6)}  # placed by then
+    of_three, *of_others = [texts_of(panel) for panel in panels]
+    assert (of_three, of_others) == (["20 mm along x"], [["20 mm"], ["20 mm"]])
+    for panel in panels[1:]:
+        assert bar_of(panel) / 20.0 == pytest.approx(width_of_brick(panel, "L1.1") / 117.6, rel=0.01)
 
 
-def test_a_strip_shows_how_it_falls(falls: Path, stackdsl: Stackdsl) -> None:
+def test_the_scale_of_the_three_quarter_view_is_that_of_lengths_along_x(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--at", "0.5", "--view", "three-quarter").code == 0
+    (panel,) = panels_of(drawn(falls, "a.svg"))
+    edges = [face[(k + 1) % len(face)] - face[k] for _, face in faces_of(panel) for k in range(len(face))]
+    along_x = max(edges, key=lambda edge: float(np.linalg.norm(edge)))  # the longest side of a plank
+    (label,) = texts_of(panel)
+    length = float(label.removesuffix(" mm along x"))
+    assert bar_of(panel) / length == pytest.approx(abs(along_x[0]) / 117.6, rel=0.01)
+
+
+def test_arrows_of_forces_add_up_to_the_weight_by_the_scale_of_the_legend(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--at", "0.5", "--view", "front", "--forces").code == 0
+    root = drawn(falls, "a.svg")
+    paths = [corners_of(arrow.get("d", "")) for arrow in root.iter() if arrow.get("class") == "force"]
+    *arrows, in_legend = (float(np.linalg.norm(tip - tail)) for tail, _, tip, *_ in paths)
+    (label,) = [text for text in texts_of(root) if "forces of the proof" in text]
+    newtons = float(label.removesuffix(" mN: forces of the proof")) / 1000.0
+    weight = 0.1176 * 0.0234 * 0.0078 * DENSITY * 9.81
+    assert sum(arrows) * newtons / in_legend == pytest.approx(weight, rel=0.01)
+
+
+def inside(point: np.ndarray, outline: np.ndarray) -> bool:
+    edges = np.roll(outline, -1, axis=0) - outline
+    to_point = point - outline
+    sides = edges[:, 0] * to_point[:, 1] - edges[:, 1] * to_point[:, 0]
+    return bool((sides > 0.0).all() or (sides < 0.0).all())
+
+
+def points_of(name: ET.Element) -> Iterator[np.ndarray]:
+    """Points all over a name: its corners, and between them."""
+    size = float(name.get("font-size", ""))
+    middle = np.array((float(name.get("x", "")), float(name.get("y", "")) - 0.36 * size))
+    angle = np.radians(float((re.findall(r"rotate\(([-\d.]+)", name.get("transform", "")) or ["0"])[0]))
+    half = width_of(name.text or "", size) / 2.0
+    for along in np.linspace(-half, half, 9):
+        for across in (-0.36 * size, 0.0, 0.36 * size):
+            yield (
+                middle
+                + along * np.array((np.cos(angle), np.sin(angle)))
+                + across * np.array((-np.sin(angle), np.cos(angle)))
+            )
+
+
+@pytest.mark.parametrize("view", ["front", "plan", "three-quarter"])
+def test_names_stand_on_their_bricks_where_no_other_covers_them(falls: Path, stackdsl: Stackdsl, view: str) -> None:
+    tower = GOOD.replace("column: {levels: 3}", "four_stack: {levels: 14, step: 11.5 mm, spacing: 43 mm}")
+    (falls / "tower.yaml").write_text(tower, encoding="utf-8")
+    assert stackdsl("picture", "tower.yaml", "-o", "a.svg", "--names", "--view", view).code == 0
+    root = drawn(falls, "a.svg")
+    (panel,) = panels_of(root)
+    faces = faces_of(panel)
+    last = {name: place for place, (name, _) in enumerate(faces)}
+    names = [text for text in panel.iter(f"{SVG}text") if text.get("class") == "name"]
+    assert 3 < len(names) < len(last)
+    for name in names:
+        brick = name.text or ""
+        points = list(points_of(name))
+        assert any(each == brick and all(inside(point, face) for point in points) for each, face in faces)
+        assert not any(inside(point, face) for point in points for _, face in faces[last[brick] + 1 :])
+    assert f"no room for the names of {len(last) - len(names)} bricks" in texts_of(root)
+
+
+def test_a_strip_shows_how_it_falls_at_one_scale_and_says_what_happens(falls: Path, stackdsl: Stackdsl) -> None:
     assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--strip", "4", "--view", "front").code == 0
-    panels = drawn(falls, "a.svg").findall(f"{SVG}svg")
-    shapes = [sorted(shape.get("points", "") for shape in panel.iter(f"{SVG}polygon")) for panel in panels]
-    assert len(panels) == 4
-    assert len({str(points) for points in shapes}) == 4
+    root = drawn(falls, "a.svg")
+    panels, texts = panels_of(root), texts_of(root)
+    assert len({ET.tostring(panel) for panel in panels}) == len(panels) == 4
+    assert len({round(width_of_brick(panel, "L1.1"), 1) for panel in panels}) == 1
+    assert len({(panel.get("width"), panel.get("height")) for panel in panels}) == 1
+    times = [text for text in texts if re.fullmatch(r"\d+\.\d\d s", text)]
+    assert times == sorted(times)
+    assert len(times) == 4
+    told = " ".join(texts)
+    assert "all 5 bricks stand" in told
+    assert "L2.1 to L6.1 (5 bricks) tip over L1.1" in told
+    assert "has left its place" in told
+    assert "end: 1 brick stands, 5 have left their place" in told
 
 
 @pytest.mark.parametrize(
@@ -65,7 +180,7 @@ def test_of_several_cases_it_says_which_one_it_draws_and_how_to_choose_another(f
     )
     again = stackdsl("picture", "two.yaml", "-o", "b.svg", "--at", "0.5", "-k", "good[thesis]")
     assert "drawing" not in again.err
-    assert "good[thesis], front, 0.5 s" in (falls / "b.svg").read_text(encoding="utf-8")
+    assert texts_of(drawn(falls, "b.svg"))[0] == "good[thesis]"
 
 
 @pytest.mark.parametrize(
