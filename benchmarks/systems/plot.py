@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import ceil, log10
 
 from benchmarks.systems.points import MEASURES, Point, fronts_of
-from stackdsl.viewing.plots import GRID, INK, Axis, grid_of, svg_of, text_at
+from stackdsl.viewing.plots import Axis, grid_of
+from stackdsl.viewing.svg import GRID, INK, svg_of, text_at
 
 TITLES: Mapping[str, str] = {
     "wrong": "wrong verdicts [%]",

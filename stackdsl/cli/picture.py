@@ -33,10 +33,10 @@ from stackdsl.viewing.pictures import (
     mp4,
     panels_at,
     picture,
-    png,
     strip,
 )
 from stackdsl.viewing.run_view import RunView, view_of
+from stackdsl.viewing.svg import png
 
 FILM = ".mp4"
 STILL, MOVING = (".svg", ".png"), (".gif", ".webp", FILM)

@@ -18,9 +18,9 @@ from stability.model import BodyId, Brick, ConvexShape, Plane, Pose
 from stability.work_limit import add_work
 from stackdsl.shown_text import visible
 from stackdsl.trace import EventKind
-from stackdsl.viewing.plots import width_of
 from stackdsl.viewing.run_view import RunView, ShownProof
 from stackdsl.viewing.style import token
+from stackdsl.viewing.svg import width_of
 
 # Views: parallel projections, without perspective.
 

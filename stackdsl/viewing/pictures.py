@@ -43,9 +43,9 @@ from stackdsl.viewing.drawing import (
     solids_at,
     states_at,
 )
-from stackdsl.viewing.plots import GRID, INK, svg_of, text_at, width_of
 from stackdsl.viewing.run_view import RunView
 from stackdsl.viewing.style import token
+from stackdsl.viewing.svg import GRID, INK, png, svg_of, text_at, width_of
 from stackdsl.wording import how_many
 
 # Pictures of a run: a title, panels at one scale, and a legend of what occurs in them.
@@ -460,13 +460,6 @@ def times_of_motion(keys: Rows, begin: float, end: float, count: int) -> list[fl
 
 
 HINT = "pip install 'stackdsl[picture]'"
-
-
-def png(svg: str, zoom: float = 2.0) -> bytes:
-    """Return a PNG with `zoom` pixels per SVG pixel along each side. Raises ModuleNotFoundError without resvg."""
-    import resvg_py  # noqa: PLC0415 -- an extra
-
-    return bytes(resvg_py.svg_to_bytes(svg_string=svg, zoom=zoom))
 
 
 def moving(svgs: Sequence[str], rate: float, form: str) -> bytes:

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import pairwise
 from math import ceil, cos, floor, hypot, inf, isfinite, log10, pi, sin
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 from stackdsl.report.text import bearing_text, significant
-from stackdsl.viewing.style import token
+from stackdsl.viewing.svg import BLUE, FAINT, GREEN, GRID, GROUND, INK, RED, Point, encoded, svg_of, text_at, width_of
 
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival
@@ -62,36 +61,6 @@ class Axis:
                     yield factor * 10.0**power
 
 
-# Colours have a contrast of at least 3 to the white ground, which a plot also has on a dark page.
-INK, FAINT, GRID, GROUND = token("ink"), token("ink-2"), token("line"), token("surface")
-BLUE, GREEN, RED = token("accent"), token("pass"), token("fail")
-FONT: Final = "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif"
-
-
-Point: TypeAlias = tuple[float, float]  # [px]
-
-WIDE_SIGNS = 0x1100  # code from which on letters are as wide as high, as in Chinese
-NARROW, BROAD = frozenset(" !'()*,-./:;I[]fijlrt|"), frozenset("%@MWmw")
-
-
-def width_of(text: str, size: float = 13.0) -> float:
-    """Return about how wide a text is in the sans-serif fonts of a size [px]; rather too wide than too narrow."""
-    return size * sum(0.36 if c in NARROW else 0.95 if c in BROAD or ord(c) >= WIDE_SIGNS else 0.6 for c in text)
-
-
-def text_at(x: float, y: float, text: str, anchor: str = "start", colour: str = FAINT, **style: str) -> str:
-    """Return a text at a position [px]."""
-    more = "".join(f' {name.replace("_", "-")}="{value}"' for name, value in style.items())
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{colour}"{more}>{escape(text)}</text>'
-
-
-def svg_of(width: float, height: float, shapes: Iterable[str]) -> str:
-    """Return an SVG with a ground of its own, readable on light and dark pages."""
-    size = f'width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{FONT}" font-size="12">'
-    return "\n".join([head, f'<rect width="100%" height="100%" fill="{GROUND}"/>', *shapes, "</svg>"]) + "\n"
-
-
 def grid_of(across: Axis, up: Axis, x_title: str, y_title: str, below: float = 0.0) -> Iterator[str]:
     """Yield grid lines, ticks and titles of two axes; the labels of the first stand `below` its lines [px]."""
     for value in across.ticks():
@@ -113,15 +82,6 @@ def titles(title: str, answer: str) -> Iterator[str]:
     """Yield the title of a plot, and below it the answer in one sentence."""
     yield text_at(24, 30, title, colour=INK, font_size=f"{TITLE:g}", font_weight="600")
     yield text_at(24, 50, answer, colour=FAINT, font_size="13")
-
-
-def encoded(svg: str, suffix: str) -> bytes:
-    """Return a plot as `.svg` or `.png`. Raises ModuleNotFoundError without resvg, which `.png` needs."""
-    if suffix.lower() == ".svg":
-        return svg.encode()
-    from stackdsl.viewing.pictures import png  # noqa: PLC0415 -- an optional extra
-
-    return png(svg)
 
 
 # A fragility curve: points with their intervals, and the lognormal curve if it fits them.

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from stackdsl.viewing.plots import width_of
+from stackdsl.viewing.svg import width_of
 from tests.command_line import GOOD, Stackdsl
 
 FALLS = GOOD.replace("levels: 3", "levels: 6, step: 21 mm").replace("stands: all", "collapses: any")

@@ -10,7 +10,8 @@ from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.statistics import Interval
 from stackdsl.studies.fragility_curve import CurvePoint, Fragility, Lognormal
 from stackdsl.studies.fragility_intensity import Intensity, IntensityKind
-from stackdsl.viewing.plots import GREEN, MIDDLE, RADIUS, RED, Axis, drawn_fragility, drawn_survival, width_of
+from stackdsl.viewing.plots import MIDDLE, RADIUS, Axis, drawn_fragility, drawn_survival
+from stackdsl.viewing.svg import GREEN, RED, width_of
 
 
 def survival(*survived: float) -> Survival:
