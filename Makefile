@@ -123,7 +123,6 @@ figures: $(READY_DEV) ## measure what takes minutes, and write the figures of RE
 	$(BIN)/python -m benchmarks.against_compas --write
 	$(BIN)/python -m benchmarks.compas_samples --write
 	$(BIN)/python -m benchmarks.solids_in_engines --write
-	$(BIN)/python -m benchmarks.figures.picture
 
 editor: $(READY_DEV) ## what an editor shows, tried with the language server itself, which needs npm
 	npm install --silent --no-audit --no-fund --prefix .node yaml-language-server@2.0.0
@@ -132,7 +131,8 @@ editor: $(READY_DEV) ## what an editor shows, tried with the language server its
 replay:         ## bundle the program of replay pages anew, from the versions in replay/package-lock.json; needs Node.js
 	cd replay && npm ci --ignore-scripts && npm run check && npm run build
 
-pictures: $(READY_DEV) ## draw the scenes of the publication anew, for docs/method.md, and replay pages, in Debian's Chromium
+pictures: $(READY_DEV) ## draw the pictures of README and docs anew, and replay pages, in Debian's Chromium
+	$(BIN)/python -m benchmarks.figures.picture
 	$(BIN)/python -m benchmarks.figures.strips
 	$(BIN)/python -m benchmarks.figures.gallery
 	$(BIN)/python -m benchmarks.figures.replays

@@ -421,6 +421,7 @@ def _name(face: Face, size: float, angle: float) -> str:
 RAMP = ("f1", "f2", "f3", "f4", "f5")
 LONGEST = 0.4  # length of the arrow of the largest force, in longest sides of the bricks
 SMALLEST = 0.01  # share of the largest force below which no arrow is drawn
+MERGED = 6  # decimal places of a position [m] that tell forces apart
 SHORTEST = 3.0  # [px] least length of an arrow; a force along the view has none
 
 
@@ -433,31 +434,38 @@ class Arrow:
     share: float  # of the largest force
 
 
+def forces_on_paper(proof: ShownProof, view: View) -> list[tuple[Array, Array]]:
+    """Return places (2,) in the plane of projection [m] and forces (2,) in it [N].
+
+    Forces that act at one place on paper, such as on the front and the back edge of a brick, are added up.
+    """
+    sums: dict[tuple[float, float], Array] = {}
+    for contact in proof.contacts:
+        places = view.on_paper(np.array(contact.points_W)).round(MERGED)
+        for place, force in zip(places.tolist(), view.on_paper(np.array(contact.forces_W)), strict=True):
+            sums[tuple(place)] = sums.get(tuple(place), 0.0) + force
+    return [(np.array(place), force) for place, force in sums.items()]
+
+
 @dataclass(frozen=True)
 class ForceScale:
     """The length of arrows."""
 
-    most: float  # the largest force [N]
+    most: float  # the largest force on paper [N]
     longest: float  # length of its arrow [m]
 
     @classmethod
-    def of(cls, proofs: Sequence[ShownProof], bricks: Sequence[Brick]) -> "ForceScale | None":
-        """Return the common scale of some proofs, in proportion to the bricks; None without forces."""
-        forces = [force for proof in proofs for contact in proof.contacts for force in contact.forces_W]
+    def of(cls, proofs: Sequence[tuple[ShownProof, View]], bricks: Sequence[Brick]) -> "ForceScale | None":
+        """Return the common scale of some proofs and their views, in proportion to the bricks; None without forces."""
+        forces = [force for proof, view in proofs for _, force in forces_on_paper(proof, view)]
         most = max((float(np.linalg.norm(force)) for force in forces), default=0.0)
         return cls(most, LONGEST * max(brick.shape.length for brick in bricks)) if most > 0.0 else None
 
     def arrows(self, proof: ShownProof, view: View) -> list[Arrow]:
         """Return the forces of a proof, the smallest first."""
-        arrows = []
-        for contact in proof.contacts:
-            for point, force in zip(contact.points_W, contact.forces_W, strict=True):
-                share = float(np.linalg.norm(force)) / self.most
-                if share > SMALLEST:
-                    ends = np.array((np.array(point) - np.array(force) * self.longest / self.most, point))
-                    tail, tip = view.on_paper(ends)
-                    arrows.append(Arrow(tail, tip, share))
-        return sorted(arrows, key=lambda arrow: arrow.share)
+        forces = [(float(np.linalg.norm(force)) / self.most, at, force) for at, force in forces_on_paper(proof, view)]
+        arrows = [Arrow(at - force * self.longest / self.most, at, share) for share, at, force in forces]
+        return sorted((arrow for arrow in arrows if arrow.share > SMALLEST), key=lambda arrow: arrow.share)
 
 
 def arrow_shapes(arrows: Iterable[Arrow], paper: DrawingArea) -> Iterator[str]:

@@ -229,8 +229,8 @@ def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale |
 
 def _force_scale(run: RunView, frames: Sequence[Frame]) -> ForceScale | None:
     """Return the common scale of the forces in all frames; None if they show none."""
-    times = {frame.time for frame in frames if Overlay.FORCES in frame.overlays}
-    proofs = [proof for time in times if (proof := proof_at(run, time)) is not None]
+    shown = [frame for frame in frames if Overlay.FORCES in frame.overlays]
+    proofs = [(proof, frame.view) for frame in shown if (proof := proof_at(run, frame.time)) is not None]
     return ForceScale.of(proofs, run.recording.bricks)
 
 

@@ -1,10 +1,9 @@
 """The picture of README is that of its scenario."""
 
-from benchmarks.figures.picture import PATH, drawn, scenario
-from stackdsl.checking.play_case import play_case
+from benchmarks.figures.picture import PATH, drawn, played
 from tests.engines_at_hand import needs_pybullet
 
 
 @needs_pybullet
 def test_the_picture_is_that_of_the_scenario() -> None:
-    assert drawn(play_case(scenario().timeline, "exact")) == PATH.read_text(encoding="utf-8")
+    assert drawn(played()) == PATH.read_text(encoding="utf-8")
