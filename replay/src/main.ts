@@ -14,6 +14,8 @@ import type { From } from "./viewer";
 import { eventText, howMany, names, seconds, WORDS } from "./wording";
 
 const NOTHING_YET = "Waiting for the first run";
+const NO_WEBGL =
+  "This browser draws no bricks, as its WebGL 2 is off or missing. Turn on graphics acceleration in its settings, or open this page in a current Chrome, Edge, Firefox or Safari. All else on this page works.";
 const VIEWS: [From, string][] = [
   ["three-quarter", "3/4 view"],
   ["front", "Front"],
@@ -124,6 +126,12 @@ function build(player: Player): Heard {
     ),
   );
 
+  const undrawn = part("figure");
+  if (!viewer.draws) {
+    document.body.classList.add("undrawn");
+    viewer.canvas.parentElement!.append(part("p", { class: "notice", text: NO_WEBGL }), undrawn);
+  }
+
   let hovered: { x: number; y: number } | undefined;
   let toolsOf = "";
   player.told = () => {
@@ -174,6 +182,7 @@ function build(player: Player): Heard {
       if (its) renew(caption, its.told.name + its.told.told.headline, () => [part("b", { text: called[place] }), part("span", { text: kept(its.told.told.headline) })]);
       if (its) caption.dataset.status = its.told.told.status;
     });
+    if (!viewer.draws) renew(undrawn, run.told.name, () => drawingOf(run.told.name));
     tellLegend(player, legend, marks);
     const missing = player.missing;
     const silent = missing.length ? "" : player.silent(player.mode);
@@ -325,6 +334,13 @@ function tellLegend(player: Player, legend: HTMLElement, marks: Map<string, stri
     }
     return lines;
   });
+}
+
+// The drawing of the end of a run, from what the page has for browsers without JavaScript.
+function drawingOf(name: string): Node[] {
+  const stills = new DOMParser().parseFromString(document.querySelector("noscript")!.textContent!, "text/html").querySelectorAll<HTMLElement>(".still");
+  const drawing = [...stills].find((still) => still.dataset.run === name)?.querySelector("figure > svg");
+  return drawing ? [document.importNode(drawing, true)] : [];
 }
 
 // A few words beside a brick that is pointed at.

@@ -48,7 +48,7 @@ export class Viewer {
   private foot = FOOT; // [px] of the picture that scales take up
   private whole = false; // whether structures far away are fitted as well
   readonly coarse: boolean; // whether a picture that rests is drawn again with smooth edges
-  private readonly renderer: WebGLRenderer;
+  private readonly renderer: WebGLRenderer | undefined; // missing where the browser draws no bricks
   private readonly near = new PerspectiveCamera(FIELD, 1, 0.001, 1000);
   private readonly flat = new OrthographicCamera();
   private readonly controls: OrbitControls;
@@ -57,10 +57,11 @@ export class Viewer {
   private move: { from: Place; to: Place; began: number } | undefined;
 
   constructor(private readonly changed: () => void) {
-    const software = drawnBySoftware();
+    const drawnBy = whatDraws();
+    const software = /swiftshader|llvmpipe|software/i.test(drawnBy); // smooth outlines would cost half of the frames
     this.coarse = software && devicePixelRatio < FINE;
-    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !software });
-    this.renderer.autoClear = false;
+    this.renderer = drawnBy ? new WebGLRenderer({ canvas: this.canvas, antialias: !software }) : undefined;
+    if (this.renderer) this.renderer.autoClear = false;
     this.near.up.set(0, 0, 1);
     this.flat.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.near, this.canvas);
@@ -68,6 +69,11 @@ export class Viewer {
     this.controls.addEventListener("change", changed);
     this.controls.addEventListener("start", () => ([this.turned, this.move] = [true, undefined]));
     this.over.className = "over";
+  }
+
+  // Whether bricks can be drawn.
+  get draws(): boolean {
+    return this.renderer !== undefined;
   }
 
   get orthographic(): boolean {
@@ -178,8 +184,8 @@ export class Viewer {
   // Draw it; finely if it rests.
   draw(finely = false): void {
     const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    if (!width || !height) return;
     const { renderer } = this;
+    if (!width || !height || !renderer) return;
     this.advance();
     const size = renderer.getSize(new Vector2());
     const ratio = finely ? FINE : Math.min(devicePixelRatio, FINE) * this.sharpness;
@@ -348,10 +354,11 @@ export class Viewer {
   }
 }
 
-// Whether there is no graphics card: smooth outlines would cost half of the frames.
-function drawnBySoftware(): boolean {
+// The name of what draws; empty if nothing does.
+function whatDraws(): string {
   const probe = document.createElement("canvas").getContext("webgl2");
-  const name = String(probe?.getParameter(probe.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? probe.RENDERER));
-  probe?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software/i.test(name);
+  if (!probe) return "";
+  const name = String(probe.getParameter(probe.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL ?? probe.RENDERER));
+  probe.getExtension("WEBGL_lose_context")?.loseContext();
+  return name || "unknown";
 }

@@ -44,7 +44,7 @@ from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.drawing import VIEWS, Frame
 from stackdsl.viewing.golden_view import golden_view
 from stackdsl.viewing.pictures import thumbnail
-from stackdsl.viewing.replay.page import page_of, policy_of, run_json
+from stackdsl.viewing.replay.page import page_of, policy_of, run_json, shown_run
 from stackdsl.viewing.run_view import view_of
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
 from stackdsl.wording import how_many
@@ -62,6 +62,7 @@ class PlayedCase:
     """A case that was played once more."""
 
     json: tuple[str, ...]  # for a page: the run, and the view of its golden file, if there is one
+    still: str  # HTML for browsers without JavaScript
     picture: str  # SVG; empty if there are too many bricks for a small one
     about: str  # time of the picture
 
@@ -90,8 +91,9 @@ def show_case(case: Case, golden: GoldenResult | None) -> PlayedCase:
     small = ""
     if len(run.recording.bricks) <= MOST_DRAWN:
         small = thumbnail(run, Frame(VIEWS["three-quarter"], _telling(trace)), *SMALL)
-    views = tuple(run_json(view) for view in (run, expected) if view is not None)
-    return PlayedCase(views, small, f"at {seconds(_telling(trace))}")
+    shown = shown_run(run)
+    views = (shown.json,) if expected is None else (shown.json, run_json(expected))
+    return PlayedCase(views, shown.still, small, f"at {seconds(_telling(trace))}")
 
 
 def _telling(trace: Trace) -> float:
@@ -501,7 +503,9 @@ class _Pages:
     cases: Sequence[Case]
     shown: dict[str, ShownCase] = field(default_factory=dict)  # by case
     unseen: dict[str, str] = field(default_factory=dict)  # reason why there is no replay, by case
-    _json: dict[int, tuple[str, ...]] = field(default_factory=dict)  # by number of a case, until its page is written
+    _played: dict[int, PlayedCase | None] = field(
+        default_factory=dict
+    )  # by number of a case, until its page is written
     _groups: dict[str, list[int]] = field(default_factory=dict)  # cases of a page, by its name
 
     def __post_init__(self) -> None:
@@ -514,17 +518,18 @@ class _Pages:
         page = _page_name(case)
         file = f"{REPLAYS}/{file_name(page)}"
         if isinstance(result.value, PlayedCase):
-            self._json[number] = result.value.json
+            self._played[number] = result.value
             self.shown[case.name] = ShownCase(
                 f"{quote(file)}#{quote(case.name)}", result.value.picture, result.value.about
             )
         else:
-            self._json[number] = ()
+            self._played[number] = None
             self.unseen[case.name] = result.message or result.status.value
         group = self._groups[page]
-        if self._json.keys() >= {*group}:
-            runs = [text for each in group for text in self._json.pop(each)]
-            write_user_file(self.folder / file, page_of(runs, page).encode(), self.folder)
+        if self._played.keys() >= {*group}:
+            played = [case for each in group if (case := self._played.pop(each)) is not None]
+            runs, stills = [text for case in played for text in case.json], [case.still for case in played]
+            write_user_file(self.folder / file, page_of(runs, page, stills=stills).encode(), self.folder)
 
 
 def _page_name(case: Case) -> str:

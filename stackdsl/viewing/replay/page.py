@@ -20,9 +20,11 @@ from stability.model import BodyId, ConvexShape, Plane
 from stackdsl.report.statics import weakest_json, weakest_text
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
+from stackdsl.viewing.drawing import VIEWS
+from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView, ShownProof
-from stackdsl.viewing.style import icon_sprite, shared_style
+from stackdsl.viewing.style import icon, icon_sprite, shared_style
 
 # Compact poses over time: rounded to visible accuracy, delta-encoded, and deflated.
 #
@@ -256,7 +258,8 @@ LIVE_POLICY: Final = "; connect-src 'self'"
 
 def replay_page(runs: Sequence[RunView], title: str) -> str:
     """Return the page that replays these runs; it can show two of them side by side."""
-    return page_of([run_json(run) for run in runs], title)
+    shown = [shown_run(run) for run in runs]
+    return page_of([run.json for run in shown], title, stills=[run.still for run in shown])
 
 
 def live_page(title: str) -> str:
@@ -264,13 +267,31 @@ def live_page(title: str) -> str:
     return page_of([], title, live=True)
 
 
+@dataclass(frozen=True, slots=True)
+class ShownRun:
+    """The content of a page for one run."""
+
+    json: str  # one line
+    still: str  # HTML for browsers without JavaScript, and a drawing for those without WebGL
+
+
+def shown_run(run: RunView) -> ShownRun:
+    """Return the data of a run, and what shows it without the program of the page."""
+    payload = payload_of(run)
+    return ShownRun(_line_of(payload), still_html(run, payload["told"]))
+
+
 def run_json(run: RunView, hurried: bool = False) -> str:
     """Return the data of a run as one line of JSON; see `payload_of`."""
-    return json.dumps(payload_of(run, hurried), separators=(",", ":"), allow_nan=False)
+    return _line_of(payload_of(run, hurried))
 
 
-def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
-    """Return the page of runs, each given as `run_json`."""
+def _line_of(payload: Json) -> str:
+    return json.dumps(payload, separators=(",", ":"), allow_nan=False)
+
+
+def page_of(runs: Sequence[str], title: str, live: bool = False, stills: Sequence[str] = ()) -> str:
+    """Return the page of runs, each given as `run_json`, with what shows them without the program."""
     program, style = program_and_style()
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
@@ -278,11 +299,47 @@ def page_of(runs: Sequence[str], title: str, live: bool = False) -> str:
         live=" data-live" if live else "",
         style=style,
         icons=icon_sprite(),
+        stills="\n".join(stills),
         licence=_packaged("replay.LICENSE.txt"),
         program=deflated(program.encode()),
         loader=LOADER,
         data=harmless(f"[{','.join(runs)}]"),
     )
+
+
+# What a page shows without JavaScript: the verdict in words, and a drawing of the end. Without WebGL, the program takes
+# the drawing from there.
+
+
+MOST_DRAWN: Final = 200  # bricks of a drawing, which takes 0.3 kB and a millisecond for each
+SHAPES: Final = {"open": "skipped"}  # icons of the statuses that have none of their name
+
+
+def still_html(run: RunView, told: Json) -> str:
+    """Return the verdict of a run and a drawing of its end as HTML; of many bricks, without the drawing."""
+    drawing = ""
+    if run.marks is None and len(run.recording.bricks) <= MOST_DRAWN:
+        end = run.trace.cost.simulated_time
+        drawing = picture(run, heading_at(run, end), panels_at([VIEWS["three-quarter"]], end))
+    lead = "<br>".join(f"<b>{escape(name)}</b> {escape(text)}" for name, text in told["facts"])
+    return (
+        f'<section class="still" data-run="{escape(run.name)}"><header class="band" data-status="{told["status"]}">'
+        f'<span class="image">{icon(SHAPES.get(told["status"], told["status"]))}</span>'
+        f'<div class="words"><h1>{escape(told["headline"])}</h1><p class="lead">{lead}</p></div>'
+        f'<div class="who"><b>{escape(run.name)}</b><span>{escape(run.system)}</span></div></header>'
+        f"{_claims_table(told['claims'])}<figure>{drawing}</figure></section>"
+    )
+
+
+def _claims_table(claims: Sequence[Json]) -> str:
+    keys = {"name": "claim", "expected": "expected", "measured": "measured", "place": "written at"}
+    heads = "".join(f"<th>{head}</th>" for head in ("", *keys.values()))
+    rows = []
+    for claim in claims:
+        image, word = ("passed", "holds") if claim["passed"] else ("failed", "fails")
+        cells = "".join(f'<td data-name="{head}">{escape(claim[key])}</td>' for key, head in keys.items())
+        rows.append(f'<tr><td class="{image}">{icon(image)}{word}</td>{cells}</tr>')
+    return f"<table><thead><tr>{heads}</tr></thead><tbody>{''.join(rows)}</tbody></table>" if rows else ""
 
 
 def harmless(data: str) -> str:

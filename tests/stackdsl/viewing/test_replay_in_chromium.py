@@ -1,6 +1,7 @@
 """A replay in a real browser, from a file, with the network off: it shows where bricks were, and names them."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -148,10 +149,59 @@ def test_names_and_texts_of_a_scenario_are_never_taken_for_a_program(undrawn: "C
     opened(undrawn, file)
     wait_for(lambda: undrawn.title == "<script>alert(1)</script>: passed")
     assert "<title>&lt;script&gt;alert(2)" in file.read_text(encoding="utf-8")
+    still = "new DOMParser().parseFromString(document.querySelector('noscript').textContent, 'text/html')"
+    assert asked(undrawn, f"{still}.querySelector('.who b').textContent") == "<script>alert(1)</script>"
+    assert asked(undrawn, f"{still}.querySelectorAll('script, img, [onerror]').length") == 0
     assert "</script><script>document.title='ran'</script><!-- <b>bold</b>" in text_of(undrawn, ".band")
     assert text_of(undrawn, ".who b") == "<script>alert(1)</script>"
     assert asked(undrawn, "document.querySelectorAll('img').length") == 0
     assert complaints(undrawn) == []
+
+
+WITHOUT_WEBGL = """
+const context = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+  return kind.startsWith('webgl') ? null : context.call(this, kind, ...more);
+};
+"""
+
+
+@pytest.fixture
+def scriptless(browser: "Chrome") -> Iterator["Chrome"]:
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": True})
+    yield browser
+    browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+
+
+@pytest.mark.parametrize("width", [1280, 420])
+def test_without_javascript_a_page_shows_the_verdict_and_a_drawing_of_the_end(
+    scriptless: "Chrome", fall: Path, fallen: RunView, width: int
+) -> None:
+    screen = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    scriptless.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    scriptless.get(fall.as_uri())
+    seen = scriptless.find_element("css selector", "body").text
+    assert "Failed: stands: expected all, measured" in seen
+    assert re.search(r"Why L\d.* tip over L3\.3", seen)
+    assert "allow scripts for this page and reload it" in seen
+    drawn = scriptless.find_elements("css selector", "figure > svg g > title")
+    assert len(drawn) == len(fallen.recording.bricks) - 4  # all but those that were pulled out
+    assert scriptless.execute_script(CUT) == []
+
+
+def test_without_webgl_the_page_says_so_and_all_but_the_picture_works(browser: "Chrome", fall: Path) -> None:
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WITHOUT_WEBGL})
+    try:
+        opened(browser, fall)
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+    assert "Turn on graphics acceleration" in text_of(browser, ".view .notice")
+    assert browser.find_element("css selector", ".view figure > svg").is_displayed()
+    assert text_of(browser, "h1").startswith("Failed: stands")
+    asked(browser, "replay.seek(2)")
+    wait_for(lambda: "stands15" in text_of(browser, ".legend"))
+    assert browser.execute_script(CUT) == []
+    assert complaints(browser) == []
 
 
 def test_the_policy_lets_no_other_program_run_and_nothing_be_fetched(page: "Chrome") -> None:

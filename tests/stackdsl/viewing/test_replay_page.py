@@ -72,7 +72,7 @@ def test_the_page_asks_for_nothing_and_keeps_the_licence_of_what_is_in_it(tower:
     head = page.split("</style>")[0]
     assert "default-src 'none'" in head
     assert "Permission is hereby granted, free of charge" in head
-    assert not re.search(r"""(src|href)\s*=""", page.split('id="program"')[0].split("</style>")[1])
+    assert not re.search(r"""(src|href)\s*=\s*(?!"#icon-)""", page.split('id="program"')[0].split("</style>")[1])
 
 
 def test_data_of_a_replay_page_cannot_end_its_script() -> None:
