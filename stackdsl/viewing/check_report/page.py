@@ -527,8 +527,8 @@ class _Pages:
             self.unseen[case.name] = result.message or result.status.value
         group = self._groups[page]
         if self._played.keys() >= {*group}:
-            played = [case for each in group if (case := self._played.pop(each)) is not None]
-            runs, stills = [text for case in played for text in case.json], [case.still for case in played]
+            played = [one for each in group if (one := self._played.pop(each)) is not None]
+            runs, stills = [text for one in played for text in one.json], [one.still for one in played]
             write_user_file(self.folder / file, page_of(runs, page, stills=stills).encode(), self.folder)
 
 

@@ -317,14 +317,15 @@ SHAPES: Final = {"open": "skipped"}  # icons of the statuses that have none of t
 
 def still_html(run: RunView, told: Json) -> str:
     """Return the verdict of a run and a drawing of its end as HTML; of many bricks, without the drawing."""
+    status: str = told["status"]
     drawing = ""
     if run.marks is None and len(run.recording.bricks) <= MOST_DRAWN:
         end = run.trace.cost.simulated_time
         drawing = picture(run, heading_at(run, end), panels_at([VIEWS["three-quarter"]], end))
     lead = "<br>".join(f"<b>{escape(name)}</b> {escape(text)}" for name, text in told["facts"])
     return (
-        f'<section class="still" data-run="{escape(run.name)}"><header class="band" data-status="{told["status"]}">'
-        f'<span class="image">{icon(SHAPES.get(told["status"], told["status"]))}</span>'
+        f'<section class="still" data-run="{escape(run.name)}"><header class="band" data-status="{status}">'
+        f'<span class="image">{icon(SHAPES.get(status, status))}</span>'
         f'<div class="words"><h1>{escape(told["headline"])}</h1><p class="lead">{lead}</p></div>'
         f'<div class="who"><b>{escape(run.name)}</b><span>{escape(run.system)}</span></div></header>'
         f"{_claims_table(told['claims'])}<figure>{drawing}</figure></section>"
