@@ -170,10 +170,15 @@ def _excerpt(line: str, column: int) -> tuple[str, int]:
 
 def did_you_mean(word: str, choices: Sequence[str]) -> str:
     """Return a hint that names the closest choice, or else all choices if they are few."""
-    close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
-    if close and _is_slip(word, close[0]):
-        return f"did you mean '{close[0]}'?"
+    if meant := meant_choice(word, choices):
+        return f"did you mean '{meant}'?"
     return f"choose from: {', '.join(choices)}" if 0 < len(choices) <= 16 else ""  # noqa: PLR2004 -- more do not fit a line
+
+
+def meant_choice(word: str, choices: Sequence[str]) -> str:
+    """Return the choice that a word may be a slip of; empty if none."""
+    close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
+    return close[0] if close and _is_slip(word, close[0]) else ""
 
 
 MOST_SLIPS = 0.4  # changed letters of a slip, as a share of the longer word

@@ -11,7 +11,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.report.check_text import golden_changes
+from stackdsl.report.golden_differences import folded_differences
 from stackdsl.report.outline import MARKS, Status, failure_lines, result_text, status_of
 from stackdsl.report.text import margin_text
 from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, GoldenResult, VariantResult
@@ -61,7 +61,7 @@ def result_display(result: VariantResult) -> Display:
 def _(golden: GoldenResult) -> Display:
     good = False if golden.status in GOLDEN_FAILURES else None
     note = [("note", golden.note)] if golden.note else []
-    changes = golden_changes(golden.differences) if golden.differences else ()
+    changes = folded_differences(golden.differences) if golden.differences else ()
     return Display(golden.file, [*changes, *note], f"golden file {golden.status}", good)
 
 

@@ -29,7 +29,8 @@ from stackdsl.goldens.golden import (
     refuse_in_ci,
     remove_obsolete,
 )
-from stackdsl.report.blocks import blocks_text, line, table
+from stackdsl.report.blocks import blocks_text, line
+from stackdsl.report.golden_differences import difference_lines
 from stackdsl.shown_text import visible
 from stackdsl.wording import how_many
 
@@ -68,7 +69,6 @@ def why_not(pending: Pending, waiting: PendingStore) -> str:
 
 
 KEYS: Final = "a: accept, A: accept despite failures, r: reject, s: skip, q: quit"
-MOST_SHOWN: Final = 20  # differences of one file
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,14 +175,10 @@ def review(context: click.Context, keyword: str) -> None:
 
 def _shown(pending: Pending, place: GoldenFiles) -> str:
     found = pending.differences(place.waiting)
-    rows = [{"brick": each.subject, "quantity": each.quantity, "was": each.expected, "is": each.got} for each in found][
-        :MOST_SHOWN
-    ]
+    width, colour = paper()
     head = [line(f"{visible(pending.status)}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
     failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
-    more = [line(f"and {len(found) - len(rows)} more")] if len(found) > len(rows) else []
-    drawn = [table(rows, left=tuple(rows[0]))] if rows else []
-    return blocks_text([[*head, *failed, *drawn, *more]], *paper())
+    return blocks_text([[*head, *failed, *map(line, difference_lines(found, width))]], width, colour)
 
 
 def _decision(pending: Pending) -> str:

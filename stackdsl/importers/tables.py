@@ -4,11 +4,10 @@ import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import Final
 
-from stackdsl.diagnostics import Span
+from stackdsl.diagnostics import Span, meant_choice
 from stackdsl.importers.load import ImportedBox, ImportedLoad, LoadReading
 from stackdsl.importers.text_positions import (
     IN_KILOGRAMS,
@@ -46,8 +45,7 @@ def likely_column(header: str) -> str:
     """Return the column that a header probably means; "" if none."""
     word = re.sub(r"[^a-z]", "", UNIT.sub("", header.strip()).lower())
     synonym = next((column for column, words in LIKE.items() if word in words), "")
-    close = get_close_matches(word, [column for column in LIKE if len(column) > 1], n=1, cutoff=0.75)
-    return synonym or (close[0] if close else "")
+    return synonym or meant_choice(word, [column for column in LIKE if len(column) > 1])
 
 
 # A table of boxes with one row per box: CSV, or JSON as a list of objects. The headers contain the units.

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
 from pydantic import (
@@ -19,6 +18,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from stackdsl.diagnostics import meant_choice
 from stackdsl.language.quantities import DURATION, InputError, parse_quantity, quantity_pattern, shown
 from stackdsl.language.value_types import NAME, REPEAT, Duration, JsonSchema, Reads, text_schema
 
@@ -229,8 +229,8 @@ def _remedy(written: object) -> str:
     """Return the closest event if the word is near one, and the forms of events."""
     hint = "write start, built, level 9, brick L3.2, or impact 1, optionally + 1 s; for a fixed time use `at`"
     word, *rest = str(written).split(maxsplit=1) or [""]
-    close = get_close_matches(word, ("start", "built", "level", "brick", "impact"), n=1, cutoff=0.6)
-    return f"did you mean '{' '.join([close[0], *rest])}'? Otherwise {hint}" if close and close[0] != word else hint
+    meant = meant_choice(word, ("start", "built", "level", "brick", "impact"))
+    return f"did you mean '{' '.join([meant, *rest])}'? Otherwise {hint}" if meant not in ("", word) else hint
 
 
 _ANCHOR = rf"(?:{_EVENT})(?:\s*\+\s*{quantity_pattern(DURATION)})?"

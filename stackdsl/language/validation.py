@@ -4,13 +4,12 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from typing import Final, NamedTuple, get_args
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, reading_order
+from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, meant_choice, reading_order
 from stackdsl.entry_points import offered_systems
 from stackdsl.language.bricks import known_bricks, laid
 from stackdsl.language.distributions import sampled
@@ -202,7 +201,7 @@ def _without_echoes(details: Sequence[ErrorDetails]) -> Iterator[ErrorDetails]:
             unknown[detail["loc"][:-1]].append(str(detail["loc"][-1]))
     for detail in details:
         *path, last = detail["loc"] or ("",)
-        misspelt = detail["type"] == "missing" and get_close_matches(str(last), unknown[tuple(path)][:MOST_COMPARED])
+        misspelt = detail["type"] == "missing" and meant_choice(str(last), unknown[tuple(path)][:MOST_COMPARED])
         if not misspelt and not _is_echo(detail):
             yield detail
 

@@ -10,6 +10,7 @@ from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, hanging, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
+from stackdsl.report.golden_differences import difference_lines
 from stackdsl.report.outline import (
     MARKS,
     CaseRow,
@@ -42,7 +43,6 @@ from stackdsl.results import (
     GOLDEN_FAILURES,
     REFERENCE_SYSTEM,
     UNCHECKED,
-    GoldenDifference,
     GoldenStatus,
     Report,
     RunStatus,
@@ -58,7 +58,6 @@ from stackdsl.wording import energy_fault, how_many, touching_text
 NOTHING = "-"
 USUAL_ENGINE = "pybullet"  # needs no column
 TWO_KINDS = "split the scenario in two, or add `strict: false`"
-MOST_DIFFERENCES = 100  # shown differences of one golden file; a fallen tower has ten thousand
 LEFT = ("scenario", "variant", "verdict", "engine", "truth", "golden")  # columns of words; numbers stand to the right
 DISPENSABLE = (
     "engine",
@@ -439,48 +438,11 @@ def _differences(result: VariantResult, width: int) -> Block:
     golden = result.golden
     if golden is None or not golden.differences:
         return []
-    told = [
-        text for label, value in golden_changes(golden.differences) for text in hanging(f"  {label}  {value}", width)
-    ]
-    if len(told) > MOST_DIFFERENCES:
-        told = [*told[:MOST_DIFFERENCES], f"  and {len(told) - MOST_DIFFERENCES} more lines; --format json lists all"]
+    told = difference_lines(golden.differences, width)
     if golden.status is GoldenStatus.WRITTEN:
         return [line(f"Rewritten {golden.file}", "bold"), *map(line, told)]
-    decide = [f"  {'decide':<{LABEL}}stackdsl golden review"]
-    return [_head(Status.DIFFERS, result.name, golden.file, width), *map(line, [*told, *decide])]
-
-
-def golden_changes(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
-    """Yield each observation with the bricks that changed alike, or with the largest change of many bricks."""
-    by_quantity: defaultdict[str, list[GoldenDifference]] = defaultdict(list)
-    for difference in differences:
-        by_quantity[difference.quantity].append(difference)
-    width = max(len(quantity) for quantity in by_quantity)
-    for quantity, unsorted in by_quantity.items():
-        found = sorted(unsorted, key=lambda difference: natural_key(difference.subject))
-        alike: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
-        for each in found:
-            alike[each.expected, each.got].append(each.subject)
-        label = f"{quantity:<{width}}"
-        if len(alike) <= MOST_ALIKE:
-            for (expected, got), subjects in alike.items():
-                tolerance = next(each.tolerance for each in found if each.expected == expected)
-                within = f" (tolerance {tolerance})" if tolerance else ""
-                yield label, f"{names_text(subjects)}: {expected} -> {got}{within}"
-        else:
-            yield label, f"{names_text([each.subject for each in found])}{_largest(found)}"
-
-
-MOST_ALIKE = 3  # different changes of one observation that are listed one by one
-
-
-def _largest(found: Sequence[GoldenDifference]) -> str:
-    """Return the largest change of numbers."""
-    sizes = [(abs(b - a), each.unit) for each in found for a, b in [each.numbers] if a is not None and b is not None]
-    if not sizes:
-        return ": changed"
-    size, unit = max(sizes)
-    return f": by up to {significant(size)} {unit}".rstrip()
+    head = _head(Status.DIFFERS, result.name, golden.file, width)
+    return [head, *map(line, [*told, f"  {'decide':<{LABEL}}stackdsl golden review"])]
 
 
 def _golden_files(report: Report) -> Iterator[str]:

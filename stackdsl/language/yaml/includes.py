@@ -3,12 +3,11 @@
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from itertools import count, islice
 from pathlib import Path as FilePath
 from typing import Final
 
-from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, reading_order
+from stackdsl.diagnostics import Diagnostic, Span, did_you_mean, meant_choice, reading_order
 from stackdsl.disk import read_file
 from stackdsl.language.yaml.parsing import MAX_VALUES
 from stackdsl.language.yaml.source import MAX_BYTES, KeyPath, Loaded, PlaceBuilder, Plain, Source, load
@@ -75,7 +74,8 @@ def _similar_file(path: str) -> str:
             beside = [entry.name for entry in islice(entries, MOST_BESIDE) if entry.is_file()]
     except OSError:
         return hint
-    return next((f"did you mean '{match}'?" for match in get_close_matches(name, sorted(beside), n=1)), hint)
+    meant = meant_choice(name, sorted(beside))
+    return f"did you mean '{meant}'?" if meant else hint
 
 
 # Mesh files of bricks: relative to the file that names them, and read once for a scenario.

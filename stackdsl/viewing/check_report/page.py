@@ -19,6 +19,7 @@ from stackdsl.checking.results import judged
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.report.golden_differences import folded_differences
 from stackdsl.report.outline import (
     CaseRow,
     Group,
@@ -136,7 +137,6 @@ MOST_OPEN = 3  # rows whose details are open at first
 AROUND = 1  # lines of YAML shown above and below the claim
 MOST_NEAREST = 5  # cases listed as nearest to failing
 NEAR = 0.5  # share of the limit within which a margin is near
-MOST_DIFFERENCES = 30  # of one golden file
 
 
 @dataclass(frozen=True, slots=True)
@@ -397,20 +397,16 @@ def _copy(text: str) -> str:
 
 
 def _differences(result: VariantResult) -> str:
-    """Return the differences from a golden file as a table that names each brick once."""
+    """Return the differences from a golden file as a table of observations, with equal changes together."""
     if result.golden is None or not result.golden.differences:
         return ""
-    listed = result.golden.differences[:MOST_DIFFERENCES]
-    rows, before = "", None
-    for each in listed:
-        subject = "" if each.subject == before else _name(each.subject)
-        before = each.subject
-        cells = (subject, *map(escape, (each.quantity, each.expected, each.got, each.tolerance)))
-        rows += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-    head = "".join(f"<th>{name}</th>" for name in ("brick", "quantity", "golden file", "now", "tolerance"))
-    more = len(result.golden.differences) - len(listed)
-    rest = f"<p>and {how_many(more, 'more difference')}</p>" if more > 0 else ""
-    return f'<table class="differences"><tr>{head}</tr>{rows}</table>{rest}<p><code>stackdsl golden review</code></p>'
+    rows = "".join(
+        f"<tr><td>{escape(quantity)}</td><td>{_name(told)}</td></tr>"
+        for quantity, told in folded_differences(result.golden.differences)
+    )
+    head = "<tr><th>observation</th><th>golden file -&gt; this run</th></tr>"
+    review = "stackdsl golden review"
+    return f'<table class="differences">{head}{rows}</table><p><code>{review}</code> {_copy(review)}</p>'
 
 
 def _facts(row: CaseRow) -> str:

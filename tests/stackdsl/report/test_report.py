@@ -247,7 +247,7 @@ def test_disagreement_with_truth_is_a_count_and_a_list_with_v() -> None:
 def test_of_ten_thousand_golden_differences_each_observation_is_one_line() -> None:
     differences = [GoldenDifference(f"L{number}.1", "state", "frozen", "fallen", "exact") for number in range(10_000)]
     lines = block(Report((with_golden(GoldenStatus.DIFFERENT, "", *differences),)))
-    assert lines[1] == "  state  L0.1, L1.1, L2.1, L3.1, L4.1, L5.1 and 9994 more: frozen -> fallen (tolerance exact)"
+    assert lines[1] == "  state  10000 bricks from L0.1 to L9999.1: frozen -> fallen (tolerance exact)"
     assert len(lines) == 3
 
 
