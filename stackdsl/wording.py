@@ -46,7 +46,7 @@ def _rounded(number: float, digits: int, way: str) -> str:
     exact = Decimal(f"{number:.12g}")  # without the noise of floating point, which would count as a part of a digit
     if not exact:
         return "0"
-    return f"{float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - digits + 1), way)):.{digits}g}"
+    return f"{float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - digits + 1), way)):.12g}"
 
 
 def survived_text(value: float) -> str:

@@ -1,5 +1,7 @@
 """`stackdsl import`: converts a file of another program into a scenario."""
 
+import re
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -136,7 +138,7 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         found = _settled(_with_rule(read, Rule(rule) if rule else None), asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
-            tell(diagnostic_text(mistake))
+            tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
         context.exit(ExitCode.INVALID)
     notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in overhang_warnings(found.load, asked))]
     for note in notes:
@@ -145,6 +147,25 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     text = scenario_text(called, notes, found.load, friction)
     _warn(faults(text, f"{called}.yaml", found.load.boxes), found)
     write(text)
+
+
+KEY: Final = re.compile(r"`(?P<key>\w+)(?:: (?:\{(?P<inside>[^`}]*)\}|(?P<value>[^`]+)))?`")
+OPTIONS: Final = ("format", "load", "settle", "point", "density", "up", "supports", "ignore", "origin")
+
+
+def _as_options(hint: str) -> str:
+    """Return a remedy with the options of this command in place of the keys of a scenario."""
+
+    def option(match: re.Match[str]) -> str:
+        key, inside = match["key"], match["inside"]
+        if key in ("units", "deck") and inside:
+            pairs = (pair.split(": ", 1) for pair in inside.split(", "))
+            return " ".join(f"--{name} {shlex.quote(value)}" for name, value in pairs)
+        if key not in OPTIONS:
+            return match[0]
+        return f"--{key} {shlex.quote(match['value'])}" if match["value"] else f"--{key}"
+
+    return KEY.sub(option, hint)
 
 
 def _warn(mistakes: Sequence[Diagnostic], found: SettledLoad) -> None:

@@ -42,8 +42,18 @@ from stackdsl.report.studies import (
     survival_table,
 )
 from stackdsl.report.study_table import Part
-from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
+from stackdsl.studies.find_limit import (
+    ACCURACY,
+    FINEST,
+    FoundLimit,
+    LimitRequest,
+    SearchError,
+    Want,
+    find_in,
+    is_shaken,
+)
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
+from stackdsl.timeline import leaves_to_engine
 from stackdsl.viewing.plots import drawn_survival
 from stackdsl.wording import how_many
 
@@ -164,7 +174,10 @@ def find_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 
 
 def _limit(name: str, case: Case, wish: LimitRequest) -> Iterator[FoundLimit]:
-    """Yield the limit of a case; report why there is none."""
+    """Yield the limit of a case; report why there is none, and what is not judged."""
+    if not is_shaken(case, wish.name) and any(map(leaves_to_engine, case.timeline.as_set_down().actions)):
+        what = "a brick that is pushed, shaken, moved, dropped or thrown"
+        tell(f"{name}: judged up to the first action that needs an engine, such as {what}")
     try:
         with counted(USUALLY, f"{name}: {wish.want} {wish.name}") as tried:
             found = find_in(case, name, wish, tried)

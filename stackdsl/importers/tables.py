@@ -185,6 +185,7 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
     if not rows:
         return {}
     columns: dict[str, _Column] = {}
+    without_unit: list[tuple[str, Span]] = []
     before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
@@ -197,9 +198,18 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
             reading.wrong(span, f"both '{columns[name].header}' and '{header}' specify the {name}", "keep one of them")
         else:
             written = (match["a"] or match["b"] or match["c"] or "").strip()
-            unit = _unit(reading, name, written, options, _header_span(reading, header, span))
+            written = written or _default_unit(name, options)
+            if not written and name not in BARE:
+                without_unit.append((name, _header_span(reading, header, span)))
+                continue
+            unit = _unit(reading, name, written, _header_span(reading, header, span))
             if unit is not None:
                 columns[name] = _Column(name, header, unit)
+    if without_unit:
+        names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
+        plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
+        message = f"the columns {told} have no unit" if plural else f"the column {told} has no unit"
+        reading.undetermined(where_first, message, _example(first, names))
     missing = [name for name in NEEDED if name not in columns]
     wrong = len(reading.mistakes) > before
     if missing and not wrong:
@@ -226,35 +236,33 @@ def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
     return span
 
 
-def _unit(reading: LoadReading, name: str, written: str, options: Import, span: Span) -> Fraction | None:
-    """Return the unit of a column; report and return None if it is missing or unknown."""
-    if name == "friction" and written:
+def _default_unit(name: str, options: Import) -> str:
+    """Return the unit that the author gives for columns without one; empty for none."""
+    if options.units is None or name in BARE or name == "yaw":
+        return ""
+    return (options.units.mass if name == "mass" else options.units.length) or ""
+
+
+def _unit(reading: LoadReading, name: str, unit: str, span: Span) -> Fraction | None:
+    """Return the unit of a column; report and return None if it is unknown."""
+    if name == "friction" and unit:
         hint = "write the header 'friction' without a unit, and numbers such as 0.4"
-        reading.undetermined(
-            span, f"a friction coefficient has no unit, but this column has the unit '{written}'", hint
-        )
+        reading.undetermined(span, f"a friction coefficient has no unit, but this column has the unit '{unit}'", hint)
         return None
     if name in BARE:
         return Fraction(1)
     units = IN_KILOGRAMS if name == "mass" else DEGREES if name == "yaw" else IN_METRES
-    default = options.units and (
-        options.units.mass if name == "mass" else None if name == "yaw" else options.units.length
-    )
-    unit = written or default or ""
-    if unit in units:
-        return units[unit]
-    if unit:
+    if unit not in units:
         reading.undetermined(span, f"'{unit}' is not a known unit of {name}", f"choose from: {', '.join(units)}")
-    else:
-        reading.undetermined(span, f"the column `{name}` has no unit", _example(name))
-    return None
+    return units.get(unit)
 
 
-def _example(name: str) -> str:
+def _example(name: str, names: Sequence[str] = ()) -> str:
+    """Return how to give the units of columns: in a header such as that of `name`, or for all of `names`."""
     unit = "kg" if name == "mass" else "deg" if name == "yaw" else "mm"
-    key = "mass" if name == "mass" else "length"
-    option = "" if name == "yaw" else f", or set `units: {{{key}: {unit}}}`"
-    return f"write the header '{name} [{unit}]'{option}"
+    kinds = {"mass" if each == "mass" else "length" for each in names or [name] if each != "yaw"}
+    units = ", ".join(f"{kind}: {usual}" for kind, usual in (("length", "mm"), ("mass", "kg")) if kind in kinds)
+    return f"write the header '{name} [{unit}]'" + (f", or set `units: {{{units}}}`" if units else "")
 
 
 # --- boxes ------------------------------------------------------------------------------------------------------------

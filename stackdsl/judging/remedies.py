@@ -205,6 +205,15 @@ class Remedies:
     counterweight: HeavierBrick | None = None  # None if none was found
     nothing_rises: bool = False  # whether no brick rises in the fall, which proves that no counterweight helps
 
+    def in_order(self) -> Iterator[OtherNumber | MoreFriction | HeavierBrick]:
+        """Yield what helps: first what keeps all that is built, then other counts, such as fewer levels."""
+        yield from (remedy for remedy in self.numbers if not remedy.number.whole)
+        if self.friction is not None and self.friction.factor < inf:
+            yield self.friction
+        if self.counterweight is not None:
+            yield self.counterweight
+        yield from (remedy for remedy in self.numbers if remedy.number.whole)
+
 
 def remedies_of(scenario_numbers: ScenarioNumbers, timeline: Timeline, proofs: Proofs) -> Remedies:
     """Return the remedies of a timeline whose `proofs` end with a fall."""

@@ -135,6 +135,7 @@ class Dimension:
     needs_unit: bool = True
     whole: bool = False
     prefix: str = ""  # a word before the number
+    own_unit: str = ""  # the unit of the number itself, which may be written
 
 
 def _degrees(angle: int) -> float:
@@ -162,7 +163,7 @@ COUNT: Final = Dimension("a count", (), "<= 2", 0, 10**9, needs_unit=False, whol
 LEVEL: Final = Dimension("a level", (), "level 9 ± 1", 1, 10**9, needs_unit=False, whole=True, prefix="level")
 SHARE: Final = Dimension("a share", ("%",), "25 %", 0.0, 1.0, needs_unit=False)
 
-PARTS_OF_G: Final = Dimension("an acceleration in g", (), ">= 0.05", 0.0, 1e3, needs_unit=False)
+PARTS_OF_G: Final = Dimension("an acceleration in g", (), ">= 0.05 g", 0.0, 1e3, needs_unit=False, own_unit="g")
 COEFFICIENT: Final = Dimension("a coefficient of friction", (), "<= 0.2", 0.0, 10.0, needs_unit=False)
 
 
@@ -257,6 +258,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     if match is None:
         raise InputError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
     unit = match["unit"] or ""
+    unit = "" if unit == dimension.own_unit else unit
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
         raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
@@ -294,7 +296,7 @@ def nearest_double(exact: Fraction) -> float:
 
 def quantity_pattern(dimension: Dimension) -> str:
     """Return a regular expression for the quantities of a dimension, valid in Python and ECMAScript."""
-    units = "|".join(_any_spelling(unit) for unit in dimension.units)
+    units = "|".join(_any_spelling(unit) for unit in (*dimension.units, *filter(None, [dimension.own_unit])))
     unit = rf"\s*(?:{units})" if units else ""
     if dimension.needs_unit:
         return rf"(?:{SIGNED}{unit}|{ZERO})"

@@ -263,10 +263,16 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     )
 
 
+ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diameter")
+ROUND_BODIES: Final = "round bodies are not modelled; write a `prism` or `solid` with many faces, which does not roll"
+
+
 def _known_key(key: str, path: KeyPath) -> str:
     """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
+    if key in ROUND:
+        return ROUND_BODIES
     siblings = keys_at(path)
     parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
     return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
@@ -283,10 +289,13 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         counts = [key for key in keys if any(node.get("type") == "integer" for node in nodes_at((*path, key)))]
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
+    example = ""
+    if isinstance(written, str) and any(node.get("type") == "string" for node in nodes_at((*path, keys[0]))):
+        example = f"write {{{keys[0]}: {written}}}; "
     if len(keys) > MOST_EXPLAINED:
-        return f"the keys are {', '.join(keys)}"
+        return f"{example}the keys are {', '.join(keys)}"
     descriptions = {key: description_at((*path, key)).partition(";")[0] for key in keys}
-    return f"the keys are {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
+    return f"{example}the keys are {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
 
 
 def _with_value(key: str, path: KeyPath) -> str:

@@ -149,7 +149,8 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "after", result.why.before
     if result.why is not None and result.why.first:
         yield "first", result.why.first
-    if note := engine_warning(result):
+    note = engine_warning(result)
+    if note and not any(note in outcome.measured for outcome in failed):
         yield "note", note
 
 

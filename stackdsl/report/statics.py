@@ -143,17 +143,20 @@ NO_COUNTERWEIGHT = "no counterweight on one brick was found"
 
 def remedy_lines(remedies: Remedies) -> Iterator[str]:
     """Yield all remedies, and those proven not to help."""
-    found = list(map(_number, remedies.numbers))
-    found += [friction_text(remedies.friction)] if remedies.friction is not None else []
-    found += [counterweight_text(remedies.counterweight)] if remedies.counterweight is not None else []
-    yield from found
+    yield from map(_remedy_text, remedies.in_order())
+    if remedies.friction is not None and remedies.friction.factor == inf:
+        yield friction_text(remedies.friction)
     if not remedies.numbers:
         yield "no number of the file was found whose change alone prevents the fall"
     if remedies.counterweight is None:
         yield "no counterweight helps, since no brick rises" if remedies.nothing_rises else NO_COUNTERWEIGHT
 
 
-def _number(remedy: OtherNumber) -> str:
+def _remedy_text(remedy: OtherNumber | MoreFriction | HeavierBrick) -> str:
+    if isinstance(remedy, MoreFriction):
+        return friction_text(remedy)
+    if isinstance(remedy, HeavierBrick):
+        return counterweight_text(remedy)
     number, limit = remedy.number, remedy.limit
     sign = ">=" if limit.least else "<="
     return f"{number.name} {sign} {number.text(limit.value)} instead of {number.text(number.number)} at {number.span}"

@@ -289,7 +289,7 @@ def _contradicting(finding: FoundLimit) -> Iterator[str]:
 
 
 def _number_text(finding: FoundLimit, value: float, *, unit: bool = True) -> str:
-    return f"{value:.{FIGURES}g} {finding.unit if unit else ''}".rstrip()
+    return f"{float(f'{value:.{FIGURES}g}'):.12g} {finding.unit if unit else ''}".rstrip()
 
 
 def _safe_text(finding: FoundLimit, value: float | None, *, beyond: bool = False) -> str:

@@ -348,13 +348,16 @@ class _Run:
     def _collapsed(self, now: float, first: BodyId) -> None:
         last, gave_way = self.watch.last_built(), self.islands.of(first).stabilizer.gave_way
         self.collapse = Collapse(now, last.level, first, gave_way, last.step, self._broke(gave_way))
-        under = f"{level_text(last.level, last.step)} under construction"
-        self.log.add(Event(now, EventKind.COLLAPSED, (first,), under))
+        level = f"{level_text(last.level, last.step)} under construction"
+        self.log.add(Event(now, EventKind.COLLAPSED, (first,), level if self._building() else "the build is finished"))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
         """Return the level that gave way, unless the last action was part of the build."""
-        building = any(self.watch.bricks[brick].placement.builds for brick in self.log.last_placed())
-        return None if gave_way is None or building else self.watch.bricks[gave_way].placement.level
+        return None if gave_way is None or self._building() else self.watch.bricks[gave_way].placement.level
+
+    def _building(self) -> bool:
+        """Return whether the last action was part of the build."""
+        return any(self.watch.bricks[brick].placement.builds for brick in self.log.last_placed())
 
     def trace(self, wall_time: float) -> Trace:
         """Return the trace of the finished run."""

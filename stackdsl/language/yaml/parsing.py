@@ -89,12 +89,24 @@ def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[
     """Return the place of a syntax error: the mark of the problem, or the opening if the problem is at the end."""
     problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (0, 0)
     opening = (error.context_mark.line, error.context_mark.column) if error.context_mark else problem
+    is_open = re.search("a flow (mapping|sequence):", description) and problem[0] > opening[0]
+    if is_open and BEGINS.match(page.lines[problem[0]]):
+        return _end_before(page, problem[0])
     place = opening if BLAMES_OPENING.search(description) or page.ends_before(*problem) else problem
     if page.ends_before(*place):
         return page.last_visible()
     if "quoted scalar" in description:  # libyaml marks the backslash, the pure parser the next character
         return place[0], max(place[1] if place == opening else 0, page.lines[place[0]].rfind("\\", 0, place[1] + 1))
     return place
+
+
+BEGINS: Final = re.compile(r"\s*(?:- |[\w-]+\s*:(?:\s|$))")  # a line that begins a key or an item
+
+
+def _end_before(page: Page, line: int) -> tuple[int, int]:
+    """Return the end of the last text before a line: a comma or a bracket is missing there."""
+    before = next((number for number in range(line - 1, -1, -1) if page.lines[number].strip()), line)
+    return before, max(len(page.lines[before].rstrip()) - 1, 0)
 
 
 # Plain scalars, of which only unambiguous ones are accepted.

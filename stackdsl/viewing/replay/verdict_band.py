@@ -1,12 +1,12 @@
 """The verdict of a run in words, for the band on top of its page."""
 
 from collections.abc import Iterator, Mapping
-from math import inf, isfinite
+from math import isfinite
 from typing import Any, Final, TypeAlias
 
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of
-from stackdsl.judging.remedies import Remedies, remedies_of
+from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.report.outline import Status, failure_lines, status_of
 from stackdsl.report.statics import counterweight_text, friction_text
 from stackdsl.report.text import ending_text, outcome_text, significant, unchecked_text
@@ -105,17 +105,18 @@ def helps_json(run: RunView) -> list[Json]:
 
 def remedies_json(remedies: Remedies) -> list[Json]:
     """Return the remedies that help, with what to copy, and the line of the file that they change."""
-    helps: list[Json] = []
-    for remedy in remedies.numbers:
-        number, bound = remedy.number, remedy.limit
-        new = number.text(bound.value)
-        text = f"{number.name} {'≥' if bound.least else '≤'} {new}"
-        where = {"file": number.span.file, "line": number.span.line}
-        helps.append({"text": text, "now": f"now {number.text(number.number)}", "copy": new, **where})
-    if remedies.friction is not None and remedies.friction.factor < inf:
-        text = friction_text(remedies.friction).replace(">=", "≥")
-        helps.append({"text": text, "now": "", "copy": f"{remedies.friction.coefficient:.4g}", "file": "", "line": 0})
-    if remedies.counterweight is not None:
-        text = counterweight_text(remedies.counterweight)
-        helps.append({"text": text, "now": "", "copy": text, "file": "", "line": 0})
-    return helps
+    return [_remedy_json(remedy) for remedy in remedies.in_order()]
+
+
+def _remedy_json(remedy: OtherNumber | MoreFriction | HeavierBrick) -> Json:
+    if isinstance(remedy, MoreFriction):
+        text = friction_text(remedy).replace(">=", "≥")
+        return {"text": text, "now": "", "copy": f"{remedy.coefficient:.4g}", "file": "", "line": 0}
+    if isinstance(remedy, HeavierBrick):
+        text = counterweight_text(remedy)
+        return {"text": text, "now": "", "copy": text, "file": "", "line": 0}
+    number, bound = remedy.number, remedy.limit
+    new = number.text(bound.value)
+    text = f"{number.name} {'≥' if bound.least else '≤'} {new}"
+    where = {"file": number.span.file, "line": number.span.line}
+    return {"text": text, "now": f"now {number.text(number.number)}", "copy": new, **where}

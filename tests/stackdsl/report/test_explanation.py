@@ -60,9 +60,10 @@ def test_an_explanation_of_a_fall_has_remedies() -> None:
     #   Ten planks stand up to a step of a tenth of the length of one.
     lines = explained("- column: {levels: 10, step: 12 mm}")
     mended = lines[lines.index("    remedies, each verified:") + 1 :]
-    assert mended[:3] == [
-        "      levels <= 9 instead of 10 at scene.yaml:3:22",
+    assert mended[:4] == [
         "      step <= 11.76 mm instead of 12 mm at scene.yaml:3:32",
+        "      2.76 g on L2.1, at its centre",
+        "      levels <= 9 instead of 10 at scene.yaml:3:22",
         "      no friction coefficient is large enough",
     ]
 

@@ -48,7 +48,7 @@ UNSEEN = "is invisible, or changes the appearance of the line"
         ("a:\n  - 1\n  b: 2\n", "3:3", "the line does not continue the list that begins in line 2"),
         ("a: |\n  x\nb\n", "3:1", "the key has no ':'"),
         ("a: |\n  x\nb\nc: 1\n", "3:1", "the key has no ':'"),
-        ("a: [1, 2\nb: 3\n", "2:2", "the list that begins in line 1 has no ',' or ']' here"),
+        ("a: [1, 2\nb: 3\n", "1:8", "the list that begins in line 1 has no ',' or ']' here"),
         ("a:\n  - [1, 2", "2:5", "the list that begins in line 2 has no ',' or ']' here"),
         ("a: [${x}, 1]\n", "1:6", "the list that begins in line 1 has no ',' or ']' here"),
         ("a: {b: 1\n", "1:4", "the mapping that begins in line 1 has no ',' or '}' here"),

@@ -1,0 +1,51 @@
+"""What a new user writes first, and the form that the message names."""
+
+from pathlib import Path
+
+import pytest
+
+from stackdsl.checking.cases import cases_of
+from stackdsl.language.yaml.source import parse
+from tests.command_line import Stackdsl, stackdsl_in_folder, write
+
+__all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("build: [{jenga: {levels: 8}}]\nimpacts: [{remove: L4.1}]", "write {brick: L4.1}; the keys are brick"),
+        ("build: [{import: cartons.csv}]", "write {file: cartons.csv}; the keys are file"),
+        (
+            "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
+            "round bodies are not modelled; write a `prism` or `solid` with many faces",
+        ),
+    ],
+)
+def test_a_shorter_form_or_a_round_body_is_told_with_what_to_write(written: str, told: str) -> None:
+    _, mistakes = cases_of(parse(f"scenario: first\n{written}\n", "first.yaml"))
+    assert told in mistakes[0].hint
+
+
+@pytest.mark.parametrize("unit", ["", " g"])
+def test_a_margin_of_acceleration_may_have_its_unit_g(unit: str) -> None:
+    text = f"scenario: first\nbuild: [column: {{levels: 3}}]\nexpect: [margin: {{acceleration: '>= 0.3{unit}'}}]\n"
+    cases, mistakes = cases_of(parse(text, "first.yaml"))
+    assert mistakes == []
+    (claim,) = cases[0].scenario.expect
+    assert "0.3" in str(claim)
+
+
+def test_a_table_without_units_has_one_message_with_the_options_to_add(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, "name,length,width,height,mass,x,y,z\na,100,100,100,2,0,0,0\n", "cartons.csv")
+    told = stackdsl("import", "cartons.csv", "--point", "corner")
+    assert told.err.count("SD115") == 1
+    assert "the columns `length`, `width`, `height`, `mass`, `x`, `y`, `z` have no unit" in told.err
+    assert "or set --length mm --mass kg" in told.err
+    assert stackdsl("import", "cartons.csv", "--point", "corner", "--length", "mm", "--mass", "kg").code == 0
+    assert (
+        "set --point corner or --point centre"
+        in stackdsl("import", "cartons.csv", "--length", "mm", "--mass", "kg").err
+    )
