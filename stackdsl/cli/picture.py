@@ -58,7 +58,7 @@ HELD = 1.5  # [s] for which a moving picture shows its end
     "--view", "views", multiple=True, type=click.Choice(list(VIEWS)), help="Direction of view. Default: three views."
 )
 @click.option("--at", "time", type=Number(min=0.0), help="Time of the picture [s]. Default: the end.")
-@click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of pictures of the motion, side by side.")
+@click.option("--strip", "count", type=click.IntRange(2, 40), help="Number of moments to draw, at one scale.")
 @click.option("--names", is_flag=True, help="Also write names on bricks, where they fit.")
 @click.option("--forces", is_flag=True, help="Also draw the contact forces of the proof, if one holds at that time.")
 @click.option("--slower", type=Number(0.01, 1000.0), default=1.0, help="Factor by which a film is slowed down.")

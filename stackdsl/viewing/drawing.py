@@ -200,6 +200,7 @@ def _different(directions: Array) -> Array:
 
 
 EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
+GRAZING = 0.05  # cosine below which a plane has no grid and no shadows, which would have no end on it
 LIGHT = (-0.45, 0.6, 0.66)  # direction to the light: to the right and upwards on paper, and to the viewer; unit
 DARKEST = 0.44  # share of its colour that a face turned away from the light has
 STEEPER = 0.5  # factor of the slope of the light along which shadows fall, so that they stay near
@@ -239,6 +240,7 @@ def ground_shapes(
         normal = np.array(plane.normal_W)
         if normal @ view.towards > EDGE_ON:
             yield f'<rect width="100%" height="100%" fill="{ground}" stroke="none"/>'
+        if normal @ view.towards > GRAZING and normal @ view.light > GRAZING:
             yield f'<path d="{_grid(plane, view, paper, grid)}" stroke="{lines}" fill="none"/>'
             shadows = " ".join(_shadow(solid, plane, view, paper) for solid in solids)
             yield f'<path d="{shadows}" fill="#000" fill-opacity=".13" stroke="none"/>'
@@ -259,7 +261,8 @@ def ground_shapes(
 def _grid(plane: Plane, view: View, paper: DrawingArea, step: float) -> str:
     """Return the path of lines on a plane, a step [m] apart along both axes, over the whole paper."""
     point, normal = np.array(plane.point_W), np.array(plane.normal_W)
-    first = np.array((1.0, 0.0, 0.0)) - normal[0] * normal
+    along = np.eye(3)[0 if abs(normal[0]) < 1.0 - GRAZING else 1]
+    first = along - (along @ normal) * normal
     first /= np.linalg.norm(first)
     axes = np.array((first, np.cross(normal, first)))
     size = np.array((paper.width, paper.height)) / paper.scale

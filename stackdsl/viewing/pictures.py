@@ -52,7 +52,7 @@ from stackdsl.wording import how_many
 
 
 WIDEST, HIGHEST = 640.0, 760.0  # of the panels of a picture; a wider one is hard to read on a narrow page [px]
-LEAST_WIDE, MOST_HIGH = 150.0, 440.0  # of a panel [px]
+LEAST_WIDE, LEAST_HIGH, MOST_HIGH = 150.0, 120.0, 440.0  # of a panel [px]
 MARGIN, FOOT = 12.0, 36.0  # around a drawing, and below it, where its scale stands [px]
 GAP = 8.0  # between panels [px]
 TEXT, LINE, SWATCH = 13.0, 18.0, 12.0  # sizes of letters, lines, and squares of the legend [px]
@@ -167,7 +167,7 @@ class Layout:
 
         def scale_of(columns: int) -> float:
             wide = (WIDEST - GAP * (columns - 1)) / columns - 2.0 * MARGIN
-            high = min(MOST_HIGH, HIGHEST / ceil(at_once / columns) - 3.0 * LINE) - MARGIN - FOOT
+            high = max(LEAST_HIGH, min(MOST_HIGH, HIGHEST / ceil(at_once / columns) - 3.0 * LINE)) - MARGIN - FOOT
             return float(min(wide / most[0], high / most[1]))
 
         columns = 1

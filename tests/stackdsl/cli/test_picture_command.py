@@ -158,6 +158,22 @@ def test_a_strip_shows_how_it_falls_at_one_scale_and_says_what_happens(falls: Pa
     assert "end: 1 brick stands, 5 have left their place" in told
 
 
+def test_a_long_strip_keeps_its_panels_large_enough_to_be_seen(falls: Path, stackdsl: Stackdsl) -> None:
+    assert stackdsl("picture", "falls.yaml", "-o", "a.svg", "--strip", "40", "--view", "front").code == 0
+    panels = panels_of(drawn(falls, "a.svg"))
+    assert len(panels) == 40
+    assert all(width_of_brick(panel, "L1.1") > 40.0 for panel in panels)
+
+
+@pytest.mark.parametrize("tilt", ["0.001 deg", "20 deg"])
+@pytest.mark.parametrize("view", ["front", "side", "plan", "three-quarter"])
+def test_a_tilted_ground_has_a_grid_only_where_it_ends(falls: Path, stackdsl: Stackdsl, tilt: str, view: str) -> None:
+    tilted = GOOD.replace("build:", f"world: {{tilt: {tilt}}}\nbuild:")
+    (falls / "tilted.yaml").write_text(tilted, encoding="utf-8")
+    assert stackdsl("picture", "tilted.yaml", "-o", "a.svg", "--view", view, "--at", "0.5").code == 0
+    assert (falls / "a.svg").stat().st_size < 20_000
+
+
 @pytest.mark.parametrize(
     ("name", "begins", "library"),
     [("a.png", b"\x89PNG", "resvg_py"), ("a.gif", b"GIF89a", "PIL"), ("a.webp", b"RIFF", "PIL")],
