@@ -1,7 +1,7 @@
 // What the lanes of the line of time show of one run, or of two.
 import type { Told } from "./payload";
 import type { Run } from "./run";
-import { eventText, failedToStand, howMany, names } from "./wording";
+import { eventText, failedToStand, howMany, isThrown, names } from "./wording";
 
 export interface Mark {
   time: number; // [s]
@@ -72,12 +72,14 @@ export function lanesOf(runs: Run[], names: string[]): Lane[] {
 // The build, if it is so long that what follows would be squeezed beside it.
 export function buildOf(runs: Run[], end: number): Build | undefined {
   const played = runs.filter((run) => !run.told.marks);
+  const builds = (run: Run, event: Told): boolean => event.kind === "placed" && !isThrown(run, event);
   const events = played.flatMap((run) => run.told.events);
-  const happens = Math.min(...events.filter((event) => !ORDINARY.has(event.kind)).map((event) => event.time), ...played.map((run) => run.told.fall?.time ?? Infinity));
+  const odd = played.flatMap((run) => run.told.events.filter((event) => !ORDINARY.has(event.kind) || isThrown(run, event)));
+  const happens = Math.min(...odd.map((event) => event.time), ...played.map((run) => run.told.fall?.time ?? Infinity));
   // What is done last before something happens may be its cause, and is none of the build.
   const cause = Math.max(...events.filter((event) => event.kind in ICONS && event.time <= happens + SAME).map((event) => event.time));
   const placed = played.reduce<Told[]>((most, run) => {
-    const its = run.told.events.filter((event) => event.kind === "placed" && event.time < cause - SAME);
+    const its = run.told.events.filter((event) => builds(run, event) && event.time < cause - SAME);
     return its.length > most.length ? its : most;
   }, []);
   const times = [...new Set(placed.map((event) => event.time))];
@@ -90,7 +92,7 @@ export function buildOf(runs: Run[], end: number): Build | undefined {
 function hands(run: Run): Mark[] {
   return run.told.events
     .filter((event) => event.kind in ICONS)
-    .map((event) => ({ time: event.time, kind: event.kind, icon: ICONS[event.kind], text: handText(run, event), bad: false }));
+    .map((event) => ({ time: event.time, kind: event.kind, icon: isThrown(run, event) ? ICONS.hit : ICONS[event.kind], text: handText(run, event), bad: false }));
 }
 
 function handText(run: Run, event: Told): string {

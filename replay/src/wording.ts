@@ -46,12 +46,17 @@ export function names(run: Run, bricks: number[], time: number): string {
   return `${sorted.slice(0, MOST - 1).map((brick) => name[brick]).join(", ")} and ${sorted.length - MOST + 1} more`;
 }
 
+// Whether a brick is set in motion rather than set down.
+export function isThrown(run: Run, event: Told): boolean {
+  return event.kind === "placed" && event.bricks.length > 0 && event.bricks.every((brick) => run.told.bricks.thrown[brick]);
+}
+
 // An event as a person would say it.
 export function eventText(run: Run, event: Told): string {
   const who = names(run, event.bricks, event.time);
   switch (event.kind) {
     case "placed":
-      return `${who} set down`;
+      return `${who} ${event.reason}`;
     case "removed":
       return `${who} pulled out`;
     case "pushed":
@@ -63,7 +68,7 @@ export function eventText(run: Run, event: Told): string {
     case "let go":
       return `a hand lets go of ${who}`;
     case "hit":
-      return event.reason;
+      return `${who} hits`;
     case "woken":
       return event.reason.includes(" hit by ") || !event.reason ? `${who} ${event.bricks.length === 1 ? "moves" : "move"}, hit by others` : shortReason(run, event);
     case "frozen":

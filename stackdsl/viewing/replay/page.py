@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 
 from stability.analysis.weakest import Weakest
 from stability.model import BodyId, ConvexShape, Plane
+from stackdsl.checking.failure_cause import ARRIVALS
 from stackdsl.report.statics import weakest_json, weakest_text
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
+from stackdsl.trace import EventKind
 from stackdsl.viewing.drawing import VIEWS
 from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
@@ -161,14 +163,15 @@ def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[Conv
 
 
 def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
-    """Return the events, and the arrivals of thrown and dropped bricks."""
+    """Return the events, and the hits of thrown and dropped bricks; the reason of an arrival is its kind in words."""
+    arrivals = {placement.brick.id: placement.arrival for placement in run.timeline.placements}
     events = [
         {
             "time": round(event.time, 6),
             "kind": event.kind.value,
             "bricks": [numbers[brick] for brick in event.bricks if brick in numbers],
             "riding": [numbers[brick] for brick in event.riding if brick in numbers],
-            "reason": event.reason,
+            "reason": ARRIVALS[arrivals[event.bricks[0]]] if event.kind is EventKind.PLACED else event.reason,
         }
         for event in run.trace.events
     ]
@@ -178,7 +181,7 @@ def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
             "kind": "hit",
             "bricks": [numbers[placement.brick.id]],
             "riding": [],
-            "reason": f"{placement.brick.id} {placement.arrival}",
+            "reason": "",
         }
         for placement in run.timeline.placements
         if placement.hits and placement.brick.id in numbers

@@ -452,6 +452,25 @@ def test_a_long_build_takes_a_small_part_of_the_time_line_and_is_one_mark(built:
     assert built.execute_script(OVERLAPS) == built.execute_script(CUT) == []
 
 
+THROWN_LATE = """
+    scenario: thrown-late
+    build:
+      - {column: {levels: 4}, every: 1 s}
+    impacts:
+      - {after: built + 0.2 s, throw: {at: L4.1, from: {bearing: 90 deg, distance: 50 mm}, speed: 1 m/s, name: shot}}
+    systems: [exact]
+    watch: 0.2 s
+    expect: [{stands: {levels: 1}}]
+"""
+
+
+def test_a_throw_is_no_part_of_the_build(undrawn: "Chrome", tmp_path: Path) -> None:
+    file = tmp_path / "thrown-late.html"
+    file.write_text(replay_page(views_of(THROWN_LATE), "thrown-late"), encoding="utf-8")
+    opened(undrawn, file)
+    wait_for(lambda: asked(undrawn, LANE_MARKS)[:2] == ["build: 4 bricks", "shot, 3.2 s"])
+
+
 def test_pointer_keys_and_playback_follow_the_scale_of_the_time_line(built: "Chrome") -> None:
     from selenium.webdriver import ActionChains, Keys  # noqa: PLC0415 -- only where there is a browser
 
