@@ -392,6 +392,7 @@ function expose(player: Player): void {
           return { from: sight.at(from), tip: sight.at(tip), newtons: force.length() };
         }),
       motions: () => player.viewer.stages[0].overlays.motions.map(({ brick, from }) => [player.viewer.stages[0].run.nameOf(brick), from.toArray(), player.viewer.stages[0].drawn(brick).toArray()]),
+      names: () => player.viewer.stages[0].overlays.named,
       pickedAt: (x: number, y: number) => player.viewer.stages[0].run.told.bricks.name[player.viewer.pick(x, y)?.[1] ?? -1] ?? "",
       time: () => player.time,
       drawn: () => player.drawn,

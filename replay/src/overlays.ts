@@ -21,6 +21,7 @@ const LEAST = 0.002; // of the largest force: smaller ones are not drawn
 const LONGEST = 76; // [px] of an arrow
 const RAMP = ["--f1", "--f2", "--f3", "--f4", "--f5"];
 const AROUND_FALL = 0.5; // [s] in which its motion is drawn
+const [NARROW, LOW] = [0.7, 8]; // of its name, and [px]: a narrower or lower face has no name on it
 const TRIES = 400; // names that are tried, as each is looked for behind all bricks
 
 // How a stage is seen.
@@ -92,6 +93,7 @@ export class Overlays {
   bar: ForceScale | undefined; // of the forces that are drawn
   arrows: Arrow[] = []; // forces
   motions: { brick: number; from: Vector3; tip: Vector3 }[] = []; // velocities of a proven motion
+  named: [string, number, number][] = []; // bricks with their names on them, and where [px]
   private moved: [number, number][] | undefined; // when anything moves [s]
   private boxes: Box[] = []; // that texts take up so far
   private readonly was: Pose = { position: new Vector3(), orientation: new Quaternion() };
@@ -108,6 +110,7 @@ export class Overlays {
     this.bar = undefined;
     this.arrows = [];
     this.motions = [];
+    this.named = [];
     pen.lineJoin = pen.lineCap = "round";
     pen.font = `12px ${colourOf("--sans")}`;
     this.pulledOut(pen, sight, time);
@@ -280,11 +283,31 @@ export class Overlays {
     there.sort((one, other) => fifth(other) - fifth(one) || near.get(other)! - near.get(one)!);
     let tries = TRIES;
     for (const brick of there) {
-      const [x, y] = sight.at(this.centre(brick, ONES));
-      if (!this.room(pen, name[brick], x, y)) continue;
-      if (!tries--) break;
-      if (sight.sees(brick, [x, y])) this.free(pen, name[brick], x, y, "--ink", "middle");
+      for (const [x, y] of this.facing(brick, sight, pen.measureText(name[brick]).width)) {
+        if (!this.room(pen, name[brick], x, y)) continue;
+        if (!tries--) return;
+        if (!sight.sees(brick, [x, y])) continue;
+        this.free(pen, name[brick], x, y, "--ink", "middle");
+        this.named.push([name[brick], x, y]);
+        break;
+      }
     }
+  }
+
+  // The middles of those faces of a brick that look at the eye and are about as wide as a text, the largest first [px].
+  private facing(brick: number, sight: Sight, wide: number): [number, number][] {
+    const { run } = this.stage;
+    const shape = run.told.shapes[run.told.bricks.shape[brick]];
+    const place = this.place(brick);
+    const corners = shape.corners.map((corner) => sight.at(new Vector3(...corner).applyMatrix4(place)));
+    const found: [number, [number, number]][] = [];
+    for (const face of shape.faces) {
+      const ring = face.map((corner) => corners[corner]);
+      const area = ring.reduce((sum, [x, y], number) => sum + x * ring[(number + 1) % ring.length][1] - y * ring[(number + 1) % ring.length][0], 0) / -2; // negative from behind
+      const [width, height] = [0, 1].map((axis) => Math.max(...ring.map((corner) => corner[axis])) - Math.min(...ring.map((corner) => corner[axis])));
+      if (area > 0 && width > NARROW * wide && height > LOW) found.push([area, [0, 1].map((axis) => ring.reduce((sum, corner) => sum + corner[axis] / ring.length, 0)) as [number, number]]);
+    }
+    return found.sort(([one], [other]) => other - one).map(([, at]) => at);
   }
 
   private leader(pen: CanvasRenderingContext2D, sight: Sight, brick: number): void {

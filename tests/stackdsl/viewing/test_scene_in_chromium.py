@@ -222,6 +222,15 @@ def test_arrows_of_the_motion_stay_on_their_bricks_while_these_move(undrawn: "Ch
     wait_for(moved)
 
 
+def test_names_stand_on_faces_that_are_seen(undrawn: "Chrome", tmp_path: Path) -> None:
+    page = show(undrawn, PULLS, tmp_path)
+    asked(page, "replay.seek(2)")
+    press(page, "Names")
+    wait_for(lambda: len(asked(page, "replay.names()")) >= 12)  # of 15 bricks
+    for name, x, y in asked(page, "replay.names()"):
+        assert asked(page, f"replay.pickedAt({x}, {y})") == name
+
+
 def test_x_ray_shows_and_selects_what_others_hide(undrawn: "Chrome", tmp_path: Path) -> None:
     page = show(undrawn, PULLS, tmp_path)
     asked(page, "replay.seek(2)")
