@@ -163,7 +163,7 @@ def test_a_fall_is_told_with_its_cause_and_a_first_remedy_to_copy(
         wait_for(lambda: "Would help" in text_of(browser, ".lead"))
         assert text_of(browser, "h1").startswith("Failed: stands: expected all, measured ")
         assert "tip over" in text_of(browser, ".lead")
-        assert "levels ≤ 9, now 12, line 3" in text_of(browser, ".lead").replace("\xa0", " ")
+        assert "step ≤ 9.8 mm, now 12 mm, line 3" in text_of(browser, ".lead").replace("\xa0", " ")
         tall = browser.execute_script("return document.querySelector('.lead').getBoundingClientRect().height")
         assert tall <= 2 * 24  # the rest is folded
         assert not browser.execute_script("return document.querySelector('details').open")

@@ -85,6 +85,6 @@ def test_margins_come_in_words() -> None:
 
 def test_a_fall_comes_with_remedies_that_were_tried_and_the_lines_they_change() -> None:
     helps = margined(case_of(COLUMN.format(levels=12))).helps
-    assert [(help["text"], help["now"], help["line"]) for help in helps][:1] == [("levels ≤ 9", "now 12", 4)]
+    assert [(help["text"], help["now"], help["line"]) for help in helps][:1] == [("step ≤ 9.8 mm", "now 12 mm", 4)]
     assert json.loads(preview(case_of(COLUMN.format(levels=9))))["fall"] is None
     assert margined(case_of(COLUMN.format(levels=9))).helps == []
