@@ -47,7 +47,8 @@ for (let node; (node = walk.nextNode());) {
       const over = box.right > edge.right + 1 || box.bottom > edge.bottom + 1;
       if (style.overflowX === 'hidden' && !scrolls && over) cut.push(node.data);
     }
-    if (!scrolls && (box.left < -1 || box.right > wide + 1)) cut.push(node.data);
+    const closed = box.right <= 0;  // a drawer aside of the window
+    if (!scrolls && !closed && (box.left < -1 || box.right > wide + 1)) cut.push(node.data);
   }
 }
 if (document.documentElement.scrollWidth > wide) cut.push('the page is wider than the window');

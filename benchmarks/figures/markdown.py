@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from benchmarks.figures.columns import Table
 from benchmarks.figures.data import Data, load
+from benchmarks.figures.file_formats import with_files
 from benchmarks.figures.forms import written
 from benchmarks.figures.rooms import with_rooms
 from benchmarks.figures.tables import TABLES
@@ -21,7 +22,8 @@ Load = Callable[[str], Data]
 def rendered(text: str, load_data: Load = load) -> str:
     """Return the text with the latest value of every figure."""
     with_tables = TABLE.sub(
-        lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}", with_rooms(text)
+        lambda found: f"{found[1]}{table_text(TABLES[found['name']], load_data)}{found[4]}",
+        with_files(with_rooms(text)),
     )
     return FIGURE.sub(lambda found: f"{found[1]}{_figure(found, load_data)}{found[5]}", with_tables)
 

@@ -14,23 +14,29 @@ from typing import Final
 from sphinx.application import Sphinx
 
 ROOT: Final = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]  # our packages, and our extension of Sphinx
 
 from benchmarks.figures.gallery import Scene, scenes
 
 project = "StackDSL"
 version = re.search(r'^version = "(.*)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
 project_copyright = author = "The StackDSL authors"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx_copybutton"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx_copybutton", "docstrings", "terms"]
 root_doc = "README"
 include_patterns = [
     *("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md", "stackdsl/diagnostics.md"),
-    *("docs/*.md", "docs/guides/*.md", "docs/design/*.md", "docs/measurements/*.md"),
+    *("docs/*.md", "docs/guides/*.md", "docs/design/*.md", "docs/measurements/*.md", "docs/api/*.rst"),
 ]
-suppress_warnings = ["toc.not_included"]  # pages for contributors have links, and no place in the navigation
+suppress_warnings = [
+    "toc.not_included",  # pages for contributors have links, and no place in the navigation
+    "config.cache",  # a function of ours, which templates call
+]
 myst_heading_anchors = 4
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
+default_role = "code"  # of single backticks in docstrings
+autosummary_ignore_module_all = False
+templates_path = [str(Path(__file__).parent / "templates")]
 
 html_theme = "furo"
 html_title = f"StackDSL {version}"
@@ -47,7 +53,7 @@ GROUPS: Final = {
         *("guides/engine-developers", "guides/teachers", "guides/games"),
     ],
     "How to": ["seeing", "loads", "python-api", "your-own-pybullet-world", "own-engine", "scale"],
-    "Reference": ["command", "language", "units", "columns", "../stackdsl/diagnostics", "api", "glossary"],
+    "Reference": ["command", "language", "formats", "units", "columns", "../stackdsl/diagnostics", "api", "glossary"],
     "Background": [
         *("physics", "load-core", "systems", "speed-against-error", "benchmarks", "moving-part", "method", "cite"),
         *("../SECURITY", "../CHANGELOG", "../CONTRIBUTING"),
@@ -93,6 +99,7 @@ def with_replays(app: Sphinx, error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> None:
-    """Attach the functions above."""
+    """Attach the functions above; pages of classes that are gone would be read again."""
+    shutil.rmtree(ROOT / "docs" / "api", ignore_errors=True)
     app.connect("source-read", with_navigation)
     app.connect("build-finished", with_replays)

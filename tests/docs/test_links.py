@@ -1,4 +1,4 @@
-"""Every link of a page to another file of the project leads to one."""
+"""A page begins with its purpose, and every link to another file of the project leads to one."""
 
 import re
 from pathlib import Path
@@ -17,6 +17,17 @@ def headings(page: Path) -> set[str]:
     """As they are linked to."""
     found = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in found}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [*PAGES, ROOT / "SECURITY.md", ROOT / "stackdsl" / "diagnostics.md"],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_a_page_says_in_a_sentence_what_it_is_for_before_anything_else(page: Path) -> None:
+    first = page.read_text(encoding="utf-8").split("\n\n")[1]
+    assert first.rstrip().endswith((".", ":")), "a paragraph comes before tables, code and further headings"
+    assert first[0].isalpha() or first[0] in "`*["
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
