@@ -15,24 +15,10 @@ GLOSSARY: Final = "docs/glossary"
 UNLINKED: Final = (GLOSSARY, "CHANGELOG")
 
 # Words that mean something else in most sentences: they are terms only where they are emphasized.
-EVERYDAY: Final = frozenset(
-    (
-        *(
-            "anchor",
-            "announced",
-            "design",
-            "error",
-            "extension",
-            "gone",
-            "group",
-            "guided",
-            "hit",
-            "limit",
-            "modification",
-        ),
-        *("observation", "outcome", "piece", "reach", "reading", "refusal", "room", "set down", "shape", "share"),
-        *("snapshot", "start", "support", "table", "trace", "unreliable", "update", "watch", "world"),
-    )
+EVERYDAY: Final = (
+    "anchor, announced, design, error, extension, gone, group, guided, hit, limit, modification, observation, outcome, "
+    "piece, reach, reading, refusal, room, set down, shape, share, snapshot, start, support, table, trace, unreliable, "
+    "update, watch, world"
 )
 # A text within one of these is no use of a term in a sentence.
 APART: Final = (nodes.title, nodes.reference, nodes.literal, nodes.FixedTextElement, nodes.raw, literal_strong)
@@ -56,6 +42,7 @@ class Terms:
 
     def __init__(self, glossary: nodes.document) -> None:
         self.meanings = {term: meaning for term, meaning, _ in rows(glossary)}
+        self.everyday = self.meanings.keys() & set(EVERYDAY.split(", "))
         # A capital begins a sentence; `UNDECIDED` and `KAPLA plank` are always written in this way.
         self._spelled = {spelling: term for term in self.meanings for spelling in (term, term[0].upper() + term[1:])}
         longest_first = "|".join(map(re.escape, sorted(self._spelled, key=len, reverse=True)))
@@ -94,7 +81,7 @@ def link_terms(text: nodes.Text, terms: Terms, target: str, linked: set[str]) ->
     parts: list[nodes.Node] = []
     done = 0
     for begin, end, term in terms.uses_in(text):
-        if term in linked or (term in EVERYDAY and not (emphasized and (begin, end) == (0, len(text)))):
+        if term in linked or (term in terms.everyday and not (emphasized and (begin, end) == (0, len(text)))):
             continue
         linked.add(term)
         link = nodes.reference("", text[begin:end], refuri=f"{target}#{anchor(term)}", internal=True)
