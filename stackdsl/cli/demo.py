@@ -11,7 +11,7 @@ from stackdsl.checking.cases import cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.cli.command_help import ExplainedCommand
-from stackdsl.cli.terminal import tell, with_known_marks, write
+from stackdsl.cli.terminal import tell, with_known_marks, write, write_wrapped
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.text import EventLines, run_text
 from stackdsl.simulation.recording import Recorder
@@ -43,13 +43,13 @@ def demo_command(opened: bool) -> None:
 
     def told(event: Event) -> None:
         for text in lines.after(event):
-            write(text)
+            write_wrapped(text)
 
     trace = play_case(case.timeline, case.system, on_event=told, recorder=recorder)
     for text in lines.rest():
-        write(text)
+        write_wrapped(text)
     result = judged(case, trace)
-    write(with_known_marks(run_text(trace, result)))
+    write_wrapped(with_known_marks(run_text(trace, result)))
     write(
         "\nN planks stand while N x 12 mm is at most 117.6 mm, so the tenth is one too many.\n"
         "Each `proven to stand` is a proof: contact forces that balance every plank. The engine played only the fall."

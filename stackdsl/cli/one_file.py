@@ -15,9 +15,8 @@ from stackdsl.checking.cases import Case, GatheredCases
 from stackdsl.checking.selection import Selection
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, code_without_runs, selected_of, variants_of
-from stackdsl.cli.terminal import paper, tell, write, write_data
+from stackdsl.cli.terminal import tell, write_data, write_wrapped
 from stackdsl.exits import ExitCode
-from stackdsl.report.blocks import hanging
 from stackdsl.report.study_table import Part, StudyTable, parts_table
 from stackdsl.user_files import write_user_file
 
@@ -100,7 +99,7 @@ class Request:
                     for each in answers:
                         found.append(each)
                         if self.form == "text" and (lines := list(writing.text(each))):
-                            write("\n".join(text for line in lines for text in hanging(line, paper()[0])) + "\n")
+                            write_wrapped("\n".join(lines) + "\n")
                 code = ExitCode.INVALID if refused else code
         except KeyboardInterrupt:
             tell("interrupted")

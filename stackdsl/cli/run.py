@@ -17,7 +17,7 @@ from stackdsl.checking.results import blocked_result, judged, marked_skipped, sk
 from stackdsl.checking.selection import Selection, nothing_selected_text
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
-from stackdsl.cli.terminal import counted, tell, with_known_marks, write
+from stackdsl.cli.terminal import counted, tell, with_known_marks, write, write_wrapped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import stop_condition_of
@@ -356,17 +356,17 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
 
         def told(event: Event) -> None:
             for text in lines.after(event):
-                write(text)
+                write_wrapped(text)
 
         trace = play_case(case.timeline, case.system, may_stop, told, recorder)
         for text in lines.rest():
-            write(text)
+            write_wrapped(text)
     except BlockedPlacementError as error:
         result = blocked_result(case, error.blocked)
         complain(filter(None, [result.mistake]))
     else:
         result = judged(case, trace)
-        write(with_known_marks(run_text(trace, result, all_names)))
+        write_wrapped(with_known_marks(run_text(trace, result, all_names)))
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result
@@ -380,5 +380,5 @@ def _sampled(case: Case) -> VariantResult:
         result = sampled_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
     complain(filter(None, [result.mistake]))
     lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
-    write("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
+    write_wrapped("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
     return result

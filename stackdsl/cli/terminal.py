@@ -85,6 +85,19 @@ def write(text: str) -> None:
     _print(without_commands(text))
 
 
+UNWRAPPED: Final = "see it"  # label of a command, which is to be copied
+
+
+def write_wrapped(text: str) -> None:
+    """Print text for people, with lines wrapped to the width of the terminal below their last column."""
+    from stackdsl.report.blocks import hanging  # noqa: PLC0415 -- help does without
+
+    width, _ = paper()
+    lines = text.removesuffix("\n").split("\n")
+    wrapped = ([line] if line.strip().startswith(UNWRAPPED) else hanging(line, width) for line in lines)
+    write("\n".join(part for parts in wrapped for part in parts) + "\n")
+
+
 def write_data(text: str, form: str) -> None:
     """Print data for programs on the output stream, in a format such as `json`; escapes do not change its meaning."""
     from stackdsl.shown_text import data_without_commands  # noqa: PLC0415 -- as in `write`
@@ -95,7 +108,8 @@ def write_data(text: str, form: str) -> None:
 def _print(text: str) -> None:
     """Print text; a closed output ends neither the work nor changes its exit code."""
     try:
-        click.echo(text, nl=not text.endswith("\n"))
+        with _without_bars():
+            click.echo(text, nl=not text.endswith("\n"))
     except BrokenPipeError:
         silence(sys.stdout)
     except OSError as error:
@@ -108,7 +122,8 @@ def tell(text: str) -> None:
     try:
         from stackdsl.shown_text import without_commands  # noqa: PLC0415 -- help does without
 
-        click.echo(without_commands(text), err=True)
+        with _without_bars():
+            click.echo(without_commands(text), err=True)
     except OSError:
         silence(sys.stderr)
 
@@ -118,6 +133,21 @@ def silence(stream: TextIO) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
+
+
+_SHOWN: Final[list["Progress"]] = []  # the bars on the terminal
+
+
+@contextmanager
+def _without_bars() -> Iterator[None]:
+    """Remove the bars from the terminal while other text is printed; a bar that is not removed would stay there."""
+    for bar in _SHOWN:
+        bar.stop()
+    try:
+        yield
+    finally:
+        for bar in _SHOWN:
+            bar.start()
 
 
 def _is_no_terminal(stream: TextIO | None) -> bool:
@@ -186,7 +216,9 @@ def counted(total: int | None, what: str) -> Iterator[Counter]:
         yield told
 
 
-def _drawn(console: "Console") -> "Progress":
+@contextmanager
+def _drawn(console: "Console") -> Iterator["Progress"]:
+    """Show a bar on a terminal."""
     from rich.progress import (  # noqa: PLC0415 -- most calls draw none
         BarColumn,
         MofNCompleteColumn,
@@ -199,7 +231,12 @@ def _drawn(console: "Console") -> "Progress":
     what = TextColumn("{task.description}", markup=False)
     columns = (what, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
     # No automatic refresh: it needs a thread, with which workers could not be forks of this process.
-    return Progress(*columns, console=console, transient=True, auto_refresh=False)
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
+        _SHOWN.append(bar)
+        try:
+            yield bar
+        finally:
+            _SHOWN.remove(bar)
 
 
 class _DrawnBar:

@@ -39,8 +39,8 @@ def outcome_text(outcome: ClaimOutcome) -> str:
 
 
 def margin_text(outcome: ClaimOutcome) -> str:
-    """Return the margin of an outcome in parentheses; empty if it has none."""
-    if not isfinite(outcome.margin):
+    """Return the margin of an outcome in parentheses; empty if it has none, or a count that the measured text tells."""
+    if not isfinite(outcome.margin) or outcome.unit == "bricks":
         return ""
     return f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")"
 

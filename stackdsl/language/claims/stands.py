@@ -106,9 +106,9 @@ class Stands(Shorthand, ClaimKind):
                 if (fell := trace.collapse) is not None
                 else ""
             )
-            return ClaimResult(
-                f"{cause}{missing} of {len(tracks)} bricks were never placed", -missing, "bricks", passed=False
-            )
+            were = "was" if missing == 1 else "were"
+            measured = f"{cause}{missing} of {len(tracks)} bricks {were} never placed"
+            return ClaimResult(measured, -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in tracks if track.state is BrickState.UNSETTLED]
         if unsettled:
             return ClaimResult(f"{unsettled[0]} has not come to rest", -len(unsettled), "bricks", passed=False)
