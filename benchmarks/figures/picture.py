@@ -7,6 +7,7 @@ at less than half of its size.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -19,6 +20,7 @@ from stackdsl.checking.results import judged
 from stackdsl.language.yaml.source import parse
 from stackdsl.simulation.recording import Recorder
 from stackdsl.viewing.drawing import (
+    NO_FILL,
     VIEWS,
     DrawingArea,
     ForceScale,
@@ -37,7 +39,7 @@ from stackdsl.viewing.drawing import (
 )
 from stackdsl.viewing.run_view import RunView, view_of
 from stackdsl.viewing.style import token
-from stackdsl.viewing.svg import FAINT, GRID, INK, RED, svg_of, text_at
+from stackdsl.viewing.svg import GRID, INK, RED, svg_of, text_at
 
 PATH = ROOT / "docs" / "leaning-column.svg"
 VIEW = VIEWS["front"]
@@ -110,7 +112,7 @@ def _standing(run: RunView, left: float) -> Iterator[str]:
     forces = ForceScale.of([(proof, VIEW)], run.recording.bricks)
     assert forces is not None
     area = _area()
-    shapes = [*_scene(run, _solids(run, {name: run.trace.tracks[name].rest for name in proof.bricks}), {})]
+    shapes = [*_scene(run, _solids(run, {name: run.trace.tracks[name].rest for name in proof.bricks}))]
     shapes += arrow_shapes(forces.arrows(proof, VIEW), area)
     unit = round_below(forces.most)
     length = unit / forces.most * forces.longest * SCALE
@@ -131,15 +133,11 @@ def _falling(run: RunView, left: float) -> Iterator[str]:
     (edge,) = trace.onset.about
     placed = list(trace.tracks)[: list(trace.tracks).index(last)]
     standing = {name: trace.tracks[name].rest for name in placed if name not in begin}
-    carried = _solids(run, begin)
     pivot = max(_solids(run, standing)[edge].corners.tolist(), key=lambda corner: (corner[2], corner[0]))
     over = _centre(run, begin)[0] - pivot[0]
     x, y = _area().place(VIEW.on_paper(_centre(run, turned)[None, :]))[0].tolist()
     ((pivot_x, pivot_y),) = _area().place(VIEW.on_paper(np.array(pivot)[None, :])).tolist()
-    shapes = [*_scene(run, _solids(run, standing | turned), dict.fromkeys(turned, State.MOVES.colour))]
-    for face in faces_of(carried, dict.fromkeys(carried, INK), VIEW, _area()):
-        corners = "L".join(f"{a:.1f} {b:.1f}" for a, b in face.outline.tolist())
-        shapes.append(f'<path d="M{corners}Z" fill="none" stroke="{FAINT}" stroke-dasharray="4 3"/>')
+    shapes = [*_scene(run, _solids(run, standing | turned), _solids(run, begin))]
     shapes += _weight(x, y, pivot_y + 40.0)
     shapes.append(f'<circle cx="{pivot_x:.1f}" cy="{pivot_y:.1f}" r="5" fill="{INK}" stroke="{token("halo")}"/>')
     bar = ScaleBar.of(VIEW, SCALE, 100.0)
@@ -159,10 +157,14 @@ def _weight(x: float, y: float, to: float) -> Iterator[str]:
     yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="{RED}" stroke="{token("halo")}" stroke-width="1.5"/>'
 
 
-def _scene(run: RunView, solids: Mapping[BodyId, Solid], colours: Mapping[BodyId, str]) -> Iterator[str]:
+def _scene(
+    run: RunView, solids: Mapping[BodyId, Solid], before: Mapping[BodyId, Solid] = MappingProxyType({})
+) -> Iterator[str]:
+    """Yield the ground, outlines of the moving bricks where they were before, and all bricks."""
     yield f'<rect width="100%" height="100%" fill="{token("scene")}"/>'
     yield from ground_shapes(run.timeline.world.planes, solids.values(), VIEW, _area(), 1.0)
-    colours = {**dict.fromkeys(solids, State.STANDS.colour), **colours}
+    yield from brick_shapes(faces_of(before, dict.fromkeys(before, NO_FILL), VIEW, _area()), 1.0)
+    colours = {name: (State.MOVES if name in before else State.STANDS).colour for name in solids}
     yield from brick_shapes(faces_of(solids, colours, VIEW, _area()), rim_of(run.recording.bricks, SCALE))
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from stability.model import BodyId
 from stackdsl.checking.cases import Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
@@ -13,12 +14,13 @@ from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.one_file import refusing
 from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, Number, code_without_runs, selected_of
 from stackdsl.cli.run import write_file
-from stackdsl.cli.terminal import tell
+from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
 from stackdsl.shown_text import visible
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
+from stackdsl.trace import Event, EventKind
 from stackdsl.viewing.drawing import NOTHING, VIEWS, Overlay, View
 from stackdsl.viewing.pictures import (
     HINT,
@@ -139,7 +141,11 @@ def _warn_of_nothing_there(run: RunView, time: float | None, forces: bool) -> No
 
 def _moving(run: RunView, view: View, panels: list[Panel], form: str) -> bytes:
     sheet = Sheet(run, heading_of(run, view), panels, 1)
-    pictures = [sheet.drawn([panel]) for panel in panels]
+    pictures = []
+    with counted(len(panels), f"{run.name}: pictures") as known:
+        for panel in panels:
+            pictures.append(sheet.drawn([panel]))
+            known(len(pictures))
     pictures += pictures[-1:] * round(RATE * HELD)
     if f".{form.lower()}" != FILM:
         return moving(pictures, RATE, form.lower())
@@ -161,9 +167,16 @@ def _played(case: Case) -> RunView:
     """Play a case."""
     if why := unplayable(case.system):
         raise click.ClickException(f"{case.name} cannot be played: {why}")
-    recorder = Recorder()
+    recorder, placed = Recorder(), list[BodyId]()
     try:
-        trace = play_case(case.timeline, case.system, recorder=recorder)
+        with counted(len(case.timeline.placements), f"{case.name}: bricks") as known:
+
+            def told(event: Event) -> None:
+                if event.kind is EventKind.PLACED:
+                    placed.extend(event.bricks)
+                    known(len(placed))
+
+            trace = play_case(case.timeline, case.system, on_event=told, recorder=recorder)
     except BlockedPlacementError as error:
         raise click.ClickException(f"{case.name} was blocked: {error}") from error
     return view_of(case, trace, recorder.recording(), judged(case, trace))

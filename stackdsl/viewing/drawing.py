@@ -203,6 +203,7 @@ EDGE_ON = 1e-6  # cosine below which a plane counts as seen edge-on
 GRAZING = 0.05  # cosine below which a plane has no grid and no shadows, which would have no end on it
 LIGHT = (-0.45, 0.6, 0.66)  # direction to the light: to the right and upwards on paper, and to the viewer; unit
 DARKEST = 0.44  # share of its colour that a face turned away from the light has
+NO_FILL, DASHES = "none", "4 3"  # of bricks that are not there [px]
 STEEPER = 0.5  # factor of the slope of the light along which shadows fall, so that they stay near
 THINNEST, THICKEST, OF_BRICK = 0.25, 1.0, 0.06  # outline of bricks [px], and as a share of their least side
 NAME_SIZES = (12.0, 10.0)  # of names on bricks, the first that fits [px]
@@ -295,12 +296,12 @@ def _path(points: Array) -> str:
 
 @dataclass(frozen=True)
 class Face:
-    """A visible face of a brick on paper."""
+    """A face of a brick on paper that looks at the viewer."""
 
     brick: BodyId
     turn: int  # of its brick in painter's order
     outline: Array  # (n, 2) [px]
-    fill: str  # colour
+    fill: str  # colour; `none` for a brick that is not there, of which only an outline is drawn
 
     @property
     def area(self) -> float:
@@ -329,9 +330,14 @@ def brick_shapes(faces: Iterable[Face], rim: float) -> Iterator[str]:
     """Yield the faces of bricks, grouped by brick with its name as title; `rim` is the width of outlines [px]."""
     yield f'<g stroke="{token("outline")}" stroke-width="{rim:.2f}" stroke-linejoin="round">'
     for (_, name), own in groupby(faces, key=lambda face: (face.turn, face.brick)):
-        shapes = "".join(f'<path d="{_path(face.outline)}" fill="{face.fill}"/>' for face in own)
+        shapes = "".join(f'<path d="{_path(face.outline)}" {_style(face)}/>' for face in own)
         yield f"<g><title>{escape(visible(name))}</title>{shapes}</g>"
     yield "</g>"
+
+
+def _style(face: Face) -> str:
+    dashed = f' stroke="{token("ink-2")}" stroke-width="1" stroke-dasharray="{DASHES}"' if face.fill == NO_FILL else ""
+    return f'fill="{face.fill}"{dashed}'
 
 
 def rim_of(bricks: Iterable[Brick], scale: float) -> float:
@@ -342,6 +348,8 @@ def rim_of(bricks: Iterable[Brick], scale: float) -> float:
 
 def _lit(colour: str, cosine: float) -> str:
     """Return the colour of a face by the cosine of the angle between its normal and the light."""
+    if colour == NO_FILL:
+        return colour
     light = DARKEST + (1.0 - DARKEST) * (1.0 + cosine) / 2.0
     return "#" + "".join(f"{round(light * part):02x}" for part in _channels(colour))
 
@@ -352,6 +360,7 @@ def _channels(colour: str) -> list[int]:
 
 def names_on(faces: Sequence[Face], covers: Sequence[Array] = ()) -> dict[BodyId, str]:
     """Return a text for each brick with room for its name on a face, where neither bricks nor outlines cover it."""
+    faces = [face for face in faces if face.fill != NO_FILL]
     lows = np.array([face.outline.min(axis=0) for face in faces]).reshape(-1, 2)
     highs = np.array([face.outline.max(axis=0) for face in faces]).reshape(-1, 2)
     turns = np.array([face.turn for face in faces])
@@ -630,6 +639,16 @@ def moving_at(run: RunView, time: float) -> set[BodyId]:
     before, after = (run.recording.at(time + off).positions for off in (-AROUND, AROUND))
     ways = np.nan_to_num(np.linalg.norm(after - before, axis=1))
     return {brick.id for brick, way in zip(run.recording.bricks, ways, strict=True) if way > STILL}
+
+
+def pulled_out_at(run: RunView, time: float) -> dict[BodyId, Solid]:
+    """Return the bricks that are pulled out by a time [s], where they were, while all others stand."""
+    recording = run.recording
+    removed = {brick.id: brick for brick, at in zip(recording.bricks, recording.removed_at, strict=True) if at <= time}
+    if any(state is not State.STANDS for state in states_at(run, time).values()):
+        return {}
+    rests = {name: run.trace.tracks[name].rest for name in removed}
+    return {name: Solid.of(removed[name].shape, pose) for name, pose in rests.items() if pose is not None}
 
 
 def proof_at(run: RunView, time: float) -> ShownProof | None:

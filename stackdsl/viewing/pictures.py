@@ -21,6 +21,8 @@ from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
 from stackdsl.timeline import Arrival
 from stackdsl.trace import Event, EventKind
 from stackdsl.viewing.drawing import (
+    DASHES,
+    NO_FILL,
     NOTHING,
     DrawingArea,
     ForceScale,
@@ -38,6 +40,7 @@ from stackdsl.viewing.drawing import (
     moving_at,
     names_on,
     proof_at,
+    pulled_out_at,
     rim_of,
     round_below,
     solids_at,
@@ -45,7 +48,7 @@ from stackdsl.viewing.drawing import (
 )
 from stackdsl.viewing.run_view import RunView
 from stackdsl.viewing.style import token
-from stackdsl.viewing.svg import GRID, INK, png, svg_of, text_at, width_of
+from stackdsl.viewing.svg import FAINT, GRID, INK, png, svg_of, text_at, width_of
 from stackdsl.wording import how_many
 
 # Pictures of a run: a title, panels at one scale, and a legend of what occurs in them.
@@ -213,7 +216,8 @@ def _drawing(run: RunView, frame: Frame, area: DrawingArea, forces: ForceScale |
     """Return the shapes of one drawing, and the bricks that bear their names in it."""
     solids = solids_at(run, frame.time)
     colours = {name: state.colour for name, state in states_at(run, frame.time).items()}
-    faces = faces_of(solids, colours, frame.view, area)
+    pulled_out = pulled_out_at(run, frame.time)
+    faces = faces_of(solids | pulled_out, {**colours, **dict.fromkeys(pulled_out, NO_FILL)}, frame.view, area)
     grid = ScaleBar.of(frame.view, area.scale, BAR).length
     shapes = [f'<rect width="100%" height="100%" fill="{token("scene")}"/>']
     shapes += ground_shapes(run.timeline.world.planes, solids.values(), frame.view, area, grid)
@@ -253,6 +257,11 @@ def _legend(
         if count := states.count(state):
             square = f'<rect width="{SWATCH:g}" height="{SWATCH:g}" rx="2" fill="{state.colour}"/>'
             yield [square], SWATCH, f"{state} ({count})" if len(times) == 1 else str(state)
+    if pulled := max(len(pulled_out_at(run, time)) for time in times):
+        square = (
+            f'<rect width="{SWATCH:g}" height="{SWATCH:g}" fill="none" stroke="{FAINT}" stroke-dasharray="{DASHES}"/>'
+        )
+        yield [square], SWATCH, f"pulled out ({pulled})" if len(times) == 1 else "pulled out"
     if forces is not None:
         force = round_below(forces.most)
         length = force / forces.most * forces.longest * scale
@@ -338,6 +347,8 @@ def _phrases(run: RunView, after: float, until: float) -> str:
                 phrases[event.kind] = f"{named} {arrivals.get(of_kind[0]) or DONE[event.kind]}"
         if event.kind is EventKind.REMOVED:
             assembly -= set(event.bricks)
+    if set(bricks.get(EventKind.PLACED, [])) == set(bricks.get(EventKind.WOKEN, [])):
+        phrases.pop(EventKind.PLACED, None)  # that they move tells it
     shown = sorted(phrases, key=PHRASES.index)[:MOST_PHRASES]
     return "; ".join(phrase for kind, phrase in phrases.items() if kind in shown)
 

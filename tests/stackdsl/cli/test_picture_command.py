@@ -156,6 +156,19 @@ def test_a_strip_shows_how_it_falls_at_one_scale_and_says_what_happens(falls: Pa
     assert "L2.1 to L6.1 (5 bricks) tip over L1.1" in told
     assert "has left its place" in told
     assert "end: 1 brick stands, 5 have left their place" in told
+    assert "thrown or dropped" not in told  # the legend lists only what occurs
+
+
+def test_a_brick_that_is_pulled_out_leaves_an_outline_while_the_others_stand(falls: Path, stackdsl: Stackdsl) -> None:
+    pulled = GOOD.replace("expect:", "impacts:\n  - {after: built + 1 s, remove: {brick: L3.1}}\nexpect:")
+    (falls / "pulled.yaml").write_text(pulled, encoding="utf-8")
+    for time, outlines, legend in (("2.5", set(), ["stands (3)"]), ("3.5", {"L3.1"}, ["stands (2)", "pulled out (1)"])):
+        assert stackdsl("picture", "pulled.yaml", "-o", "a.svg", "--at", time, "--view", "front").code == 0
+        root = drawn(falls, "a.svg")
+        groups = [group for group in root.iter(f"{SVG}g") if group.find(f"{SVG}title") is not None]
+        hollow = {group.findtext(f"{SVG}title") for group in groups if group.findall(f"{SVG}path[@fill='none']")}
+        assert hollow == outlines
+        assert texts_of(root)[-len(legend) :] == legend
 
 
 def test_a_long_strip_keeps_its_panels_large_enough_to_be_seen(falls: Path, stackdsl: Stackdsl) -> None:
