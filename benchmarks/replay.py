@@ -62,6 +62,8 @@ class Scene:
     frames: int
 
 
+TRIES: Final = 3
+BEST: Final = {"first_frame_s": min, "frames_per_second": max, "processor_ms": min}
 SCENES: Final = (Scene(200, 200, 250), Scene(1000, 100, 200), Scene(11_200, 500, 120))
 
 
@@ -85,13 +87,14 @@ def _name(scene: Scene) -> str:
 
 
 def measured(scene: Scene) -> Row:
-    """Return size, time to the first frame and frame rate of one scene."""
+    """Return size, time to the first frame and frame rate of one scene: the best of some tries on a busy machine."""
     page = replay_page([view(scene)], "replay").encode()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "replay.html"
         file.write_bytes(page)
-        shown = _shown(file)
-    return {"page_mb": len(page) / 1e6, **shown}
+        shown = [_shown(file) for _ in range(TRIES)]
+    best = {key: BEST[key](each[key] for each in shown) for key in BEST}
+    return {"page_mb": len(page) / 1e6, **best}
 
 
 def view(scene: Scene) -> RunView:
