@@ -163,7 +163,7 @@ function build(player: Player): Heard {
     const tooled = [weakest.hidden, room.hidden, swing.hidden, which.hidden, levels.hidden].join();
     if (tooled !== toolsOf) tools.fit();
     toolsOf = tooled;
-    renew(clock, `${player.time.toFixed(3)} ${timeline.end}`, () => [part("b", { text: seconds(player.time) }), ` of ${seconds(timeline.end)}`]);
+    renew(clock, `${player.time.toFixed(3)} ${timeline.end}`, () => [part("b", { text: seconds(player.time) }), part("span", { text: ` of ${seconds(timeline.end)}` })]);
     const word = player.playing ? "Pause" : "Play";
     if (playing.textContent !== word) {
       say(playing.querySelector("span")!, word);
