@@ -35,6 +35,7 @@ myst_heading_anchors = 4
 autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 default_role = "code"  # of single backticks in docstrings
+autodoc_preserve_defaults = True
 autosummary_ignore_module_all = False
 templates_path = [str(Path(__file__).parent / "templates")]
 

@@ -29,6 +29,15 @@ def with_lists(app: Sphinx, kind: str, name: str, value: object, options: object
         lines += ["", *(f":ivar {match[1]}: {match[2]}" for match in found if match), ""]
 
 
+def with_short_callables(  # noqa: PLR0913, PLR0917 -- likewise
+    app: Sphinx, kind: str, name: str, value: object, options: object, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Shorten the names of types around a callable, which Sphinx leaves as `~collections.abc.Callable`."""
+    if signature is not None and "Callable[[" in signature:
+        signature = re.sub(r"~[\w.]+\.", "", signature)
+    return signature, returned
+
+
 def own(fullname: str, members: Sequence[str]) -> list[str]:
     """Return the members of a class that this project defines, without the fields of a data class, in their order."""
     module, _, name = fullname.rpartition(".")
@@ -43,4 +52,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Attach the functions above."""
     app.config.autosummary_context = {"own": own}
     app.connect("autodoc-process-docstring", with_lists)
+    app.connect("autodoc-process-signature", with_short_callables)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

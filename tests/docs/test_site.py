@@ -76,6 +76,13 @@ def test_a_page_of_the_site_asks_for_nothing_elsewhere_and_can_be_read_at_all_si
     assert complaints(browser) == []
 
 
+def test_the_columns_of_a_page_fit_into_windows_of_any_width(browser: "Chrome") -> None:
+    show(browser, "docs/tutorial")
+    for width in (700, 1000, 1080, 1320, 1500, 1920):
+        resize(browser, width, 900)
+        assert browser.execute_script(CUT) == [], width
+
+
 def test_every_scene_of_the_gallery_can_be_played(browser: "Chrome") -> None:
     show(browser, "docs/gallery")
     links = browser.execute_script("return [...document.querySelectorAll('a.replay')].map(a => a.href)")
