@@ -36,9 +36,7 @@ def test_a_margin_of_acceleration_may_have_its_unit_g(unit: str) -> None:
     assert "0.3" in str(claim)
 
 
-def test_a_table_without_units_has_one_message_with_the_options_to_add(
-    stackdsl: Stackdsl, tmp_path: Path
-) -> None:
+def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, "name,length,width,height,mass,x,y,z\na,100,100,100,2,0,0,0\n", "cartons.csv")
     told = stackdsl("import", "cartons.csv", "--point", "corner")
     assert told.err.count("SD115") == 1

@@ -426,13 +426,13 @@ TIMES_OF_AXIS = """[...document.querySelectorAll('.axis span')].map(
 
 
 @pytest.fixture
-def built(falling: "Chrome", tmp_path: Path) -> "Chrome":
+def built(undrawn: "Chrome", tmp_path: Path) -> "Chrome":
     """A page on a tower that is set down for 17 s, brick by brick, and falls a second later."""
     (run,) = views_of(ONE_BY_ONE)
     file = tmp_path / "one-by-one.html"
     file.write_text(replay_page([run], "one-by-one"), encoding="utf-8")
-    opened(falling, file)
-    return falling
+    opened(undrawn, file)
+    return undrawn
 
 
 @pytest.mark.parametrize("width", [1280, 420])

@@ -285,7 +285,7 @@ def test_a_lit_face_has_one_colour_and_no_pattern_of_its_own_shadow(
     assert len(colours) == 1
 
 
-@pytest.mark.parametrize("bearing", [0, 90, -90, 143])
+@pytest.mark.parametrize("bearing", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (90, -90)), 143])
 def test_a_throw_is_seen_from_the_side(undrawn: "Chrome", tmp_path: Path, bearing: int) -> None:
     text = THROWN.replace("BEARING", f"{bearing} deg")
     page = show(undrawn, text, tmp_path)
