@@ -90,7 +90,7 @@ function table(claims: Claim[], truths: Claim[]): HTMLElement {
   const row = (claim: Claim, good: string, poor: string): HTMLElement => {
     const state = part("td", { class: claim.passed ? "passed" : good === "agrees" ? "disagrees" : "failed" }, icon(claim.passed ? "passed" : good === "agrees" ? "disagrees" : "failed"), part("span", { text: claim.passed ? good : poor }));
     const cells = [claim.name, claim.expected, claim.measured, claim.margin, claim.place].map((text, place) => {
-      const cell = part("td", { text });
+      const cell = part("td", {}, kept(text));
       cell.dataset.name = HEADS[place + 1]; // for narrow screens, where there is no row of heads
       return cell;
     });
