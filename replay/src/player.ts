@@ -51,16 +51,20 @@ export class Player {
 
   // Show one run, or two beside each other.
   show(...numbers: number[]): void {
+    const before = this.viewer.stages.length;
+    this.stage(numbers);
+    if (before !== numbers.length) this.viewer.fit(this.time, undefined, this.timeline.end);
+  }
+
+  private stage(numbers: number[]): void {
     this.shown = numbers;
     this.picked = undefined;
     const stages = numbers.map((number) => this.made.get(number) ?? new Stage(this.runs[number]));
     numbers.forEach((number, place) => this.made.set(number, stages[place]));
-    const narrower = this.viewer.stages.length !== stages.length;
     this.viewer.stages = stages;
     const runs = stages.map((stage) => stage.run);
     this.timeline.show(runs, shortNames(runs));
     this.seek(Math.min(this.time, this.timeline.end));
-    if (narrower) this.viewer.fit(this.time, undefined, this.timeline.end);
   }
 
   // A run that there is from now on, or instead of the one of this number: what is looked at, and from where, stays.
@@ -99,10 +103,9 @@ export class Player {
   private open(number: number): void {
     const golden = this.runs.findIndex((run) => run.told.name === goldenOf(this.runs[number]));
     const differs = golden >= 0 && Object.keys(this.runs[golden].told.marks ?? {}).length > 0;
-    this.show(number, ...(differs ? [golden] : []));
-    this.viewer.look("three-quarter", this.timeline.end, false);
+    this.stage([number, ...(differs ? [golden] : [])]);
     this.seek(this.beginning());
-    this.viewer.fit(this.time, undefined, this.timeline.end, false);
+    this.viewer.look("three-quarter", this.time, this.timeline.end, false);
     this.sought = false;
   }
 

@@ -93,9 +93,9 @@ export class Viewer {
     return Boolean(this.stages[0]?.run.told.weakest);
   }
 
-  look(from: From, time: number, smoothly = true): void {
+  look(from: From, time: number, also = time, smoothly = true): void {
     this.from = from;
-    this.fit(time, from === "weakest" ? this.aside() : from === "three-quarter" ? this.besideThrows() : DIRECTIONS[from], time, smoothly);
+    this.fit(time, from === "weakest" ? this.aside() : from === "three-quarter" ? this.besideThrows() : DIRECTIONS[from], also, smoothly);
   }
 
   // See it again from where it is seen now, or if that is what is seen, with structures that are far away.
@@ -117,23 +117,31 @@ export class Viewer {
     const upwards = new Vector3().crossVectors(direction, right);
     const high = TANGENT * Math.min(ROOM, FREE * (1 - this.foot / Math.max(1, this.canvas.clientHeight)));
     const wide = TANGENT * ROOM * this.aspect;
-    const target = this.fitted.center.clone();
-    const needs = (all: Vector3[]): number =>
-      all.reduce((most, corner) => {
-        const [x, y, near] = [right, upwards, direction].map((axis) => axis.dot(corner) - axis.dot(target));
-        return Math.max(most, Math.max(Math.abs(y) / high, Math.abs(x) / wide) + (this.orthographic ? 0 : near)); // what is nearer looks larger
-      }, 0);
-    const later = also === time ? [] : this.cornersAt(also);
+    const axes = [right, upwards, direction];
+    const along = (all: Vector3[]): Float64Array[] => axes.map((axis) => Float64Array.from(all, (corner) => axis.dot(corner)));
+    const [now, later] = [along(corners), along(also === time ? [] : this.cornersAt(also))];
+    const middle = axes.map((axis) => axis.dot(this.fitted!.center));
+    const nearer = this.orthographic ? 0 : 1; // what is nearer looks larger
+    const needs = ([xs, ys, zs]: Float64Array[]): number => {
+      let most = 0;
+      for (let place = 0; place < xs.length; place++) most = Math.max(most, Math.max(Math.abs(ys[place] - middle[1]) / high, Math.abs(xs[place] - middle[0]) / wide) + nearer * (zs[place] - middle[2]));
+      return most;
+    };
     let away = 0;
     for (let turn = 0; turn <= CENTRING; turn++) {
-      const least = needs(corners);
+      const least = needs(now);
       away = Math.max(least, Math.min(WIDER * least, needs(later)));
       if (turn === CENTRING) break;
-      for (const axis of [right, upwards]) {
-        const seen = corners.map((corner) => (axis.dot(corner) - axis.dot(target)) / (this.orthographic ? 1 : 1 - (direction.dot(corner) - direction.dot(target)) / away));
-        target.addScaledVector(axis, (seen.reduce((low, x) => Math.min(low, x), Infinity) + seen.reduce((most, x) => Math.max(most, x), -Infinity)) / 2);
+      for (const axis of [0, 1]) {
+        let [low, top] = [Infinity, -Infinity];
+        for (let place = 0; place < corners.length; place++) {
+          const seen = (now[axis][place] - middle[axis]) / (1 - (nearer * (now[2][place] - middle[2])) / away);
+          [low, top] = [Math.min(low, seen), Math.max(top, seen)];
+        }
+        middle[axis] += (low + top) / 2;
       }
     }
+    const target = axes.reduce((sum, axis, place) => sum.addScaledVector(axis, middle[place]), new Vector3());
     this.goTo({ target, direction, away }, smoothly);
   }
 
