@@ -20,6 +20,8 @@ EVERYDAY: Final = (
     "piece, reach, reading, refusal, room, set down, shape, share, snapshot, start, support, table, trace, unreliable, "
     "update, watch, world"
 )
+# Phrases in which a term is another word.
+OTHERWISE: Final = ("by hand", "robot assembly", "frozen value", "frozen dataclass", "bearings or magnets")
 # A text within one of these is no use of a term in a sentence.
 APART: Final = (nodes.title, nodes.reference, nodes.literal, nodes.FixedTextElement, nodes.raw, literal_strong)
 
@@ -45,13 +47,14 @@ class Terms:
         self.everyday = self.meanings.keys() & set(EVERYDAY.split(", "))
         # A capital begins a sentence; `UNDECIDED` and `KAPLA plank` are always written in this way.
         self._spelled = {spelling: term for term in self.meanings for spelling in (term, term[0].upper() + term[1:])}
-        longest_first = "|".join(map(re.escape, sorted(self._spelled, key=len, reverse=True)))
+        longest_first = "|".join(map(re.escape, sorted([*self._spelled, *OTHERWISE], key=len, reverse=True)))
         self._pattern = re.compile(rf"(?<![\w-])({longest_first})s?(?![\w-])")
 
     def uses_in(self, text: str) -> Iterator[tuple[int, int, str]]:
         """Yield each use of a term: its begin, its end and the term."""
         for match in self._pattern.finditer(text):
-            yield *match.span(), self._spelled[match[1]]
+            if match[1] not in OTHERWISE:
+                yield *match.span(), self._spelled[match[1]]
 
 
 def with_terms(app: Sphinx, page: nodes.document, docname: str) -> None:
