@@ -14,13 +14,13 @@ from stability.notebook import Display, Displayed, display_of
 from stackdsl.api.notebook import Several, run_display
 from stackdsl.api.python_remedies import in_python
 from stackdsl.api.run_table import Row, Table
-from stackdsl.api.written import Written, copied, spans_of
+from stackdsl.api.written import CELL, Written, copied, spans_of
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.compiler.checks import requirements_of
 from stackdsl.diagnostics import Diagnostic
-from stackdsl.goldens.golden import check_golden, keeper_of
+from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
 from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
@@ -125,7 +125,8 @@ class Run(Displayed):
         folder = Path(directory)
         project = project_of([folder])
         scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
-        keeper = keeper_of(self.case.source.file, folder, scenarios)
+        file = self.case.source.file
+        keeper = ELSEWHERE if file.startswith(CELL) else keeper_of(file, folder, scenarios)
         return check_golden(replace(snapshot_of(self.case, self.trace), kept_by=keeper), folder, update)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:

@@ -13,6 +13,7 @@ from stackdsl.diagnostics import Span
 from stackdsl.language.yaml.source import KeyPath, Plain
 
 HERE: Final = str(FilePath(__file__).parent)
+CELL: Final = "In["  # begins the name of a cell, which is no file
 
 
 class Written(dict[str, "Plain"]):
@@ -60,7 +61,14 @@ def callers_place() -> Span:
     name, line = frame.f_code.co_filename, frame.f_lineno
     text = linecache.getline(name, line).rstrip()
     column = len(text) - len(text.lstrip()) + 1
-    return Span(_relative(name), line, column, max(column + 1, len(text) + 1), text)
+    return Span(cell_of(name) or _relative(name), line, column, max(column + 1, len(text) + 1), text)
+
+
+def cell_of(name: str) -> str:
+    """Return the cell of a notebook that has the code of a file, such as `In[3]`; empty for other files."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    label = shell.compile.format_code_name(name) if shell is not None else None
+    return label[1] if label is not None else ""
 
 
 def _relative(name: str) -> str:

@@ -1,7 +1,9 @@
 """Results as notebooks show them: in the words of the reports, with their cause and replay, and never as markup."""
 
+import sys
 from pathlib import Path
-from typing import Protocol
+from types import ModuleType, SimpleNamespace
+from typing import Protocol, cast
 
 import pytest
 
@@ -12,6 +14,7 @@ from stackdsl.api.layouts import column
 from stackdsl.api.run_table import Table
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.sweep import sweep
+from stackdsl.goldens.golden import ELSEWHERE, keeper_in
 from tests.engines_at_hand import needs_pybullet
 
 
@@ -97,6 +100,20 @@ def test_a_scenario_shows_its_yaml_with_its_cases_or_its_mistakes() -> None:
     assert "✗ invalid" in html
     assert "SD1" in html
     assert "<script" not in html
+
+
+def test_a_place_in_a_notebook_is_its_cell(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    names = SimpleNamespace(format_code_name=lambda name: ("Cell", "In[3]") if name == __file__ else None)
+    shell = SimpleNamespace(get_ipython=lambda: SimpleNamespace(compile=names))
+    monkeypatch.setitem(sys.modules, "IPython", cast("ModuleType", shell))
+    (tmp_path / "scenarios").mkdir()
+    monkeypatch.chdir(tmp_path / "scenarios")  # a notebook may be among the scenarios
+    monkeypatch.delenv("CI", raising=False)
+    scenario = leaning(3)
+    assert scenario.play().case.source.file == "In[3]"
+    # a cell is no scenario of the project that a check would miss
+    scenario.play().golden(tmp_path / "golden", update=True)
+    assert keeper_in((tmp_path / "golden" / "leaning" / "exact.json").read_bytes()) == ELSEWHERE
 
 
 def test_cells_of_a_table_are_never_markup() -> None:
