@@ -8,7 +8,6 @@ at less than half of its size.
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Final
 
 import numpy as np
 
@@ -48,23 +47,6 @@ MARGIN, GAP, TOP = 12.0, 16.0, 48.0  # beside panels, between them, and above th
 SCALE = 1600.0  # [px/m]
 LEFT, FOOT = 101.0, 90.0  # position of the origin in a panel, from its bottom left [px]
 TITLE, NOTE = 26.0, 21.0  # sizes of letters [px]
-# Colours of tokens that differ in dark surroundings.
-THEMED: Final = (
-    "ink",
-    "ink-2",
-    "line",
-    "surface",
-    "scene",
-    "ground",
-    "edge",
-    "halo",
-    "fail",
-    "f1",
-    "f2",
-    "f3",
-    "f4",
-    "f5",
-)
 
 
 def main() -> None:
@@ -89,18 +71,9 @@ def played() -> RunView:
 
 
 def drawn(run: RunView) -> str:
-    """Draw the structure before the last brick, and after it, for light and dark surroundings."""
+    """Draw the structure before the last brick, and after it."""
     shapes = [*_standing(run, MARGIN), *_falling(run, MARGIN + WIDE + GAP)]
-    picture = svg_of(2.0 * (MARGIN + WIDE) + GAP, TOP + HIGH + 70.0, shapes)
-    head, *lines = picture.splitlines()
-    body = "\n".join(lines[:-1])
-    dark = body
-    for name in THEMED:
-        dark = dark.replace(f'"{token(name)}"', f'"{token(name, dark=True)}"')
-    style = "<style>@media (prefers-color-scheme: dark) { .light { display: none } .dark { display: inline } }</style>"
-    # A program without styles shows what is light.
-    groups = f'<g class="light">\n{body}\n</g>\n<g class="dark" display="none">\n{dark}\n</g>'
-    return f"{head}\n{style}\n{groups}\n{lines[-1]}\n"
+    return svg_of(2.0 * (MARGIN + WIDE) + GAP, TOP + HIGH + 70.0, shapes)
 
 
 def _standing(run: RunView, left: float) -> Iterator[str]:

@@ -420,7 +420,7 @@ def _apart(one: Array, other: Array) -> bool:
 def _name(face: Face, size: float, angle: float) -> str:
     x, y = _middle(face).tolist()
     red, green, blue = _channels(face.fill)
-    ink = token("ink") if 0.3 * red + 0.59 * green + 0.11 * blue > 110.0 else token("surface")  # noqa: PLR2004
+    ink = "#000000" if 0.3 * red + 0.59 * green + 0.11 * blue > 110.0 else "#ffffff"  # noqa: PLR2004
     turn = f' transform="rotate({degrees(angle):.1f} {x:.1f} {y:.1f})"' if angle else ""
     text = escape(visible(face.brick))
     place = f'x="{x:.1f}" y="{y + 0.36 * size:.1f}" font-size="{size:g}" text-anchor="middle"{turn}'

@@ -22,6 +22,7 @@ from stackdsl.timeline import Arrival
 from stackdsl.trace import Event, EventKind
 from stackdsl.viewing.drawing import (
     DASHES,
+    EDGE_ON,
     NO_FILL,
     NOTHING,
     DrawingArea,
@@ -54,11 +55,12 @@ from stackdsl.wording import how_many
 # Pictures of a run: a title, panels at one scale, and a legend of what occurs in them.
 
 
-WIDEST, HIGHEST = 640.0, 760.0  # of the panels of a picture; a wider one is hard to read on a narrow page [px]
+WIDEST, HIGHEST = 600.0, 760.0  # of the panels of a picture; a wider one is hard to read on a narrow page [px]
 LEAST_WIDE, LEAST_HIGH, MOST_HIGH = 150.0, 120.0, 440.0  # of a panel [px]
 MARGIN, FOOT = 12.0, 36.0  # around a drawing, and below it, where its scale stands [px]
 GAP = 8.0  # between panels [px]
-TEXT, LINE, SWATCH = 13.0, 18.0, 12.0  # sizes of letters, lines, and squares of the legend [px]
+TEXT, LINE, SWATCH = 14.0, 19.0, 12.0  # sizes of letters, lines, and squares of the legend [px]
+NAME = 16.0  # [px] size of the name of a run
 BAR = 90.0  # [px] longest bar of a scale
 MOST_COLUMNS = 4
 ALIKE = 0.85  # scales that differ by less than this factor are about the same
@@ -86,7 +88,7 @@ class Sheet:
         frames = [panel.frame for panel in panels]
         self._run, self._forces = run, _force_scale(run, frames)
         self._layout = layout = Layout.of(run, frames, self._forces, at_once)
-        self._wide = max(layout.columns * (layout.wide + GAP) - GAP, width_of(run.name, 15.0), 2.0 * LEAST_WIDE)
+        self._wide = max(layout.columns * (layout.wide + GAP) - GAP, width_of(run.name, NAME), 2.0 * LEAST_WIDE)
         self._headings = wrapped(heading, self._wide)
         self._legend = list(_legend(run, frames, self._forces, layout.scale))
         self._least_lines = max(map(self._lines, panels)) if at_once == 1 else 0  # all frames of a film have one size
@@ -95,8 +97,8 @@ class Sheet:
         """Return some of the panels as SVG. Raises TooMuchWorkError."""
         layout, named = self._layout, set[BodyId]()
         title = visible(self._run.name)
-        shapes = [text_at(MARGIN, 24.0, title, colour=INK, font_size="15", font_weight="600")]
-        shapes += [_line(MARGIN, 44.0 + LINE * number, text) for number, text in enumerate(self._headings)]
+        shapes = [text_at(MARGIN, 25.0, title, colour=INK, font_size=f"{NAME:g}", font_weight="600")]
+        shapes += [_line(MARGIN, 45.0 + LINE * number, text) for number, text in enumerate(self._headings)]
         y = 36.0 + LINE * len(self._headings)
         for first in range(0, len(panels), layout.columns):
             row = panels[first : first + layout.columns]
@@ -145,7 +147,7 @@ def thumbnail(run: RunView, frame: Frame, width: float, height: float) -> str:
     size = np.array((width, height))
     scale = float(((size - 2.0 * MARGIN) / (high - low)).min())
     area = DrawingArea((low + high) / 2.0 - size / scale / 2.0, scale, width, height)
-    return svg_of(width, height, _drawing(run, frame, area, None)[0])
+    return svg_of(width, height, _drawing(run, frame, area, None)[0], adapts=False)
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,7 @@ class Layout:
     scale: float  # [px/m]
     wide: float  # of a panel [px]
     high: float  # [px]
-    bottoms: Mapping[str, Array]  # of all that is drawn, in the middle, by view [m]
+    bottoms: Mapping[str, Array]  # middle of the lower edge of a drawing, by view [m]
 
     @classmethod
     def of(cls, run: RunView, frames: Sequence[Frame], forces: ForceScale | None, at_once: int) -> "Layout":
@@ -179,7 +181,10 @@ class Layout:
         scale = scale_of(columns)
         wide, high = (most * scale + (2.0 * MARGIN, MARGIN + FOOT)).tolist()
         least = LEAST_WIDE if at_once > 1 else 2.0 * LEAST_WIDE
-        bottoms = {name: np.array(((low[0] + high[0]) / 2.0, low[1])) for name, (low, high) in bounds.items()}
+        bottoms = {}
+        for name, (lowest, highest) in bounds.items():
+            free = 0.0 if abs(views[name].towards[2]) < EDGE_ON else most[1] - (highest - lowest)[1]  # on the ground
+            bottoms[name] = np.array(((lowest[0] + highest[0]) / 2.0, lowest[1] - free / 2.0))
         return cls(columns, scale, ceil(max(wide, least)), ceil(high), bottoms)
 
     @property
@@ -244,7 +249,7 @@ def _bar_shapes(view: View, layout: Layout) -> Iterator[str]:
     x, y = layout.wide - MARGIN, layout.high - MARGIN
     yield from bar.shapes(x - bar.way[0], y - max(bar.way[1], 0.0))
     halo = {"stroke": token("halo"), "stroke_width": "3", "paint_order": "stroke"}
-    yield text_at(x - bar.way[0] - 8.0, y + 4.0, bar.text, "end", INK, font_size="12", **halo)
+    yield text_at(x - bar.way[0] - 8.0, y + 4.0, bar.text, "end", INK, font_size=f"{TEXT:g}", **halo)
 
 
 def _legend(

@@ -1,12 +1,13 @@
 """SVG elements that pictures and plots share, and SVG as PNG."""
 
 from collections.abc import Iterable
+from functools import cache
 from html import escape
 from typing import Final, TypeAlias
 
 from stackdsl.viewing.style import token
 
-# Colours have a contrast of at least 3 to the white ground, which a plot also has on a dark page.
+# Colours of light surroundings, with a contrast of at least 3 to their ground. A browser replaces them in dark ones.
 INK, FAINT, GRID, GROUND = token("ink"), token("ink-2"), token("line"), token("surface")
 BLUE, GREEN, RED = token("accent"), token("pass"), token("fail")
 FONT: Final = "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif"
@@ -29,10 +30,30 @@ def text_at(x: float, y: float, text: str, anchor: str = "start", colour: str = 
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{colour}"{more}>{escape(text)}</text>'
 
 
-def svg_of(width: float, height: float, shapes: Iterable[str]) -> str:
-    """Return an SVG with a ground of its own, readable on light and dark pages."""
+CLASS: Final = "stackdsl-picture"
+# Colours of bricks stay: names on them, and their shades, suit their light colours.
+THEMED: Final = (
+    *("ink", "ink-2", "line", "surface", "scene", "ground", "grid", "edge", "outline", "accent", "pass", "fail"),
+    *("f1", "f2", "f3", "f4", "f5"),
+)
+
+
+@cache
+def _dark_style() -> str:
+    """Return the rules that replace colours in dark surroundings; a program without style sheets ignores them."""
+    rules = "".join(
+        f'.{CLASS} [{attribute}="{token(name)}"]{{{attribute}:{token(name, dark=True)}}}'
+        for name in THEMED
+        for attribute in ("fill", "stroke")
+    )
+    return f"<style>@media (prefers-color-scheme:dark){{{rules}}}</style>"
+
+
+def svg_of(width: float, height: float, shapes: Iterable[str], adapts: bool = True) -> str:
+    """Return an SVG with a ground of its own; `adapts` is whether its colours follow dark surroundings."""
     size = f'width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="{FONT}" font-size="12">'
+    style = f' class="{CLASS}" font-family="{FONT}" font-size="12"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}{style}>{_dark_style() if adapts else ""}'
     return "\n".join([head, f'<rect width="100%" height="100%" fill="{GROUND}"/>', *shapes, "</svg>"]) + "\n"
 
 
