@@ -80,7 +80,7 @@ def ended(folder: Path, *arguments: str, **environment: str) -> Result:
 
 def _clean() -> dict[str, str]:
     """The environment of this process, without what tells the command of it."""
-    kept = {key: value for key, value in os.environ.items() if key not in ("CI", "STACKDSL_DEBUG")}
+    kept = {key: value for key, value in os.environ.items() if key not in ("CI", "COLUMNS", "STACKDSL_DEBUG")}
     return kept | {"PYTHONPATH": ROOT}
 
 

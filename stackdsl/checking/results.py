@@ -32,7 +32,7 @@ STATUSES = {
 }
 REMEDIES = {
     TaskStatus.DONE: "",
-    TaskStatus.CRASHED: "for the traceback, run it alone: STACKDSL_DEBUG=1 stackdsl run {file} -k {name}",
+    TaskStatus.CRASHED: "for the traceback, run it alone: STACKDSL_DEBUG=1 stackdsl run {file}{system} -k {name}",
     TaskStatus.TIMED_OUT: "raise --time-limit, use fewer bricks, or simulate a shorter time",
     TaskStatus.NOT_RUN: "",
 }
@@ -64,7 +64,8 @@ def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool =
         return blocked_result(case, result.value)
     if isinstance(result.value, Diagnostic):  # of a sample with an invalid value
         return replace(_unfinished(case, RunStatus.BLOCKED, result.value.message), mistake=result.value)
-    remedy = REMEDIES[result.status].format(file=quote(case.source.file), name=quote(case.name))
+    system = "" if case.system in case.scenario.systems else f" --system {quote(case.system)}"
+    remedy = REMEDIES[result.status].format(file=quote(case.source.file), name=quote(case.name), system=system)
     return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
 
 

@@ -114,6 +114,10 @@ class ExplainedCommand(click.Command):
                 with formatter.section(topic):
                     formatter.write_dl(records)
 
+    def get_short_help_str(self, limit: int = 45) -> str:
+        """Return the first sentence of the help, whole."""
+        return (self.help or "").partition(". ")[0].strip().rstrip(".") + "."
+
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples, then the epilog."""
         if examples := EXAMPLES.get(self.name or ""):

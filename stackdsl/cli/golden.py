@@ -68,7 +68,8 @@ def why_not(pending: Pending, waiting: PendingStore) -> str:
 # `stackdsl golden`: lists pending changes, and accepts or rejects them.
 
 
-KEYS: Final = "a: accept, A: accept despite failures, r: reject, s: skip, q: quit"
+KEYS: Final = "a: accept, r: reject, s: skip, q: quit"
+KEYS_OF_FAILING: Final = "A: accept although it fails, r: reject, s: skip, q: quit"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +86,12 @@ class GoldenFiles:
             is_meant = expression_of(keyword)
         except KeywordError as error:
             raise click.UsageError(str(error)) from error
-        return [each for each in self.waiting.all() if is_meant(each.case.casefold())]
+        waiting = self.waiting.all()
+        found = [each for each in waiting if is_meant(each.case.casefold())]
+        if keyword and waiting and not found:
+            names = ", ".join(visible(each.case) for each in waiting)
+            raise click.UsageError(f"no pending change is of a case with '{keyword}' in its name; pending: {names}")
+        return found
 
 
 class OfCases(ExplainedCommand):
@@ -183,7 +189,7 @@ def _shown(pending: Pending, place: GoldenFiles) -> str:
 
 def _decision(pending: Pending) -> str:
     """Read the key of a decision; return `q` at the end of the input."""
-    tell(f"  {KEYS}")
+    tell(f"  {KEYS_OF_FAILING if pending.failed else KEYS}")
     while True:
         key = click.getchar() if sys.stdin.isatty() else sys.stdin.read(1)
         if key in ("", "\x04"):

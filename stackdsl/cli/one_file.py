@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import update_wrapper
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, Generic, TypeAlias, TypeVar
 
@@ -21,6 +22,7 @@ from stackdsl.report.study_table import Part, StudyTable, parts_table
 from stackdsl.user_files import write_user_file
 
 PLOTS: Final = (".svg", ".png")
+NO_PNG: Final = "write a .svg file, which needs nothing, or try: pip install 'stackdsl[picture]'"
 
 Found = TypeVar("Found")
 
@@ -29,6 +31,8 @@ def _picture(_context: click.Context, _parameter: click.Parameter, path: Path | 
     """Check the name of a picture file. Raises click.UsageError."""
     if path is not None and path.suffix.lower() not in PLOTS:
         raise click.UsageError(f"{path}: the file name must end in {' or '.join(PLOTS)}")
+    if path is not None and path.suffix.lower() == ".png" and find_spec("resvg_py") is None:
+        raise click.ClickException(f"{path}: .png needs resvg_py, which is not installed; {NO_PNG}")
     return path
 
 
@@ -51,8 +55,7 @@ def draw(drawn: Callable[[str], bytes], path: Path) -> None:
     try:
         write_user_file(path, drawn(path.suffix))
     except ModuleNotFoundError as error:
-        remedy = "write a .svg file, which needs nothing, or try: pip install 'stackdsl[picture]'"
-        raise click.ClickException(f"{path}: .png needs {error.name}, which is not installed; {remedy}") from error
+        raise click.ClickException(f"{path}: .png needs {error.name}, which is not installed; {NO_PNG}") from error
     except OSError as error:
         raise click.ClickException(f"{path} cannot be written: {error.strerror}") from error
 

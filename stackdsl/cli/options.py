@@ -147,9 +147,12 @@ def complain(diagnostics: Iterable[Diagnostic]) -> None:
 def warn_of_nothing(
     selection: Selection, gathered: FoundCases, selected: Sequence[Selectable], paths: Sequence[Path]
 ) -> None:
-    """Report why nothing is selected, unless mistakes were reported, which may be the reason."""
+    """Report why nothing or no case of a system is selected, unless mistakes were reported, which may be the reason."""
     if not selected and not gathered.diagnostics:
         tell(nothing_selected_text(selection, gathered.cases, paths))
+    missing = [system for system in selection.systems if not any(case.system == system for case in selected)]
+    if selected and missing:
+        tell(f"no selected scenario has {' or '.join(missing)} among its `systems`")
 
 
 def code_without_runs(gathered: FoundCases, selected: Sequence[Selectable]) -> ExitCode:

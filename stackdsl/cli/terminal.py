@@ -4,6 +4,7 @@ A reader may close either at any time, which changes neither the work nor its ex
 """
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -24,7 +25,10 @@ PAUSE = 0.1  # [s] least time between two updates of a bar, since drawing can ta
 SIGN_OF_LIFE = 30.0  # [s] between two lines of a log on the number of finished cases
 # Conclusions without a line in a log.
 UNREMARKABLE = ("passed", "skipped", "unchecked", "xfailed", "recorded", "golden of another engine")
-NO_TERMINAL = 160  # [characters] width of output that does not go to a terminal
+NO_TERMINAL = 160  # [characters] width of output that does not go to a terminal, unless COLUMNS is set
+
+
+WIDTH: Final = re.compile(r"[1-9][0-9]{1,3}")  # of a terminal, as COLUMNS gives it [characters]
 
 
 class DisplayedResult(Protocol):
@@ -158,7 +162,8 @@ def _is_no_terminal(stream: TextIO | None) -> bool:
 def paper() -> tuple[int, bool]:
     """Return the width of the output and whether it is in colour."""
     if _is_no_terminal(sys.stdout):
-        return NO_TERMINAL, False
+        columns = os.environ.get("COLUMNS", "")
+        return int(columns) if WIDTH.fullmatch(columns) else NO_TERMINAL, False
     from rich.console import Console  # noqa: PLC0415 -- most calls do without, and it takes a while to load
 
     console = Console()

@@ -20,6 +20,7 @@ from stackdsl.report.outline import (
     nearest,
     outline,
     result_text,
+    run_command,
     status_of,
 )
 from stackdsl.report.text import (
@@ -232,7 +233,7 @@ def _several_failures(group: Group, failed: Sequence[CaseRow], width: int) -> Bl
 
 def _see(result: VariantResult) -> str:
     """Return the line of the command that shows a failure, which stays on one line to be copied."""
-    command = shlex.join(["stackdsl", "run", result.file, "-k", result.name, "--html", f"{result.scenario}.html"])
+    command = f"{run_command(result)} --html {shlex.quote(result.scenario + '.html')}"
     return f"  {'see it':<{LABEL}}{command}"
 
 
@@ -460,7 +461,8 @@ def _golden_files(report: Report) -> Iterator[str]:
         what = "1 of these results fails" if failing == 1 else f"{failing} of these results fail"
         yield f"{what} expectations; only --update --accept-failing would accept {'it' if failing == 1 else 'them'}"
     if report.accept:
-        yield f"accept{', and remove obsolete files,' if report.obsolete else ''} with: {report.accept}"
+        others, unused = " the others" * bool(failing), ", and remove obsolete files," * bool(report.obsolete)
+        yield f"accept{others}{unused} with: {report.accept}"
 
 
 def _together(files: Sequence[str], status: GoldenStatus) -> Iterator[str]:

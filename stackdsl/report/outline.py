@@ -1,5 +1,6 @@
 """The outline of a report: cases by scenario, systems that agree merged, and the lines of a failure."""
 
+import shlex
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from math import isfinite
 from stackdsl.report.text import cause_text, margin_text, significant, unchecked_text
 from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
+from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.wording import energy_fault, how_many, level_text
 
 
@@ -154,6 +156,13 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "note", note
 
 
+def run_command(result: VariantResult) -> str:
+    """Return the shell command that plays the case of a result again."""
+    # No scenario names a system of another engine, so it has to be chosen.
+    system = [] if result.system in SYSTEMS else ["--system", result.system]
+    return shlex.join(["stackdsl", "run", result.file, *system, "-k", result.name])
+
+
 def engine_warning(result: VariantResult) -> str:
     """Return why the motion of a run cannot be trusted; empty if nothing is known against it."""
     if result.energy_gained:
@@ -211,7 +220,9 @@ def headline(report: Report) -> str:
     counts = counts_of(report.results)
     total = len(report.results) - counts[Status.SKIPPED]
     if report.diagnostics:
-        return f"{how_many(len(report.diagnostics), 'mistake')} in the files"
+        mistakes = f"{how_many(len(report.diagnostics), 'mistake')} in the files"
+        failed = f", {counts[Status.FAILED]} of {how_many(total, 'case')} failed"
+        return mistakes + failed * bool(counts[Status.FAILED])
     if report.interrupted:
         return f"Interrupted after {how_many(len(report.results), 'case')}"
     differ = f"{how_many(counts[Status.DIFFERS], 'golden file')} differ{'s' * (counts[Status.DIFFERS] == 1)}"

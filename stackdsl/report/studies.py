@@ -47,12 +47,12 @@ FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "lo
 def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
     """Yield the intensity at which half fall, then points, curve and remarks on them."""
     unit, sure = fragility.intensity.shown_unit, f"{PERCENT * fragility.confidence:.6g} %"
-    yield f"{name}: {_half(fragility, unit)}"
+    yield f"{name}: {half_text(fragility)}"
     yield ""
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
     ways = {way for point in fragility.points for way in point.ways}
     rows = [
-        (_number(fragility, point.value), _share(point), _counts(point, with_ways=len(ways) > 1))
+        (_number(fragility, point.value), _share(point), _counts(point))
         for point in fragility.points
     ]
     width = max(map(len, (heading, *(value for value, _, _ in rows))))
@@ -65,26 +65,29 @@ def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
         judged = fragility.points[0].count
     if judged:
         each = 1000.0 * fragility.cpu_time / judged
-        how = f" by {', '.join(ways)}" if len(ways) == 1 else ""
+        how = f" by {', '.join(sorted(ways))}" if ways else ""
         yield f"  {judged} verdicts{how} in {fragility.cpu_time:.3g} s of CPU time, {each:.3g} ms each"
 
 
-def _half(fragility: "Fragility", unit: str) -> str:
+def half_text(fragility: "Fragility") -> str:
     """Return the intensity at which half of the samples fall, or why there is none."""
-    over = fragility.intensity.name
+    over, unit = fragility.intensity.name, fragility.intensity.shown_unit
     if fragility.half is not None:
         return f"half of the samples fall at {over} {_number(fragility, fragility.half)} {unit}".rstrip()
     shares = [point.share for point in fragility.points if point.count > point.unknown]
     if not shares:
         return "no point is decided"
     least, most = (f"{PERCENT * share:.3g} %" for share in (min(shares), max(shares)))
-    return f"{least if least == most else f'{least} to {most}'} fall in this range of {over}, nowhere half of them"
+    share = least if least == most else f"{least} to {most}"
+    if min(shares) < 0.5 < max(shares):  # noqa: PLR2004 -- half
+        return f"{share} fall in this range of {over}; more --points tell where half of them do"
+    return f"{share} fall in this range of {over}, nowhere half of them"
 
 
 def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
     curve = fragility.curve
     if fragility.fell_built:
-        yield f"{fragility.fell_built} samples fell during the build; the curve describes the others"
+        yield f"{how_many(fragility.fell_built, 'sample')} fell during the build; the curve describes the others"
     if curve is None:
         yield f"no lognormal curve: {fragility.no_curve}"
     else:
@@ -110,9 +113,8 @@ def _share(point: "CurvePoint") -> str:
     return f"{PERCENT * point.share:5.1f} %  {PERCENT * within.low:5.1f} % to {PERCENT * within.high:5.1f} %"
 
 
-def _counts(point: "CurvePoint", *, with_ways: bool) -> str:
-    open_ones = f", {point.unknown} undecided" if point.unknown else ""
-    return f"{point.fell:>6} of {point.count}{open_ones}" + (f" ({_decided(point)})" if with_ways else "")
+def _counts(point: "CurvePoint") -> str:
+    return f"{point.fell:>6} of {point.count}" + (f", {point.unknown} undecided" if point.unknown else "")
 
 
 def _decided(point: "CurvePoint") -> str:

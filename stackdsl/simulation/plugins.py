@@ -65,12 +65,12 @@ def _loaded(entry: EntryPoint) -> object:
 def _mistakes(entry: EntryPoint, system: object) -> Iterator[str]:
     """Yield every error in the object that an entry point of the group `stackdsl.systems` refers to."""
     if not isinstance(system, System):
-        yield f"{entry.value} is a {type(system).__name__}, but must be a stackdsl.simulation.systems.System"
+        yield f"{entry.value} is of type {type(system).__name__}, but must be a stackdsl.simulation.systems.System"
     elif system.name != entry.name:
         yield f"its name is '{system.name}', but must be the name of its entry point in {GROUP}"
     elif not isinstance(system.engine, EngineSettings):
         kind = type(system.engine).__name__
-        yield f"its engine is a {kind}, but must be a stability.engines.protocol.EngineSettings"
+        yield f"its engine is of type {kind}, but must be a stability.engines.protocol.EngineSettings"
     else:
         engine = type(system.engine)
         yield from (f"{engine.__name__} has no `{name}`" for name in ("package", "world") if not hasattr(engine, name))

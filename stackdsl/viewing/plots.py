@@ -6,6 +6,7 @@ from itertools import pairwise
 from math import ceil, cos, floor, hypot, inf, isfinite, log10, pi, sin
 from typing import TYPE_CHECKING, Final
 
+from stackdsl.report.studies import half_text
 from stackdsl.report.text import bearing_text, significant
 from stackdsl.viewing.svg import BLUE, FAINT, GREEN, GRID, GROUND, INK, RED, Point, encoded, svg_of, text_at, width_of
 
@@ -75,13 +76,13 @@ def grid_of(across: Axis, up: Axis, x_title: str, y_title: str, below: float = 0
     yield text_at(across.begin - 40, up.end - 12, y_title, "start", INK)
 
 
-TITLE: Final = 17.0  # [px] size of a title
+TITLE, ANSWER = 17.0, 13.0  # [px] sizes of a title and of the line below it
 
 
 def titles(title: str, answer: str) -> Iterator[str]:
     """Yield the title of a plot, and below it the answer in one sentence."""
     yield text_at(24, 30, title, colour=INK, font_size=f"{TITLE:g}", font_weight="600")
-    yield text_at(24, 50, answer, colour=FAINT, font_size="13")
+    yield text_at(24, 50, answer, colour=FAINT, font_size=f"{ANSWER:g}")
 
 
 # A fragility curve: points with their intervals, and the lognormal curve if it fits them.
@@ -100,9 +101,11 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
     across = Axis(min(values), max(values), 76, WIDE - 28, logarithmic=min(values) > 0.0)
     up = Axis(0.0, 1.0, HIGH - 60, 96)
     x_title = f"{fragility.intensity.name} [{unit}]" if unit else fragility.intensity.name
+    x_title += ", logarithmic scale" * across.logarithmic
     shapes = [*titles(name, _fragility_answer(fragility)), *grid_of(across, up, x_title, "share of samples that fall")]
     if fragility.curve is not None and not _misfits(fragility):
         shapes.append(_curve(fragility, known, across, up))
+    shapes.append(_half_marked(fragility, across, up))
     for value, point in zip(values, known, strict=True):
         x, low, high = across.place(value), up.place(point.within.low), up.place(point.within.high)
         bar = f"M{x:.1f} {low:.1f}V{high:.1f}M{x - 4:.1f} {low:.1f}h8M{x - 4:.1f} {high:.1f}h8"
@@ -110,7 +113,8 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
         shapes.append(f'<circle cx="{x:.1f}" cy="{up.place(point.share):.1f}" r="4" fill="{BLUE}"/>')
     bars = f"bars: intervals of {100.0 * fragility.confidence:g} % for each point"
     shapes.append(text_at(WIDE - 28, HIGH - 8, bars, "end"))
-    return encoded(svg_of(max(WIDE, width_of(name, TITLE) + 48.0), HIGH, shapes), suffix)
+    wide = max(WIDE, width_of(name, TITLE) + 48.0, width_of(_fragility_answer(fragility), ANSWER) + 48.0)
+    return encoded(svg_of(wide, HIGH, shapes), suffix)
 
 
 def _misfits(fragility: "Fragility") -> bool:
@@ -120,11 +124,20 @@ def _misfits(fragility: "Fragility") -> bool:
 
 def _fragility_answer(fragility: "Fragility") -> str:
     if fragility.curve is None:
-        return f"no curve is drawn: {fragility.no_curve}"
+        return f"{half_text(fragility)}; no curve is drawn: {fragility.no_curve}"
     if _misfits(fragility):
         missed, count = len(fragility.missed), len(fragility.points)
-        return f"the lognormal curve misses {missed} of {count} points and is not drawn"
-    return f"half of the samples fall at {fragility.intensity.told(fragility.curve.median)}; line: lognormal curve"
+        return f"{half_text(fragility)}; the lognormal curve misses {missed} of {count} points and is not drawn"
+    return f"{half_text(fragility)}; line: lognormal curve"
+
+
+def _half_marked(fragility: "Fragility", across: Axis, up: Axis) -> str:
+    """Return a mark of the intensity at which half of the samples fall; empty if there is none."""
+    if fragility.half is None:
+        return ""
+    x, y = across.place(fragility.intensity.shown(fragility.half)), up.place(0.5)
+    left, foot = across.begin, up.place(0.0)
+    return f'<path d="M{left:.1f} {y:.1f}H{x:.1f}V{foot:.1f}" stroke="{INK}" stroke-dasharray="4 3" fill="none"/>'
 
 
 def _curve(fragility: "Fragility", known: Sequence["CurvePoint"], across: Axis, up: Axis) -> str:

@@ -1,8 +1,7 @@
 """Writes the HTML report of a check: a table of cases with pictures and replays."""
 
 import re
-import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from html import escape
@@ -31,6 +30,7 @@ from stackdsl.report.outline import (
     nearest,
     outline,
     result_text,
+    run_command,
 )
 from stackdsl.report.text import ending_text
 from stackdsl.results import GoldenResult, Report, VariantResult
@@ -166,16 +166,19 @@ class ReportPage:
             *(self._mistake(found) for found in self.report.diagnostics),
             charts(self.report.results),
             "" if self._failed else self._cards(),
-            '<section id="cases"><h2>Cases</h2>',
-            self._tools(),
-            *(self._group(group) for group in outline(self.report)),
-            '<p class="none" hidden>No case matches. <button class="button" id="reset">Show all</button></p>',
-            "</section>",
+            *(self._cases() if self.report.results else ()),
             self._cards() if self._failed else "",
             self._notes(),
             f"</main><script>{script}</script></body></html>",
         ]
         return harmless("\n".join(filter(None, lines)))
+
+    def _cases(self) -> Iterator[str]:
+        yield '<section id="cases"><h2>Cases</h2>'
+        yield self._tools()
+        yield from (self._group(group) for group in outline(self.report))
+        yield '<p class="none" hidden>No case matches. <button class="button" id="reset">Show all</button></p>'
+        yield "</section>"
 
     @property
     def _failed(self) -> bool:
@@ -204,19 +207,20 @@ class ReportPage:
             f"took {seconds(report.wall_time)}",
             f"{how_many(report.scenarios, 'scenario')} in {how_many(len({r.file for r in report.results}), 'file')}",
             f"on {systems}" if systems else "",
-            f"{remembered} results remembered, not played again" if remembered else "",
+            f"{how_many(remembered, 'result')} remembered, not played again" if remembered else "",
             f"commit {self.origin.commit}" if self.origin.commit else "",
             f"{report.left} not run after a failure" if report.left else "",
         ]
         told = "".join(f"<li>{escape(fact)}</li>" for fact in facts if fact)
         bar, at = "", 0
+        legend = ", ".join(f"{count} {status}" for status, count in counts.items() if count)
         for status, count in counts.items():
             bar += f'<rect class="{ICONS[status][1]}" x="{at}" width="{count}" height="1"/>' if count else ""
             at += count
         return (
             f'<div class="hero"><h1 class="{style}">{icon(name).replace("icon", "icon large", 1)} {escape(title)}</h1>'
             f'<ul class="facts">{told}</ul><svg class="bar" viewBox="0 0 {max(at, 1)} 1" preserveAspectRatio="none"'
-            f' aria-hidden="true">{bar}</svg></div>'
+            f' role="img" aria-label="{legend}"><title>{legend}</title>{bar}</svg></div>'
         )
 
     def _mistake(self, found: Diagnostic) -> str:
@@ -347,7 +351,7 @@ class ReportPage:
             for each in row.results
             if each.name in self.unseen
         ]
-        command = shlex.join(["stackdsl", "run", row.first.file, "-k", row.first.name, "--html", "run.html"])
+        command = f"{run_command(row.first)} --html run.html"
         return f'<p class="see">{"".join(links)}<code>{escape(command)}</code>{_copy(command)}</p>'
 
     def _notes(self) -> str:
@@ -406,7 +410,8 @@ def _differences(result: VariantResult) -> str:
     )
     head = "<tr><th>observation</th><th>golden file -&gt; this run</th></tr>"
     review = "stackdsl golden review"
-    return f'<table class="differences">{head}{rows}</table><p><code>{review}</code> {_copy(review)}</p>'
+    decide = f'<p class="see">Decide: <code>{review}</code>{_copy(review)}</p>'
+    return f'<table class="differences">{head}{rows}</table>{decide}'
 
 
 def _facts(row: CaseRow) -> str:

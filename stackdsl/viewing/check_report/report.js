@@ -1,6 +1,10 @@
 "use strict";
-{
-  const all = (place, within = document) => [...within.querySelectorAll(place)];
+const all = (place, within = document) => [...within.querySelectorAll(place)];
+for (const button of all("[data-copy]")) {
+  button.hidden = !navigator.clipboard;
+  button.addEventListener("click", () => navigator.clipboard.writeText(button.dataset.copy));
+}
+if (document.getElementById("cases")) {
   const [search, system, order, reset] = ["search", "system", "order", "reset"].map((id) => document.getElementById(id));
   const chips = all(".chips button");
   const groups = all(".group").map((element, rank) => ({
@@ -44,10 +48,6 @@
     if (system) system.value = "";
     filter();
   });
-  for (const button of all("[data-copy]")) {
-    button.hidden = !navigator.clipboard;
-    button.addEventListener("click", () => navigator.clipboard.writeText(button.dataset.copy));
-  }
   document.querySelector(".tools").hidden = false;
   filter();
 }
