@@ -5,6 +5,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from math import degrees, isfinite
 from typing import Final, TypeVar
 
+from stability.analysis.weakest import Weakest
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.name_order import MOST_NAMES
 
@@ -64,6 +65,12 @@ def towards_text(bearing: float) -> str:
     angle = round(degrees(bearing), 1) % 360.0
     axis = AXES_BY_ANGLE.get(angle)
     return f"{angle:g} deg" + (f" ({axis})" if axis else "")
+
+
+def weakest_text(weakest: Weakest) -> str:
+    """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
+    bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
+    return f"weakest: {weakest.brick}; above {least} g towards {bearing} deg, {weakest.gives_way}"
 
 
 def energy_fault(gained: float) -> str:

@@ -26,7 +26,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import Event, Trace
-from stackdsl.wording import mm, moving_text, shaking_text, touching_text
+from stackdsl.wording import mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
@@ -46,13 +46,15 @@ def failure_cause_of(case: Case, trace: Trace) -> FailureCause:
     side = FallSide()
     if verdict is not None:
         side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
+    # Of what stands, a claim on its margins fails by its weakest spot.
+    weakest = trace.margins.weakest if trace.collapse is None and case.timeline.margins else None
     return FailureCause(
-        cause=_cause(trace, verdict, woken),
+        cause=weakest_text(weakest) if weakest is not None else _cause(trace, verdict, woken),
         moving=tuple(in_order(verdict.moving)) if verdict is not None else (),
         bearing=side.bearing,
         overhang=side.overhang,
-        before=_before(case, trace, woken),
-        first=_first(trace),
+        before="" if weakest is not None else _before(case, trace, woken),
+        first="" if weakest is not None else _first(trace),
         see=_see(case, proven=verdict is not None or trace.collapse is None),
     )
 

@@ -185,4 +185,4 @@ def snapshot_of(case: Case, trace: Trace) -> Snapshot:
     system = system_named(case.system)
     stamp = current_stamp(system.engine.package.name, trace.cost.steps)
     world = as_played(case.timeline, system.modification).world
-    return take(trace, world, case.identity, stamp, modelled=system.extension)
+    return take(trace, world, case.identity, stamp, system.extension, case.timeline.actions)

@@ -21,6 +21,7 @@ from stackdsl.goldens.snapshot import (
     FRICTION,
     GRAVITY,
     HEIGHT,
+    IMPULSE,
     MARGIN,
     MASS,
     NORMAL,
@@ -31,6 +32,7 @@ from stackdsl.goldens.snapshot import (
     SIZE,
     TURN,
     UNCLEAR,
+    VELOCITY,
     VOLUME,
     MalformedSnapshotError,
     Quantity,
@@ -60,6 +62,7 @@ def compare_documents(expected: Object, got: Object, *, other_engine: bool = Fal
         *_decided(expected, got),
         *_done("pulled out at", _times(expected, "removed"), _times(got, "removed")),
         *_done("pushed at", _times(expected, "pushed"), _times(got, "pushed")),
+        *_impulses(expected, got),
     )
     if other_engine:
         return decided
@@ -186,6 +189,22 @@ def _done(what: str, expected: Mapping[str, list[object]], got: Mapping[str, lis
             yield from _value(brick, what, was, now, PLACING_TIME)
 
 
+def _impulses(expected: Object, got: Object) -> Differences:
+    """Compare the impulses of pushes; files of earlier versions have none."""
+    pushes = zip(*(_pushes(whole) for whole in (expected, got)), strict=False)
+    for was, now in pushes:
+        for brick in was:
+            yield from _vector(brick, " impulse of the push", (was, now), brick, IMPULSE)
+
+
+def _pushes(whole: Object) -> list[Object]:
+    return [
+        _object(event, "impulses_mNs")
+        for event in _array(whole, "events")
+        if isinstance(event, dict) and "pushed" in event
+    ]
+
+
 def _bricks(expected: Object, got: Object, fell: bool) -> Differences:
     for brick in [*expected, *(brick for brick in got if brick not in expected)]:
         if brick in expected and brick in got:
@@ -212,6 +231,8 @@ def _make(brick: str, expected: Object, got: Object) -> Differences:
     if "volume_mm3" in {*expected, *got}:  # the size of a box determines its volume
         yield from _vector(brick, " centre of mass", (expected, got), "centre_of_mass_mm", SIZE)
         yield from _value(brick, "volume", expected.get("volume_mm3"), got.get("volume_mm3"), VOLUME)
+    if "velocity_mm_s" in expected:  # files of earlier versions have none
+        yield from _vector(brick, " velocity when thrown", (expected, got), "velocity_mm_s", VELOCITY)
     yield from _value(brick, "mass", expected.get("mass_g"), got.get("mass_g"), MASS)
 
 

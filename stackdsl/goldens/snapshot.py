@@ -1,7 +1,7 @@
 """Trace -> snapshot: the observations that a golden file locks, with their precision."""
 
 import sys
-from collections import defaultdict
+from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -15,7 +15,7 @@ from stability.geometry.placed_shape import top_W
 from stability.model import BodyId, ConvexShape, Pose, Vec3
 from stability.problem import Stage
 from stackdsl.results import GoldenDifference
-from stackdsl.timeline import FixedWorld
+from stackdsl.timeline import Action, Arrival, FixedWorld, Placement, PushAction
 from stackdsl.trace import (
     ACTIONS,
     COLLAPSE_SHARE_OF_SMALLEST_SIDE,
@@ -73,6 +73,8 @@ MASS = Quantity("g", 5, 0.00001)
 GRAVITY = Quantity("m/s2", 6, 0.000001)
 FRICTION = Quantity("", 6, 0.000001)
 NORMAL = Quantity("", 6, 0.000001)
+VELOCITY = Quantity("mm/s", 3, 0.001)
+IMPULSE = Quantity("mN*s", 6, 0.000001)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +106,7 @@ class RecordedBrick:
     rests_on: Mapping[BodyId, Number] | None  # shares; None without a model that computes them
     centre_of_mass_mm: tuple[Number, ...] | None = None  # from the middle of the box around it; None if it is a box
     volume_mm3: Number | None = None  # None for a box
+    velocity_mm_s: tuple[Number, ...] | None = None  # in W, of a thrown brick; None for others
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +132,7 @@ class Pushing:
 
     time_s: Number
     pushed: tuple[BodyId, ...]
+    impulses_mNs: Mapping[BodyId, tuple[Number, ...]] | None = None  # in W; None in files of earlier versions
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,8 +244,18 @@ UNMOVED = 1e-6  # [m] largest shift of a brick that a hit did not move, or that 
 HALF_TURN = 1e-9  # cosine of half an angle below which a turn counts as half a turn
 
 
-def take(trace: Trace, world: FixedWorld, identity: Identity, stamp: Mapping[str, str], modelled: bool) -> Snapshot:
-    """Return the snapshot of a run; `modelled` if positions and shares come from a model, not from a bare engine."""
+def take(  # noqa: PLR0913, PLR0917 -- all that a snapshot says
+    trace: Trace,
+    world: FixedWorld,
+    identity: Identity,
+    stamp: Mapping[str, str],
+    modelled: bool,
+    actions: Sequence[Action] = (),
+) -> Snapshot:
+    """Return the snapshot of a run; `modelled` if positions and shares come from a model, not from a bare engine.
+
+    The velocities of throws and the impulses of pushes come from `actions`.
+    """
     states = {brick: _state(track, trace.collapse, modelled) for brick, track in trace.tracks.items()}
     # Debris is not locked: whether it leans on standing bricks can depend on rounding.
     carried = _supports(edge for edge in trace.edges if _carries(edge, trace, states))
@@ -255,7 +269,7 @@ def take(trace: Trace, world: FixedWorld, identity: Identity, stamp: Mapping[str
         collapse=_first_collapse(trace, modelled),
         height_mm=_height(trace.tracks, states) if modelled else None,
         levels_standing=_levels_standing(trace.tracks, states) if modelled else None,
-        events=tuple(_events(trace, modelled)),
+        events=tuple(_events(trace, modelled, actions)),
         bricks={
             brick: _final(track, states[brick], None if disturbed else carried[brick])
             if _lies_still(states[brick], trace.collapse, modelled)
@@ -271,6 +285,7 @@ def _rounded(value: float, quantity: Quantity) -> Number:
 
 
 def _in_mm(position_W: Vec3, quantity: Quantity) -> tuple[Number, ...]:
+    """Return a vector in thousandths: metres in mm, metres a second in mm/s, newton seconds in mN*s."""
     return tuple(_rounded(1000.0 * value, quantity) for value in position_W)
 
 
@@ -397,11 +412,15 @@ def _shares(carried: Mapping[BodyId, float]) -> dict[BodyId, Number]:
     return {lower: UNCLEAR if isnan(share) else _rounded(share, SHARE) for lower, share in sorted(carried.items())}
 
 
-def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushing]:
+def _events(trace: Trace, modelled: bool, written: Sequence[Action]) -> Iterator[Placing | Removing | Pushing]:
     """Yield placements, removals and pushes.
 
     On a bare engine the time of a fall varies, so placements that depend on it are omitted.
     """
+    thrown = {each.brick.id: each for each in written if isinstance(each, Placement) and each.arrival is Arrival.THROWN}
+    pushes = defaultdict[BodyId, deque[Vec3]](deque)
+    for push in sorted((each for each in written if isinstance(each, PushAction)), key=lambda each: each.time):
+        pushes[push.brick].append(push.impulse_W)
     actions = [event for event in trace.events if event.kind in ACTIONS]
     falls = trace.collapse.time if trace.collapse is not None else inf
     safe = [action for action in actions if action.time <= falls]
@@ -412,14 +431,17 @@ def _events(trace: Trace, modelled: bool) -> Iterator[Placing | Removing | Pushi
         if event.kind is EventKind.REMOVED:
             yield Removing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
         elif event.kind is EventKind.PUSHED:
-            yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)))
+            impulses = {
+                brick: _in_mm(pushes[brick].popleft(), IMPULSE) for brick in sorted(event.bricks) if pushes[brick]
+            }
+            yield Pushing(_rounded(event.time, PLACING_TIME), tuple(sorted(event.bricks)), impulses or None)
         elif event.kind in (EventKind.SHAKEN, EventKind.TAKEN, EventKind.LET_GO):
             continue  # motion of the ground and of hands is input
         elif modelled or _is_below(event, trace):
             yield Placing(
                 time_s=_rounded(event.time, PLACING_TIME),
                 margin_mm=_rounded(1000.0 * event.margin, MARGIN) if told and event.margin is not None else None,
-                placed={brick: _placed(brick, trace, told) for brick in sorted(event.bricks)},
+                placed={brick: _placed(brick, trace, told, thrown.get(brick)) for brick in sorted(event.bricks)},
             )
 
 
@@ -429,7 +451,7 @@ def _is_below(event: Event, trace: Trace) -> bool:
     return collapse is None or all(trace.tracks[brick].level < collapse.level for brick in event.bricks)
 
 
-def _placed(brick: BodyId, trace: Trace, told: bool) -> RecordedBrick:
+def _placed(brick: BodyId, trace: Trace, told: bool, thrown: Placement | None) -> RecordedBrick:
     edges = trace.edges_when_placed.get(brick) if told else None
     track = trace.tracks[brick]
     shape = track.brick.shape
@@ -443,6 +465,7 @@ def _placed(brick: BodyId, trace: Trace, told: bool) -> RecordedBrick:
         rests_on=_shares(_supports(edges)[brick]) if edges is not None else None,
         centre_of_mass_mm=None if boxed else _in_mm(centre, SIZE),
         volume_mm3=None if boxed else _rounded(1e9 * shape.volume, VOLUME),
+        velocity_mm_s=None if thrown is None else _in_mm(thrown.velocity_W, VELOCITY),
     )
 
 

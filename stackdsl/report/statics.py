@@ -48,6 +48,7 @@ from stackdsl.wording import (
     shaking_text,
     survived_text,
     touching_text,
+    weakest_text,
 )
 
 # Verdicts of statics on scenarios, without simulation.
@@ -213,12 +214,6 @@ def _touching(timeline: Timeline, law: Friction) -> set[frozenset[str]]:
 
 
 # The weakest spot of a structure as text for all reports, and as JSON.
-
-
-def weakest_text(weakest: Weakest) -> str:
-    """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
-    bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
-    return f"weakest: {weakest.brick}; above {least} g towards {bearing} deg, {weakest.gives_way}"
 
 
 def weakest_json(weakest: Weakest) -> Mapping[str, Any]:

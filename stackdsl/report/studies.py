@@ -51,10 +51,7 @@ def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
     yield ""
     heading = f"{fragility.intensity.name}{f' [{unit}]' if unit else ''}"
     ways = {way for point in fragility.points for way in point.ways}
-    rows = [
-        (_number(fragility, point.value), _share(point), _counts(point))
-        for point in fragility.points
-    ]
+    rows = [(_number(fragility, point.value), _share(point), _counts(point)) for point in fragility.points]
     width = max(map(len, (heading, *(value for value, _, _ in rows))))
     yield f"  {heading:>{width}}    falls  {sure} interval"
     yield from (f"  {value:>{width}}  {share}  {counts}" for value, share, counts in rows)

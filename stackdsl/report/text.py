@@ -131,7 +131,8 @@ class EventLines:
         bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
         named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1, among=self._assembly)
         reason = _few_hits(event.reason) if not self._all_names else event.reason
-        told = reason if reason.startswith(f"{named} ") else f"{named}: {reason}" if reason else named
+        begins = event.kind is EventKind.WOKEN and reason.startswith(f"{named} ")  # not a brick called `load` at rest
+        told = reason if begins else f"{named}: {reason}" if reason else named
         return f"{event.time:9.3f} s  {WORDS.get(event.kind, event.kind.value):<9}  {told}{more}"
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stability.analysis.weakest import Weakest
 from stability.model import BodyId, ConvexShape, Plane
 from stackdsl.checking.failure_cause import ARRIVALS
-from stackdsl.report.statics import weakest_json, weakest_text
+from stackdsl.report.statics import weakest_json
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
 from stackdsl.trace import EventKind
@@ -27,6 +27,7 @@ from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView, ShownProof
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
+from stackdsl.wording import weakest_text
 
 # Compact poses over time: rounded to visible accuracy, delta-encoded, and deflated.
 #

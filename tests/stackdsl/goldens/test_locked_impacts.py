@@ -7,9 +7,10 @@ import pytest
 
 from stackdsl.goldens.comparison import compare
 from stackdsl.goldens.file_format import canonical_text, document
-from stackdsl.goldens.snapshot import UNCLEAR, Pushing, Removing
+from stackdsl.goldens.snapshot import UNCLEAR, Pushing, Removing, Snapshot, take
+from stackdsl.timeline import Arrival, Placement, PushAction
 from stackdsl.trace import BrickState, BrickTrack, Collapse, Event, EventKind, Trace
-from tests.stackdsl.goldens.towers import FALL, THRESHOLD, states, taken, tower, track
+from tests.stackdsl.goldens.towers import FALL, IDENTITY, STAMP, THRESHOLD, WORLD, states, taken, tower, track
 
 
 def pulled_out() -> Trace:
@@ -109,3 +110,23 @@ def test_a_push_is_locked_with_its_time() -> None:
     assert [found.quantity for found in compare(document(pushed), later)] == ["pushed at"]
     twice = replace(pushed, events=(*pushed.events, Pushing(4.0, ("L3.1",))))
     assert [found.expected for found in compare(document(pushed), twice)] == ["none"]
+
+
+def test_a_throw_and_a_push_are_locked_as_the_author_wrote_them() -> None:
+    shot = hit_tower().tracks["shot"]
+    trace = hit_tower()
+    trace = replace(trace, events=(*trace.events, Event(4.0, EventKind.PUSHED, ("L3.1",))))
+
+    def snapshot(speed: float, impulse: float) -> Snapshot:
+        thrown = Placement(3.0, shot.brick, 0, shot.placed, Arrival.THROWN, (0.0, speed, 0.5))
+        return take(trace, WORLD, IDENTITY, STAMP, True, (thrown, PushAction(4.0, "L3.1", (impulse, 0.0, 0.0))))
+
+    expected = document(snapshot(4.0, 0.01))
+    assert compare(expected, snapshot(4.0, 0.01)) == ()
+    told = [
+        (found.subject, found.quantity, found.expected, found.got) for found in compare(expected, snapshot(8.0, 0.02))
+    ]
+    assert ("shot", "y velocity when thrown", "4000.000 mm/s", "8000.000 mm/s") in told
+    assert ("L3.1", "x impulse of the push", "10.000000 mN*s", "20.000000 mN*s") in told
+    assert len(told) == 2
+    assert compare(document(taken(trace)), snapshot(8.0, 0.02)) == ()  # a file of an earlier version has neither
