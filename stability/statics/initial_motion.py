@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import hypot, inf
+from math import hypot, inf, sqrt
 
 import numpy as np
 
@@ -137,7 +137,10 @@ def _bodies(contact: Contact) -> Iterator[tuple[BodyId, float]]:
 
 MOST_STEPS = 60
 CLOSE = 1e-13  # of the largest load: accepted residual of the root
-DAMPED = 1e-12  # of the largest entry: non-unique forces are changed as little as possible
+# Resistance to a step, so that non-unique forces change as little as possible: shares of the square of the derivative.
+# The first share is of the residual and vanishes with it, since a singular value of 1e-7 can still make a start unique:
+# where one point slips slowly. The second is for rounding.
+DAMPED, ROUNDED = 1e-12, 1e-20
 SHORTEST = 1e-3  # shortest share of a step
 SLOWEST = 1e-6  # of the largest load over the largest mass: a slower start counts as none
 
@@ -211,15 +214,22 @@ def _solved(root: _Root, forces: Array) -> Array | None:
         if size <= CLOSE * max(1.0, float(np.abs(forces).max())):
             nearest: Array = root.law.projection(forces)[0]
             return nearest
-        square = derivative.T @ derivative
-        square[np.diag_indices_from(square)] += DAMPED * max(float(square.diagonal().max()), DAMPED)
-        step = -np.linalg.solve(square, derivative.T @ rest).reshape(-1, 3)
+        step = _damped_step(rest, derivative, max(DAMPED * size, ROUNDED))
         part = 1.0
         while part > SHORTEST and not float(np.linalg.norm(root.rest(forces + part * step)[0])) < size:
             part *= 0.5
         forces = forces + part * step
         rest, derivative = root.rest(forces)
     return None
+
+
+def _damped_step(rest: Array, derivative: Array, damping: float) -> Array:
+    """Return the step (points, 3) with the least squares of what it leaves of the residual and, damped, of itself."""
+    damped = np.diag(np.full(len(rest), sqrt(damping) * np.linalg.norm(derivative)))
+    # not by normal equations: rounding would hide singular values below 1e-8
+    turned, triangle = np.linalg.qr(np.vstack([derivative, damped]))
+    step: Array = -np.linalg.solve(triangle, turned[: len(rest)].T @ rest).reshape(-1, 3)
+    return step
 
 
 def _forces(problem: Problem, pressed: Array) -> Forces:

@@ -61,3 +61,11 @@ def aslant_between_walls(angle: float, lower: float, upper: float, lift: float =
     made = Assembly((plane("left", 90.0, upper, -half), plane("right", -90.0, lower, half)))
     made.add_all([box("plank", (LENGTH, WIDTH, THICKNESS), 0.0, lift, angle)])
     return made
+
+
+def wedged_between_steep_planes() -> Assembly:
+    """A level box, an upper edge of which is below an overhanging plane, and the lower edge opposite on a steep one."""
+    size, friction = (1.0, 0.9, 0.6), 1.2
+    x, z = 0.5 * size[0], 0.5 * size[2]
+    planes = (plane("left", 120.0, friction, -x, z), plane("right", -78.0, friction, x, -z))
+    return standing(box("box", size, 0.0, 0.0), planes=planes)

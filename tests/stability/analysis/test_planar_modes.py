@@ -7,7 +7,7 @@ import pytest
 
 from stability import outcome
 from stability.statics.assembly import Assembly
-from tests.stability.analysis.leaning_scenes import aslant_between_walls, pile_on_a_slope
+from tests.stability.analysis.leaning_scenes import aslant_between_walls, pile_on_a_slope, wedged_between_steep_planes
 from tests.stability.analysis.planar_modes import STICKS, starts
 from tests.stability.analysis.random_leaning import on_each_other, on_planes, that_need_friction
 
@@ -29,6 +29,13 @@ def test_free_fall_between_walls_is_among_all_modes() -> None:
     modes = list(starts(aslant_between_walls(20.0, 0.6, 0.1).problem()))
     assert modes
     assert not any(STICKS in each for each in modes)
+
+
+def test_a_wedged_box_that_no_motion_in_the_plane_frees_can_tip_over_one_corner() -> None:
+    # It turns about a diagonal, and one end of the edge on the left plane slides 46 times as fast as the other.
+    made = wedged_between_steep_planes()
+    assert not any(starts(made.problem()))
+    assert outcome(made.problem(), made.forces()).lets_go == "box tips over right and slides on left"
 
 
 def test_random_boxes_on_random_planes_are_decided_and_no_mode_contradicts_it() -> None:
