@@ -9,7 +9,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, distribution
 from math import isfinite
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import click
 
@@ -111,10 +111,20 @@ ON_TAGS = click.option(
     "--tag", "tags", multiple=True, help="Select scenarios with this tag, or without it if it begins with !."
 )
 CORES: Final = os.cpu_count() or 1
+
+
+class ProcessCount(click.IntRange):
+    """A number of processes: at least one; more than two per core would only wait, at 60 MB each."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:  # noqa: ANN401 -- as click
+        """Return the number, at most the largest."""
+        return min(int(super().convert(value, param, ctx)), 2 * CORES)
+
+
 ON_JOBS: Final = click.option(
     "-j",
     "--jobs",
-    type=click.IntRange(1, 2 * CORES, clamp=True),  # more processes would only wait, at 60 MB each
+    type=ProcessCount(1),
     default=CORES,
     help="Number of processes. Default: one per core. Largest: two per core.",
 )

@@ -9,7 +9,7 @@ from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import bounds_W
 from stability.geometry.spatial_grid import Neighbours
 from stability.geometry.vectors import SHORTEST, body_axes, dot
-from stability.model import GROUND, BodyId
+from stability.model import GROUND, BodyId, Vec3
 from stability.statics.assembly import LIGHTEST
 from stackdsl.compiler.bricks import MAX_NAMED, ActionOrder, ResolvedBrick, WrittenBrick, later_names
 from stackdsl.compiler.fit import MOST_INSIDE, CrowdedError, Fit, TimedShape, fits
@@ -47,7 +47,8 @@ def duplicate_names(built: ResolvedScenario, _scenario: Scenario, source: Source
         if other is not brick:
             there, here = source.span_of(other.written.path), source.span_of(brick.written.path)
             message = f"two bricks have the name '{brick.name}'; the other one is at {there.seen_from(here)}"
-            yield Diagnostic("SD203", here, message, "give the step or the brick a name")
+            named = all(each.written.path and each.written.path[-2:-1] == ("bricks",) for each in (brick, other))
+            yield Diagnostic("SD203", here, message, "rename one" if named else "give the step or the brick a name")
 
 
 def duplicate_missile_names(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
@@ -287,6 +288,13 @@ def _sited(bricks: Sequence[ResolvedBrick], built: ResolvedScenario) -> list[Tim
     ]
 
 
+AXES: Final[Mapping[str, Vec3]] = {
+    **{"+x": (1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "+z": (0.0, 0.0, 1.0)},
+    **{"-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)},
+}
+ON_AXIS: Final = 0.9999  # cosine of a direction that counts as that of an axis
+
+
 def _misfit(
     fit: Fit, brick: ResolvedBrick, bricks: Sequence[ResolvedBrick], built: ResolvedScenario
 ) -> tuple[str, str, str] | None:
@@ -295,7 +303,9 @@ def _misfit(
         other = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
         plane = built.planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
         message = f"brick '{brick.name}' is {mm(fit.depth)} inside {other or plane}"
-        return "SD201", message, f"move it by at least {mm(fit.depth)}{', for example with `origin`' * of_layout}"
+        towards = next((f" towards {name}" for name, axis in AXES.items() if dot(axis, fit.way_out_W) > ON_AXIS), "")
+        elsewhere = ", or place the layout elsewhere with `origin`" * of_layout
+        return "SD201", message, f"move it by at least {mm(fit.depth)}{towards}{elsewhere}"
     if fit.in_the_air and not brick.written.drop:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
         hint = "place it on a support, or write `drop: true` to let it fall"

@@ -7,7 +7,7 @@ from math import hypot, inf
 from stability.geometry.box_distance import LIMIT_ITSELF, Block, Separation, gap_bridged, reach_between
 from stability.geometry.placed_shape import InPlace, above_plane, bodies_apart, in_place
 from stability.geometry.spatial_grid import Neighbours
-from stability.model import ConvexShape, Plane, Pose
+from stability.model import ConvexShape, Plane, Pose, Vec3
 
 # [m] Allowance for rounding in a file, far below the manufacturing tolerance of a plank. It is smaller for bodies so
 # thin that they would no longer touch.
@@ -49,6 +49,7 @@ class Fit:
     overlaps_box: int | None = None
     overlaps_plane: int | None = None
     depth: float = 0.0  # of the overlap [m]
+    way_out_W: Vec3 = (0.0, 0.0, 0.0)  # unit vector along which moving the box by `depth` ends the overlap
     on_boxes: tuple[int, ...] = ()
     on_planes: tuple[int, ...] = ()
     beside_boxes: tuple[int, ...] = ()  # in contact from the side or from above
@@ -157,10 +158,10 @@ class PlacementIndex:
         """Return the fit of a box inside a plane or an earlier box; None without an overlap."""
         for near in self._planes_near(index):
             if near.overlaps:
-                return Fit(overlaps_plane=near.number, depth=-near.apart.gap)
+                return Fit(overlaps_plane=near.number, depth=-near.apart.gap, way_out_W=near.apart.normal_BA_W)
         for near in self._near(index, reach_between(self.blocks[index].thickness)):
             if near.overlaps and near.number < index:
-                return Fit(overlaps_box=near.number, depth=-near.apart.gap)
+                return Fit(overlaps_box=near.number, depth=-near.apart.gap, way_out_W=near.apart.normal_BA_W)
         return None
 
     def _planes_near(self, index: int) -> Iterator[_Near]:

@@ -14,7 +14,7 @@ from stackdsl.importers.pallets import read_bed_bpp, read_pallet_sim
 from stackdsl.importers.tables import read_table
 from stackdsl.language.imports import LOAD_FORMATS, Format, Import
 from stackdsl.language.yaml.parsing import unreadable_characters
-from stackdsl.language.yaml.source import Plain
+from stackdsl.language.yaml.source import CHOOSE_TEXT, NO_TEXT, Plain, is_binary
 
 # The reader of each format.
 
@@ -54,6 +54,8 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if is_binary(data):
+            raise UnreadableLoadError([Diagnostic("SD002", Span(file, 1, 1, 1), NO_TEXT, CHOOSE_TEXT)]) from error
         before = page_of(data[: error.start].decode("utf-8", "replace"), file).lines
         page = page_of(data.decode("utf-8", "replace"), file)
         span, message = page.span(len(before) - 1, len(before[-1])), f"the byte 0x{data[error.start]:02x} is not UTF-8"
@@ -89,6 +91,9 @@ def _format_of(reading: LoadReading) -> Format:
         return "obj"
     elif text and not text.startswith("<"):
         return "table"
+    if not text.strip():
+        reading.wrong(reading.page.span(0, 0), "the file is empty", "export it again")
+        raise UnreadableLoadError(reading.mistakes)
     reading.undetermined(
         reading.page.span(0, 0),
         "the format of the file cannot be recognised",

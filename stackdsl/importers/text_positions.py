@@ -155,6 +155,9 @@ def json_text(reading: LoadReading) -> JsonText:
         return JsonText(reading, _Decoder().decode(text), starts)
     except json.JSONDecodeError as error:
         start, message, hint = error.pos, f"invalid JSON: {error.msg}", "correct the file, or export it again as JSON"
+        rest = text[: error.pos].rstrip()[-1:] + text[error.pos :][:1]  # from Python 3.13 on, the mark is at the comma
+        if rest in (",}", ",]") or (rest[1:] == "," and text[error.pos + 1 :].lstrip()[:1] in ("}", "]")):
+            hint = "remove the comma before the closing bracket"
     except _WrongError as error:
         start, message, hint = error.start, error.message, error.hint
     except RecursionError:

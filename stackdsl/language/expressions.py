@@ -198,7 +198,8 @@ def _variable(name: str, names: "Names") -> "Amount":
         return unit_amount("") * PI
     if name not in names:
         define, message = "define it under `let`, above this place", f"unknown variable '{name}'"
-        raise _mistake(message, lambda: did_you_mean(name, [known for known in names if known[0] != "_"]) or define)
+        known = [each for each in names if each[0] != "_" and each != name]
+        raise _mistake(message, lambda: did_you_mean(name, known) or define)
     value = names[name]
     if value is None:
         raise EarlierInputError

@@ -58,7 +58,8 @@ class ExactlyOneKey(AuthorModel):
                 message = (
                     f"exactly one of the keys {', '.join(needed)} is required, not {' and '.join(present) or 'none'}"
                 )
-                raise InputError("SD108", message, "keep one of them" if written else "add one of them")
+                hint = "keep one of them, or begin another item" if written else "add one of them"
+                raise InputError("SD108", message, hint)
         return self
 
     @classmethod

@@ -43,8 +43,13 @@ class ConsequentialError(ValueError):
     """A consequence of a mistake that is reported elsewhere; not reported itself."""
 
 
+THOUSANDS: Final = re.compile(r"[1-9][0-9]{0,2}(?:,[0-9]{3})+")
+
+
 def without_comma(written: object) -> str:
     """Return the remedy for a number with a decimal comma; empty for any other value."""
+    if isinstance(written, str) and THOUSANDS.fullmatch(written.strip()):
+        return f"write {written.strip().replace(',', '')}, without commas"
     match = DECIMAL_COMMA.fullmatch(written.strip()) if isinstance(written, str) else None
     return f"replace the decimal comma by a point: {match[1]}.{match[2]}{match[3] or ''}" if match else ""
 
@@ -262,7 +267,7 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
         raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
-        hint = did_you_mean(unit, dimension.units) or advice(dimension)
+        hint = did_you_mean(unit if unit.isalpha() else "", dimension.units) or advice(dimension)
         raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)
 

@@ -6,7 +6,7 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from stackdsl.diagnostics import did_you_mean
+from stackdsl.diagnostics import did_you_mean, meant_choice
 from stackdsl.language.expressions import (
     FUNCTIONS,
     VARIABLE,
@@ -157,7 +157,8 @@ def _cases(cases: Plain, mistakes: Mistakes) -> list[dict[str, Plain]]:
 
 def _check_case(number: int, case: Mapping[str, Plain], first: Mapping[str, Plain], mistakes: Mistakes) -> None:
     for name in first:
-        if name not in case:
+        misspelt = any(meant_choice(other, [name]) for other in case if other not in first)
+        if name not in case and not misspelt:
             add(
                 mistakes,
                 ("cases", number),

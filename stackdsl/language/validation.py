@@ -123,6 +123,7 @@ WANTED: Final = {
     "bool_type": "true or false",
     "tuple_type": "a list",
     "model_type": "a mapping",
+    "dict_type": "a mapping",
 }
 # Messages of range errors, by the kind of pydantic's error, with the value and pydantic's context filled in.
 RANGES: Final = {
@@ -289,13 +290,36 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         counts = [key for key in keys if any(node.get("type") == "integer" for node in nodes_at((*path, key)))]
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
-    example = ""
-    if isinstance(written, str) and any(node.get("type") == "string" for node in nodes_at((*path, keys[0]))):
-        example = f"write {{{keys[0]}: {written}}}; "
+    key, text = _key_for(written, path, keys), _quoted(written)
+    example = f"write {{{key}: {text}}}; " if key else ""
     if len(keys) > MOST_EXPLAINED:
         return f"{example}the keys are {', '.join(keys)}"
     descriptions = {key: description_at((*path, key)).partition(";")[0] for key in keys}
     return f"{example}the keys are {', '.join(f'{key} ({text})' for key, text in descriptions.items())}"
+
+
+def _key_for(written: object, path: KeyPath, keys: Sequence[str]) -> str:
+    """Return the key whose value the text or list may be: the first that permits it; empty if none does."""
+    from stackdsl.language.json_schema import nodes_at  # noqa: PLC0415 -- only mistakes need it
+
+    for key in keys:
+        nodes = list(nodes_at((*path, key)))
+        if isinstance(written, list | tuple) and any(node.get("type") == "array" for node in nodes):
+            return key
+        patterns = [node["pattern"] for node in nodes if node.get("type") == "string" and "pattern" in node]
+        if isinstance(written, str) and any(re.fullmatch(pattern, written) for pattern in patterns):
+            return key
+    first = keys[0] if keys else ""
+    is_text = isinstance(written, str) and any(node.get("type") == "string" for node in nodes_at((*path, first)))
+    return first if is_text else ""
+
+
+def _quoted(written: object) -> str:
+    """Return a text or list as YAML in braces."""
+    if isinstance(written, list | tuple):
+        return f"[{', '.join(map(_quoted, written))}]"
+    text = str(written)
+    return f'"{text}"' if re.search(r"^[>@&*!|%`]|[{}\[\],:#]", text) else text
 
 
 def _with_value(key: str, path: KeyPath) -> str:
@@ -339,6 +363,8 @@ def _list_of(written: float | str, path: KeyPath) -> str:
     if keys := keys_at((*path, 0)):
         return _with_value(str(written), (*path, 0)).replace("`", "`- ", 1) if written in keys else _ITEMS
     least = next((int(node["minItems"]) for node in nodes_at(path) if "minItems" in node), 1)
+    if least == 3 and isinstance(written, str) and written.endswith(("deg", "rad", "°")):  # noqa: PLR2004 -- axes
+        return f"write [0 deg, 0 deg, {written}] for a rotation about z"
     return f"write [{written}]" if least == 1 else f"write a list of {least} items"
 
 

@@ -79,6 +79,9 @@ def syntax_error(page: Page, error: yaml.MarkedYAMLError) -> Diagnostic:
         return Diagnostic("SD010", span, NO_DIRECTIVES, "delete the line")
     if re.search("a tag:|tag handle", description):
         return Diagnostic("SD010", span, "YAML tags are not supported", "delete the tag; quote text that begins with !")
+    if (special := _typical_slip(page, error, line, column, description)) is not None:
+        place, message, hint = special
+        return Diagnostic("SD004", page.span(*place), message, hint)
     matches = ((message, hint) for pattern, message, hint in SYNTAX if re.search(pattern, description))
     message, hint = next(matches, (f"invalid YAML: {error.problem}", "check the indentation and the quotes"))
     opening = error.context_mark.line + 1 if error.context_mark else line + 1
@@ -98,6 +101,40 @@ def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[
     if "quoted scalar" in description:  # libyaml marks the backslash, the pure parser the next character
         return place[0], max(place[1] if place == opening else 0, page.lines[place[0]].rfind("\\", 0, place[1] + 1))
     return place
+
+
+UNQUOTED: Final = re.compile(r"""(?<![\w"'$])\$\{[^}"']*\}""")  # an expression outside of quotes
+NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
+KEY_BEFORE: Final = re.compile(r".*?[^\s,{\[]\s+([\w-]+)\s*$")
+TYPOGRAPHIC: Final = re.compile("[\u201c\u201d\u201e\u2018\u2019]")
+
+
+def _typical_slip(
+    page: Page, error: yaml.MarkedYAMLError, line: int, column: int, description: str
+) -> tuple[tuple[int, int], str, str] | None:
+    """Return place, message and hint of a slip that the text shows; None for other syntax errors."""
+    text, in_brackets = page.lines[line], re.search("a flow (mapping|sequence):", description)
+    problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (line, column)
+    if quote := TYPOGRAPHIC.search(text):
+        return (line, quote.start()), f"{quote[0]} is not a quote of YAML", 'write "'
+    if "simple key" in description and (key := NO_SPACE.match(text)):
+        return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
+    if in_brackets and (expression := UNQUOTED.search(text)):
+        message = f"{expression[0]} needs quotes in braces or brackets"
+        return (line, expression.start()), message, f'write "{expression[0]}"'
+    has_colon = in_brackets and problem[0] == line and page.at(*problem) == ":"
+    if has_colon and (key := KEY_BEFORE.match(text[: problem[1]])):
+        return (line, key.start(1)), f"a ',' is missing before `{key[1]}`", "add it"
+    if "a block mapping:" in description and page.at(line, column) in "}]":
+        return (line, column), f"one '{page.at(line, column)}' too many", "remove it"
+    if "a block collection:" in description and BEGINS.match(text) and not text.lstrip().startswith("- "):
+        item = next((each for each in reversed(page.lines[:line]) if each.lstrip().startswith("- ")), None)
+        if item is not None and ":" in item:
+            indent = len(item) - len(item.lstrip()) + 2
+            name = text.strip().partition(":")[0]
+            hint = f"indent `{name}` by {indent} spaces, like the other keys of the item, or begin an item with '- '"
+            return (line, column), "the line belongs to no item of the list", hint
+    return None
 
 
 BEGINS: Final = re.compile(r"\s*(?:- |[\w-]+\s*:(?:\s|$))")  # a line that begins a key or an item
@@ -450,6 +487,8 @@ def _remedy_of_missing(span: Span) -> str:
     key = span.excerpt[start:end]
     if ":" in key:
         return "put a space after the colon"
+    if "=" in key:
+        return "write ':' in place of '='"
     if key[:1].isdigit() and _ends_in_comma(span):
         return COMMA
     if span.excerpt[end:].strip() == ":":

@@ -158,10 +158,24 @@ def _too_large(file: str) -> Diagnostic:
     return Diagnostic("SD006", Span(file, 1, 1, 1), message, "split it into several files")
 
 
+UTF_16: Final = (b"\xff\xfe", b"\xfe\xff")  # how text of that encoding begins
+
+
+def is_binary(data: bytes) -> bool:
+    """Return whether a file that is not UTF-8 is no text in another encoding either."""
+    return b"\0" in data and not data.startswith(UTF_16)
+
+
+NO_TEXT: Final = "the file is not a text file"
+CHOOSE_TEXT: Final = "choose the right file; save a workbook or an archive as text first, such as CSV"
+
+
 def _not_utf8(data: bytes, position: int, file: str) -> Diagnostic:
     before = page_of(data[:position].decode("utf-8").removeprefix(BOM), file).lines
     page = page_of(data.decode("utf-8", "replace").removeprefix(BOM), file)
     span = page.span(len(before) - 1, len(before[-1]))
+    if is_binary(data):
+        return Diagnostic("SD002", Span(file, 1, 1, 1), NO_TEXT, CHOOSE_TEXT)
     return Diagnostic("SD002", span, f"the byte 0x{data[position]:02x} is not UTF-8", "save the file as UTF-8")
 
 

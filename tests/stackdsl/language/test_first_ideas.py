@@ -17,6 +17,19 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
         ("build: [{jenga: {levels: 8}}]\nimpacts: [{remove: L4.1}]", "write {brick: L4.1}; the keys are brick"),
         ("build: [{import: cartons.csv}]", "write {file: cartons.csv}; the keys are file"),
         (
+            "brick: [117 mm, 23 mm, 8 mm]\nbuild: [{column: {levels: 2}}]",
+            "write {size: [117 mm, 23 mm, 8 mm]}; the",
+        ),
+        (
+            "build: [{column: {levels: 2}}]\nexpect: [{margin: '>= 3 deg'}]",
+            'write {tilt: ">= 3 deg"}; the keys are acceleration',
+        ),
+        ("samples: 1,000\nbuild: [{column: {levels: 2}}]", "write 1000, without commas"),
+        (
+            "build: [{bricks: [{name: a, at: [0 m, 0 m, 3.9 mm]}, {name: b, at: [50 mm, 0 m, 3.9 mm]}]}]",
+            "move it by at least 7.8 mm towards +z",
+        ),
+        (
             "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
             "round bodies are not modelled; write a `prism` or `solid` with many faces",
         ),

@@ -45,7 +45,7 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("3", "$n"), "not '$n'", "write ${n} if it is an expression"),
         (COLUMN.replace("3", "'{n}'"), "not '{n}'", "write ${n} if it is an expression"),
         (COLUMN.replace("3}", "3, step: 1 m}"), "brick 'L2.1' has no support", "change the dimensions"),
-        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "for example with `origin`"),
+        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "elsewhere with `origin`"),
         ("a: &a {b: 1}\n<<: *a\n", "merge keys are not supported", "repeat the keys here"),
         (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "write `- stands: all`: expected"),
         (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: all`"),
@@ -59,7 +59,7 @@ def only(text: str) -> Diagnostic:
         (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "this key belongs in `world`"),
         (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "replace the decimal comma by a point"),
         (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
-        (COLUMN + "   every: 1 s\n", "does not continue the list", "with the same indentation"),
+        (COLUMN + "   every: 1 s\n", "belongs to no item of the list", "indent `every` by 4 spaces"),
     ],
 )  # fmt: skip
 def test_every_mistake_has_a_remedy(text: str, message: str, hint: str) -> None:
