@@ -173,7 +173,8 @@ function build(player: Player): Heard {
     colour.value = player.mode;
     view.value = viewer.from;
     speed.value = String(player.speed);
-    say(news, player.swinging ? run.told.fall!.reason : newsOf(run, player.time));
+    const faster = player.playing ? timeline.fasterAt(player.time) : 1;
+    say(news, player.swinging ? run.told.fall!.reason : faster > 1.05 ? `The build plays ${faster.toPrecision(2)} times as fast.` : newsOf(run, player.time));
     viewer.canvas.setAttribute("aria-label", `${run.told.name} at ${seconds(player.time)}`);
     const called = shortNames(shown);
     heads.hidden = shown.length < 2;

@@ -69,6 +69,11 @@ export class Timeline {
     return this.pace.back(this.pace.of(time) + by);
   }
 
+  // How many times as fast as the speed that is chosen it plays at a time.
+  fasterAt(time: number): number {
+    return this.build && time < this.build.end ? this.build.end / this.pace.of(this.build.end) : 1;
+  }
+
   // The event before a time, or after it.
   step(time: number, way: -1 | 1): Told | undefined {
     const told = this.events.filter((event) => KINDS.has(event.kind) && (event.time - time) * way > 1e-6);
@@ -112,7 +117,7 @@ export class Timeline {
   private shortened(): HTMLElement[] {
     const { build } = this;
     if (!build) return [];
-    const faster = build.end / this.pace.of(build.end);
+    const faster = this.fasterAt(0);
     const [back, crack] = [part("div", { class: "built" }), part("div", { class: "break" })];
     back.style.width = crack.style.left = `${this.placeOf(build.end)}px`;
     crack.title = `The scale changes here: the build, ${howMany(build.count, "brick")} in ${seconds(build.last)}, is drawn shorter${faster > 1.05 ? ` and plays ${faster.toPrecision(2)} times as fast` : ""}.`;

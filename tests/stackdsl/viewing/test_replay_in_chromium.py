@@ -495,6 +495,7 @@ def test_pointer_keys_and_playback_follow_the_scale_of_the_time_line(built: "Chr
         "setTimeout(() => done([replay.drawn() - drawn, (performance.now() - began) / 1000, replay.time()]), 1000)"
     )
     assert reached > 1.2 * min(seconds, 0.1 * frames), "a frame plays a tenth of a second at most"
+    assert asked(built, "document.querySelector('.news').textContent") == "The build plays 4.3 times as fast."
 
 
 def test_the_tools_are_one_row_at_1000_px_and_menus_on_a_phone(falling: "Chrome") -> None:
