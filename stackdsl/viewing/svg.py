@@ -39,21 +39,21 @@ THEMED: Final = (
 
 
 @cache
-def _dark_style() -> str:
-    """Return the rules that replace colours in dark surroundings; a program without style sheets ignores them."""
+def dark_rules() -> str:
+    """Return the CSS rules that replace colours in dark surroundings; a program without style sheets ignores them."""
     rules = "".join(
         f'.{CLASS} [{attribute}="{token(name)}"]{{{attribute}:{token(name, dark=True)}}}'
         for name in THEMED
         for attribute in ("fill", "stroke")
     )
-    return f"<style>@media (prefers-color-scheme:dark){{{rules}}}</style>"
+    return f"@media (prefers-color-scheme:dark){{{rules}}}"
 
 
 def svg_of(width: float, height: float, shapes: Iterable[str], adapts: bool = True) -> str:
     """Return an SVG with a ground of its own; `adapts` is whether its colours follow dark surroundings."""
     size = f'width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}"'
     style = f' class="{CLASS}" font-family="{FONT}" font-size="12"'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}{style}>{_dark_style() if adapts else ""}'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size}{style}>{f"<style>{dark_rules()}</style>" if adapts else ""}'
     return "\n".join([head, f'<rect width="100%" height="100%" fill="{GROUND}"/>', *shapes, "</svg>"]) + "\n"
 
 

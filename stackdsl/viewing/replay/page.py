@@ -27,6 +27,7 @@ from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
 from stackdsl.viewing.run_view import RunView, ShownProof
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
+from stackdsl.viewing.svg import dark_rules
 from stackdsl.wording import weakest_text
 
 # Compact poses over time: rounded to visible accuracy, delta-encoded, and deflated.
@@ -299,7 +300,7 @@ def page_of(runs: Sequence[str], title: str, live: bool = False, stills: Sequenc
     program, style = program_and_style()
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
-        policy=policy_of((LOADER, program), (style,)) + (LIVE_POLICY if live else ""),
+        policy=policy_of((LOADER, program), (style, dark_rules())) + (LIVE_POLICY if live else ""),
         live=" data-live" if live else "",
         style=style,
         icons=icon_sprite(),
