@@ -163,7 +163,8 @@ def _as_options(hint: str) -> str:
             return " ".join(f"--{name} {shlex.quote(value)}" for name, value in pairs)
         if key not in OPTIONS:
             return match[0]
-        return f"--{key} {shlex.quote(match['value'])}" if match["value"] else f"--{key}"
+        value = (match["value"] or "").removeprefix("['").removesuffix("']")
+        return f"--{key} {shlex.quote(value)}" if value else f"--{key}"
 
     return KEY.sub(option, hint)
 

@@ -120,7 +120,7 @@ class LoadReading:
         elif harmless:
             self.skipped[name] = None
         else:
-            hint = f"to ignore it, write ignore: ['{name}']"
+            hint = f"to ignore it, write `ignore: ['{name}']`"
             self.undetermined(span, f"'{name}' is not supported", f"{advice}; {hint}" if advice else hint)
 
     def bytes_beside(self, name: str, span: Span) -> bytes:

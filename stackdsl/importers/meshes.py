@@ -70,7 +70,7 @@ def solid_brick(
     try:
         solid = solid_of_mesh([_floats(corner) for corner in mesh.corners], mesh.faces)
     except NotASolidError as error:
-        hint = f"{error.hint}; or, to ignore it, write ignore: ['{mesh.name}']"
+        hint = f"{error.hint}; or, to ignore it, write `ignore: ['{mesh.name}']`"
         reading.wrong(mesh.span, f"'{mesh.name}': {error.message}", hint)
         return None
     used = dict.fromkeys(mesh.corners[corner] for face in mesh.faces for corner in face)

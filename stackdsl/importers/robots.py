@@ -76,7 +76,7 @@ class RobotBody:
 
 def brick_of(reading: LoadReading, body: RobotBody) -> ImportedBox | None:
     """Return the brick of a body; report and return None if it cannot be a brick."""
-    hint = f"to ignore it, write ignore: ['{body.name}']"
+    hint = f"to ignore it, write `ignore: ['{body.name}']`"
     if body.shape not in {"box", "mesh"}:
         reading.undetermined(
             body.span, f"'{body.name}' is a {body.shape}, but a brick must be a box or a convex mesh", hint
@@ -311,7 +311,7 @@ def _bodies(
 def _unsupported(reading: LoadReading, element: Element, message: str) -> None:
     name = element.attributes.get("name")
     hint = (
-        f"to ignore it, write ignore: ['{name}']"
+        f"to ignore it, write `ignore: ['{name}']`"
         if name
         else "to ignore it, give it a name and list that name in `ignore`"
     )
@@ -552,7 +552,7 @@ class _Links:
         return tuple((sx * x, sy * y, sz * z) for x, y, z in mesh.points), tuple(mesh.loops)
 
     def _unsupported(self, element: Element, name: str, message: str) -> None:
-        self._reading.undetermined(element.span, message, f"to ignore it, write ignore: ['{name}']")
+        self._reading.undetermined(element.span, message, f"to ignore it, write `ignore: ['{name}']`")
 
     def _wrong(self, element: Element, message: str, hint: str) -> None:
         self._reading.wrong(element.span, message, hint)

@@ -41,6 +41,9 @@ LIKE: Final[Mapping[str, Sequence[str]]] = {
 UNIT: Final = re.compile(r"[\[(/].*|_(?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECASE)
 
 
+INVALID_NAME: Final = " is not a valid name"
+
+
 def likely_column(header: str) -> str:
     """Return the column that a header probably means; "" if none."""
     word = re.sub(r"[^a-z]", "", UNIT.sub("", header.strip()).lower())
@@ -299,8 +302,11 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
         x, y, z = x + length / 2, y + width / 2, z + height / 2
     name = cells["name"].text.strip() if "name" in cells else ""
     if name and not re.fullmatch(NAME, name):
-        hint = "begin with a letter, then use letters, digits, _ . or -"
-        reading.wrong(cells["name"].span, f"'{name}' is not a valid name", hint)
+        # The other names of the column are mostly of the same form, so one message is enough.
+        if not any(mistake.message.endswith(INVALID_NAME) for mistake in reading.mistakes):
+            hint = "begin each name with a letter, then use letters, digits, _ . or -"
+            hint += "; or leave the column out with `ignore`"
+            reading.wrong(cells["name"].span, f"'{name}'{INVALID_NAME}", hint)
         return None
     turn = (Fraction(0), Fraction(0), yaw[0])
     number = number_of(cells["friction"].text.strip()) if "friction" in cells else None

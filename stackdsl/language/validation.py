@@ -264,6 +264,12 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     )
 
 
+SYNONYMS: Final = {
+    **dict.fromkeys(("pull", "take", "pull_out"), "remove"),
+    **dict.fromkeys(("hit", "shoot", "ball"), "throw"),
+    **dict.fromkeys(("weight",), "mass"),
+    **dict.fromkeys(("courses", "layers", "rows", "storeys"), "levels"),
+}  # words of new users for keys
 ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diameter")
 ROUND_BODIES: Final = "round bodies are not modelled; write a `prism` or `solid` with many faces, which does not roll"
 
@@ -275,6 +281,8 @@ def _known_key(key: str, path: KeyPath) -> str:
     if key in ROUND:
         return ROUND_BODIES
     siblings = keys_at(path)
+    if SYNONYMS.get(key) in siblings:
+        return f"write `{SYNONYMS[key]}`"
     parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
     return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
 

@@ -12,6 +12,7 @@ from stackdsl.language.claims.claim_kind import ClaimKind, Count, claim
 from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, placed, remaining, within
 from stackdsl.language.model_base import ExactlyOneKey
 from stackdsl.trace import BrickState, Trace
+from stackdsl.wording import how_many
 
 
 @claim("falls", "names or number of the bricks that fall")
@@ -63,7 +64,7 @@ class Falls(ExactlyOneKey, ClaimKind):
         fallen = self._fallen(trace)
         measured = f"{names_text(fallen, among=dict(remaining(trace)))} fell" if fallen else "nothing fell"
         if self.count is not None:
-            return within(self.count, len(fallen), "bricks", f"{len(fallen)} bricks fell")
+            return within(self.count, len(fallen), "bricks", f"{how_many(len(fallen), 'brick')} fell")
         wrong = set(fallen).symmetric_difference(self.bricks or ())
         return ClaimResult(measured, -float(len(wrong)), "bricks", passed=not wrong)
 

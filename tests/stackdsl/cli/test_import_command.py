@@ -76,7 +76,7 @@ def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    assert "if it is the name, write 'name'; to ignore it, write ignore: ['ID']" in asked.err
+    assert "if it is the name, write 'name'; to ignore it, write --ignore ID" in asked.err
     assert "if it is the mass, write 'mass [its unit]'" in asked.err
     assert "if it is the width, write 'width [mm]'" in asked.err
 
