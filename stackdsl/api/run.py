@@ -16,6 +16,7 @@ from stackdsl.api.python_remedies import in_python
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import CELL, Written, copied, spans_of
 from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.compiler.checks import requirements_of
@@ -26,6 +27,7 @@ from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.report.diagnostics import diagnostic_text
+from stackdsl.report.text import cause_text
 from stackdsl.results import ClaimOutcome, GoldenResult
 from stackdsl.trace import BrickTrack, Event, Trace
 
@@ -171,9 +173,10 @@ class Run(Displayed):
         return self.table().to_polars()
 
     def __repr__(self) -> str:
-        """Return the failed expectations, or the verdict, which pytest shows where an assertion fails."""
+        """Return the failed expectations and their cause, or the verdict; pytest shows it where an assertion fails."""
         failed = "; ".join(map(repr, (outcome for outcome in self.outcomes if not outcome.passed)))
-        return f"<Run of {self.case.name}: {failed or self.verdict}>"
+        cause = f", because {why}" if failed and (why := cause_text(failure_cause_of(self.case, self.trace))) else ""
+        return f"<Run of {self.case.name}: {failed or self.verdict}{cause}>"
 
 
 @display_of.register

@@ -241,7 +241,7 @@ def reject(context: click.Context, keyword: str) -> None:
             write(f"rejected: {visible(pending.golden)} is unchanged")
 
 
-@golden_command.command("prune")
+@golden_command.command("prune", cls=ExplainedCommand)
 @click.option("--dry-run", is_flag=True, help="List the files without removing them.")
 @click.pass_context
 def prune(context: click.Context, dry_run: bool) -> None:
