@@ -270,8 +270,10 @@ function answered(shown: Run[], marks: Map<string, string[]> | undefined, heard:
   if (marks) {
     const count = [...marks.values()].flat().length;
     const of = [...marks].slice(0, 3).map(([name, texts]): [string, string] => [name, texts[0]]);
-    const status = answer.status === "failed" ? "failed" : "differs";
-    return { ...answer, status, image: undefined, headline: `Golden differs in ${howMany(count, "value")}`, lead: of, facts: [...[...marks].flatMap(([name, texts]) => texts.map((text): [string, string] => [name, text])), ...answer.facts] };
+    const failed = answer.status === "failed";  // a claim that fails comes before the golden file
+    const differs = `Golden differs in ${howMany(count, "value")}`;
+    const told = failed ? { headline: `${answer.headline}; ${differs[0].toLowerCase()}${differs.slice(1)}`, lead: answer.lead } : { headline: differs, lead: of };
+    return { ...answer, status: failed ? "failed" : "differs", image: undefined, ...told, facts: [...[...marks].flatMap(([name, texts]) => texts.map((text): [string, string] => [name, text])), ...answer.facts] };
   }
   const other = answerOf(shown[1]);
   const [mine, its] = shortNames(shown);
