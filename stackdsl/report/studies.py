@@ -745,7 +745,8 @@ def _order_answer(order: BuildingOrder, interrupted: bool) -> str:
     if order.without is not None and order.without.order is not None:
         return f"all {len(order.steps)} bricks can be set down one at a time, without props"
     count, least = len(order.props), order.props_at_least
-    told = ["the fewest, proven" if least == count else f"at least {least} are needed, proven"] if least else []
+    fewer = f"at least {least} are needed, proven; a larger --most may find fewer than {count}"
+    told = ["the fewest, proven" if least == count else fewer] if least else []
     proven = order.without is not None and order.without.impossible
     told.append("no order without props exists, proven" if proven else "no order without props was found")
     what = "props so far" if interrupted else "props"
@@ -765,4 +766,5 @@ def _steps(order: BuildingOrder) -> Iterator[str]:
     for step, bricks, done in rows:
         last = step + len(bricks) - 1
         number = f"{step} to {last}" if last > step else f"{step}"
-        yield f"  {number:>{STEPS}}  {', '.join(bricks)}" + (f"  {done}" if done else "")
+        gap = "; " if done.startswith("then") else "  "
+        yield f"  {number:>{STEPS}}  {', '.join(bricks)}{gap}{done}".rstrip()
