@@ -266,7 +266,7 @@ def test_picture_reports_the_error_of_ffmpeg(
     program = tmp_path_factory.mktemp("bin") / "ffmpeg"
     program.write_text("#!/bin/sh\necho no encoder here >&2\nexit 1\n", encoding="utf-8")
     program.chmod(0o755)
-    result = stackdsl("picture", "soon.yaml", "-o", "a.mp4", PATH=str(program.parent))
+    result = stackdsl("picture", "soon.yaml", "-o", "a.mp4", "--slower", "10", PATH=str(program.parent))
     assert result.code == 4
     assert "failed to write the film: no encoder here" in result.err
     assert not (falls / "a.mp4").exists()

@@ -124,8 +124,8 @@ def test_where_it_landed_is_known_once_the_ground_has_taken_all_but_a_hundredth_
 
 
 def test_a_claim_that_failed_already_is_not_open_while_bricks_move() -> None:
-    assert outcome("falls: {count: 2}", MOVING).measured.startswith("1 bricks fell; still moving")
-    assert outcome("falls: {count: 0}", MOVING).measured == "1 bricks fell"  # it will not be less
+    assert outcome("falls: {count: 2}", MOVING).measured.startswith("1 brick fell; still moving")
+    assert outcome("falls: {count: 0}", MOVING).measured == "1 brick fell"  # it will not be less
 
 
 # --- what moves -------------------------------------------------------------------------------------------------------

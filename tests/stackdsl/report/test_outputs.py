@@ -117,7 +117,7 @@ def test_no_data_on_the_output_are_a_command_and_they_are_what_they_were(stackds
     write(tmp_path, GOOD.replace("levels: 3", "levels: ${x}"), name)
     junit, read = (stackdsl("check", name, "--format", form).out for form in ("junit", "json"))
     assert commands_in(junit) == commands_in(read) == []
-    assert [case.get("name") for case in ET.fromstring(junit).iter("testcase")] == [f"{name}:3:23"]
+    assert [case.get("name") for case in ET.fromstring(junit).iter("testcase")] == [f"{name}:3:22"]
     assert json.loads(read)["diagnostics"][0]["span"]["file"] == name
     write(tmp_path, GOOD, "::e.yaml")
     table = stackdsl("check", "::e.yaml", "--format", "csv").out
