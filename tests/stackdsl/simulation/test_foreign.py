@@ -157,8 +157,8 @@ BROKEN = {
     "ModuleNotFoundError: No module named 'no_such_module'",
     "unnamed = example_engine:NOTHING": "'unnamed' of broken cannot be loaded from example_engine:NOTHING: "
     "AttributeError: module 'example_engine' has no attribute 'NOTHING'",
-    "typed = example_engine:ExampleWorld": "'typed' of broken cannot be used: example_engine:ExampleWorld is of type type, "
-    "but must be a stackdsl.simulation.systems.System",
+    "typed = example_engine:ExampleWorld": "'typed' of broken cannot be used: example_engine:ExampleWorld is of type "
+    "type, but must be a stackdsl.simulation.systems.System",
     "other = example_engine:EXAMPLE": "'other' of broken cannot be used: its name is 'example', but must be the "
     "name of its entry point in stackdsl.systems",
     "tuned = example_engine:EXAMPLE\nmine = example_engine:EXAMPLE": "broken offers a system with the name 'tuned', "
