@@ -163,7 +163,9 @@ def _as_options(hint: str) -> str:
             return " ".join(f"--{name} {shlex.quote(value)}" for name, value in pairs)
         if key not in OPTIONS:
             return match[0]
-        value = (match["value"] or "").removeprefix("['").removesuffix("']")
+        if key == "ignore" and match["value"]:
+            return " ".join(f"--ignore {shlex.quote(name)}" for name in re.findall(r"'([^']*)'", match["value"]))
+        value = match["value"] or ""
         return f"--{key} {shlex.quote(value)}" if value else f"--{key}"
 
     return KEY.sub(option, hint)

@@ -189,14 +189,17 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
         return {}
     columns: dict[str, _Column] = {}
     without_unit: list[tuple[str, Span]] = []
+    unsupported: dict[str, re.Match[str] | None] = {}
     before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
     for header, span in headers.items():
         match = _HEADER.fullmatch(header)
         name = match["name"].lower() if match else ""
-        if match is None or name not in COLUMNS or header in reading.ignored:
-            reading.skip(header, _header_span(reading, header, span), harmless=False, advice=_advice(header, match))
+        if header in reading.ignored:
+            reading.skip(header, span, harmless=False)
+        elif match is None or name not in COLUMNS:
+            unsupported[header] = match
         elif name in columns:
             reading.wrong(span, f"both '{columns[name].header}' and '{header}' specify the {name}", "keep one of them")
         else:
@@ -208,6 +211,7 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
             unit = _unit(reading, name, written, _header_span(reading, header, span))
             if unit is not None:
                 columns[name] = _Column(name, header, unit)
+    _refuse_unsupported(reading, unsupported, headers)
     if without_unit:
         names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
         plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
@@ -221,13 +225,34 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
     return {} if missing or wrong else columns
 
 
-def _advice(header: str, match: re.Match[str] | None) -> str:
-    """Return advice to rename a header that probably means a known column; "" for any other header."""
-    if not (name := likely_column(header)):
-        return ""
-    unit = "" if match is None else (match["a"] or match["b"] or "").strip()
-    suggestion = name if name in BARE else f"{name} [{unit}]" if unit else f"{name} [its unit]"
-    return f"if it is the {name}, write '{suggestion}'"
+def _refuse_unsupported(
+    reading: LoadReading, unsupported: Mapping[str, re.Match[str] | None], spans: Mapping[str, Span]
+) -> None:
+    """Report all headers of no known column together, with the columns that they probably mean."""
+    if not unsupported:
+        return
+    headers = list(unsupported)
+    meant = {header: name for header in headers if (name := likely_column(header))}
+    if len(headers) == 1:
+        (header,) = headers
+        advice = f"if it is the {meant[header]}, write '{_rewritten(header, unsupported)}'" if meant else ""
+        reading.skip(header, _header_span(reading, header, spans[header]), harmless=False, advice=advice)
+        return
+    others = [header for header in headers if header not in meant] or headers
+    hints = [f"'{_rewritten(header, unsupported)}' for '{header}'" for header in meant]
+    told = [f"write {', '.join(hints)}"] if hints else []
+    told.append(f"to ignore columns, write `ignore: [{', '.join(map(repr, others))}]`")
+    message = f"the columns {', '.join(map(repr, headers))} are not supported"
+    reading.undetermined(_header_span(reading, headers[0], spans[headers[0]]), message, "; ".join(told))
+
+
+def _rewritten(header: str, unsupported: Mapping[str, re.Match[str] | None]) -> str:
+    """Return the header of the column that a header probably means, with its unit."""
+    name, match = likely_column(header), unsupported[header]
+    written = "" if match is None else (match["a"] or match["b"] or "").strip()
+    if not written and (ending := re.search(r"_(mm|cm|m|g|kg|t|deg)$", header)):
+        written = ending[1]
+    return name if name in BARE else f"{name} [{written}]" if written else f"{name} [its unit]"
 
 
 def _header_span(reading: LoadReading, header: str, span: Span) -> Span:

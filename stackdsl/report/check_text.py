@@ -446,6 +446,9 @@ def _differences(result: VariantResult, width: int) -> Block:
     return [head, *map(line, [*told, f"  {'decide':<{LABEL}}stackdsl golden review"])]
 
 
+UNWRITABLE = "cannot be written"  # in the note on a golden file that no option would write
+
+
 def _golden_files(report: Report) -> Iterator[str]:
     """Yield pending work on golden files, with the command for it."""
     goldens = [result.golden for result in report.results if result.golden is not None]
@@ -460,7 +463,7 @@ def _golden_files(report: Report) -> Iterator[str]:
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
         what = "1 of these results fails" if failing == 1 else f"{failing} of these results fail"
         yield f"{what} expectations; only --update --accept-failing would accept {'it' if failing == 1 else 'them'}"
-    if report.accept:
+    if report.accept and not any(UNWRITABLE in (golden.note or "") for golden in goldens):
         others, unused = " the others" * bool(failing), ", and remove obsolete files," * bool(report.obsolete)
         yield f"accept{others}{unused} with: {report.accept}"
 

@@ -76,9 +76,9 @@ def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    assert "if it is the name, write 'name'; to ignore it, write --ignore ID" in asked.err
-    assert "if it is the mass, write 'mass [its unit]'" in asked.err
-    assert "if it is the width, write 'width [mm]'" in asked.err
+    meant = "write 'name' for 'ID', 'width [mm]' for 'widht [mm]', 'mass [its unit]' for 'weight'; to ignore columns, "
+    assert meant in asked.err
+    assert "write --ignore ID --ignore 'widht [mm]' --ignore weight" in asked.err
 
 
 def test_a_file_that_is_wrong_is_told_in_its_place(stackdsl: Stackdsl, tmp_path: Path) -> None:

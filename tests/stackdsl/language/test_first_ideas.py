@@ -60,3 +60,12 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
         "set --point corner or --point centre"
         in stackdsl("import", "cartons.csv", "--length", "mm", "--mass", "kg").err
     )
+
+
+def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    header = "SSCC,L_mm,W_mm,H_mm,weight_kg,pos_x,pos_y,pos_z\n"
+    write(tmp_path, header + "003001,400,300,200,5,0,0,0\n" * 3, "wms.csv")
+    told = stackdsl("import", "wms.csv", "--point", "corner")
+    assert told.err.count("SD115") == 1
+    assert "write 'length [mm]' for 'L_mm', 'width [mm]' for 'W_mm'" in told.err
+    assert "to ignore columns, write --ignore SSCC" in told.err
