@@ -1,6 +1,7 @@
 """`stackdsl explain`, `schema` and `completion`."""
 
 import os
+import re
 from itertools import groupby
 from pathlib import Path
 
@@ -14,8 +15,11 @@ from stackdsl.cli.options import ON_KEYWORD, ON_SYSTEMS, FilePath, code_without_
 from stackdsl.cli.terminal import paper, staged, write
 from stackdsl.diagnostics import did_you_mean
 from stackdsl.exits import ExitCode
-from stackdsl.report.diagnostics import CODE, code_text, entries
+from stackdsl.report.diagnostics import code_text, entries
 from stackdsl.report.statics import Extent, explanation_text
+
+LIKE_CODE = re.compile(r"SD[0-9]+")
+
 
 # `stackdsl explain`: prints a compiled scenario with its proofs, or the meaning of a diagnostic code.
 
@@ -40,7 +44,7 @@ def explain_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     times: bool,
 ) -> None:
     """Print the compiled scenario in FILE with its proofs, or the meaning of a CODE such as SD104."""
-    if CODE.fullmatch(str(file).upper()) and not os.path.exists(file):
+    if LIKE_CODE.fullmatch(str(file).upper()) and not os.path.exists(file):
         write(_meaning(str(file).upper()))
         return
     gathered, selected = selected_of(file, Selection(systems, keyword))

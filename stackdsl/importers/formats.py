@@ -74,6 +74,9 @@ def read_load(data: bytes, file: str, options: Import, read_file: Callable[[str]
 def _format_of(reading: LoadReading) -> Format:
     """Detect the format of a file. Raises UnreadableLoadError unless exactly one format fits."""
     text = "\n".join(reading.page.lines).lstrip()
+    if text.startswith("scenario:"):
+        reading.wrong(reading.page.span(0, 0), "the file is a scenario already", "run `stackdsl check` on it")
+        raise UnreadableLoadError(reading.mistakes)
     if text.startswith("["):
         return "table"
     if text.startswith("{"):

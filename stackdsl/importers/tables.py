@@ -211,7 +211,8 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
             unit = _unit(reading, name, written, _header_span(reading, header, span))
             if unit is not None:
                 columns[name] = _Column(name, header, unit)
-    _refuse_unsupported(reading, unsupported, headers)
+    known = {*columns, *(name for name, _ in without_unit)}
+    _refuse_unsupported(reading, unsupported, headers, [name for name in NEEDED if name not in known])
     if without_unit:
         names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
         plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
@@ -226,7 +227,10 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
 
 
 def _refuse_unsupported(
-    reading: LoadReading, unsupported: Mapping[str, re.Match[str] | None], spans: Mapping[str, Span]
+    reading: LoadReading,
+    unsupported: Mapping[str, re.Match[str] | None],
+    spans: Mapping[str, Span],
+    missing: Sequence[str],
 ) -> None:
     """Report all headers of no known column together, with the columns that they probably mean."""
     if not unsupported:
@@ -241,6 +245,8 @@ def _refuse_unsupported(
     others = [header for header in headers if header not in meant] or headers
     hints = [f"'{_rewritten(header, unsupported)}' for '{header}'" for header in meant]
     told = [f"write {', '.join(hints)}"] if hints else []
+    unknown = [f"`{name}`" for name in missing if name not in meant.values()]
+    told += [f"the table {'also ' * bool(hints)}needs {', '.join(unknown)}"] if unknown else []
     told.append(f"to ignore columns, write `ignore: [{', '.join(map(repr, others))}]`")
     message = f"the columns {', '.join(map(repr, headers))} are not supported"
     reading.undetermined(_header_span(reading, headers[0], spans[headers[0]]), message, "; ".join(told))
