@@ -14,7 +14,8 @@ _BADGE: Final = "color: #ffffff; padding: 1px 8px; border-radius: 4px; white-spa
 _GRID: Final = "display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: 2px 16px; margin-top: 4px"
 _TEXT: Final = "overflow-wrap: anywhere"
 _ALIGNED: Final = (
-    "margin: 4px 0 0; white-space: pre-wrap; word-break: normal; overflow-wrap: anywhere; line-height: 1.4"
+    "margin: 4px 0 0; white-space: pre-wrap; word-break: normal; overflow-wrap: anywhere; line-height: 1.4; "
+    "font-family: var(--jp-code-font-family, ui-monospace, monospace)"
 )
 
 

@@ -152,6 +152,10 @@ class ClaimOutcome(Displayed):
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
 
+    def __bool__(self) -> bool:
+        """Return whether the claim holds, so that `assert run.judge(claim)` fails if it does not."""
+        return self.passed
+
     def __repr__(self) -> str:
         """Return expected and measured value, which pytest shows where an assertion fails."""
         word = "passed" if self.passed else "failed"

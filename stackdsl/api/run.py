@@ -1,5 +1,6 @@
 """The run of a case: its outcomes, arrays and tables, and the comparison with its golden file."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -51,6 +52,10 @@ class NotMeasuredError(LookupError):
     """A claim needs a measurement that this run does not have."""
 
 
+class UncheckedWarning(UserWarning):
+    """A run without expectations is asked whether it passed."""
+
+
 class Run(Displayed):
     """One case and its trace."""
 
@@ -76,7 +81,11 @@ class Run(Displayed):
 
     @property
     def passed(self) -> bool:
-        """Return whether every expectation holds."""
+        """Return whether every expectation holds; warn if there is none, since nothing is checked then."""
+        if not self.outcomes:
+            warnings.warn(
+                f"{self.case.name} has no expectations, so nothing is checked", UncheckedWarning, stacklevel=2
+            )
         return all(outcome.passed for outcome in self.outcomes)
 
     def judge(self, claim: Written) -> ClaimOutcome:

@@ -202,6 +202,8 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
         raise click.UsageError(f"{key}: {mistake.message}; {mistake.hint}") from mistake
     value = float(amount.magnitude)
     if unit_text(amount) != intensity.unit and value != 0.0:
+        if not unit_text(amount):
+            raise click.UsageError(f"{key}: {text} has no unit; write, for example, '{text} {intensity.shown_unit}'")
         wanted = f"a quantity in {intensity.unit}" if intensity.unit else "a number"
         wanted += ", in units of g" if intensity.kind is IntensityKind.ACCELERATION else ""
         raise click.UsageError(f"{key}: {text} has the wrong unit: {intensity.name} is {wanted}")

@@ -1,7 +1,8 @@
 """`stackdsl run`: plays one file and prints its events as they happen."""
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from io import BytesIO
@@ -26,7 +27,7 @@ from stackdsl.report.warnings import ensemble_lines
 from stackdsl.results import Report, VariantResult, exit_code
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
-from stackdsl.simulation.known_systems import unplayable
+from stackdsl.simulation.known_systems import KNOWN, unplayable
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
 from stackdsl.trace import Event, Trace
@@ -358,7 +359,8 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
             for text in lines.after(event):
                 write_wrapped(text)
 
-        trace = play_case(case.timeline, case.system, may_stop, told, recorder)
+        with _blaming_other_packages(case):
+            trace = play_case(case.timeline, case.system, may_stop, told, recorder)
         for text in lines.rest():
             write_wrapped(text)
     except BlockedPlacementError as error:
@@ -370,6 +372,21 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result
+
+
+@contextmanager
+def _blaming_other_packages(case: Case) -> Iterator[None]:
+    """Report an exception in the engine of another package as an error of that package."""
+    try:
+        yield
+    except BlockedPlacementError:
+        raise
+    except Exception as error:
+        if case.system in KNOWN or "STACKDSL_DEBUG" in os.environ:
+            raise
+        what = f"the engine of '{case.system}', which comes from another package, failed"
+        told_by = f"{type(error).__name__}: {error}; set STACKDSL_DEBUG=1 to get the traceback"
+        raise click.ClickException(f"{case.name}: {what}: {told_by}") from error
 
 
 def _sampled(case: Case) -> VariantResult:

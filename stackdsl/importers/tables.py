@@ -47,6 +47,8 @@ INVALID_NAME: Final = " is not a valid name"
 def likely_column(header: str) -> str:
     """Return the column that a header probably means; "" if none."""
     word = re.sub(r"[^a-z]", "", UNIT.sub("", header.strip()).lower())
+    if "weight" in word:  # gross or net, of an article or a unit
+        return "mass"
     synonym = next((column for column, words in LIKE.items() if word in words), "")
     return synonym or meant_choice(word, [column for column in LIKE if len(column) > 1])
 

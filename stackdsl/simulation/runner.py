@@ -357,7 +357,8 @@ class _Run:
 
     def _building(self) -> bool:
         """Return whether the last action was part of the build."""
-        return any(self.watch.bricks[brick].placement.builds for brick in self.log.last_placed())
+        placed = self.log.last_placed()
+        return bool(placed) and all(self.watch.bricks[brick].placement.builds for brick in placed)
 
     def trace(self, wall_time: float) -> Trace:
         """Return the trace of the finished run."""

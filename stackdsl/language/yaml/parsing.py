@@ -304,6 +304,7 @@ MAX_VALUES: Final = 100_000  # written in one file; bounds the memory for spans 
 MAX_MISTAKES: Final = 1000  # reported for one file
 ANCHORS_COMPARED: Final = 20  # anchors compared with a misspelt alias; all of a hostile file would take minutes
 
+IMPORTED: Final = (".csv", ".obj", ".urdf", ".xml", ".tsv", ".txt")  # files of other programs
 BEGIN: Final = "begin with `scenario: NAME`"
 NO_MAPPING: Final = "a scenario must be a mapping of keys to values, but this document is "
 
@@ -375,6 +376,8 @@ def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
         return None
     if isinstance(root, yaml.ScalarEvent):
         hint = "put a space after the colon" if ":" in root.value else BEGIN
+        if reading.page.file.lower().endswith(IMPORTED):
+            hint = "convert it first, with `stackdsl import`"
         reading.report("SD004", _span(reading.page, root), NO_MAPPING + "a single value", hint)
         return None
     node = _node(reading, root, 0, None)

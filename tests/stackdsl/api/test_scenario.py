@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stackdsl.api import claims, impacts, layouts
-from stackdsl.api.run import NotMeasuredError, ScenarioError, play
+from stackdsl.api.run import NotMeasuredError, ScenarioError, UncheckedWarning, play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
 from stackdsl.api.written import Written
@@ -179,3 +179,13 @@ def test_a_brick_may_come_from_a_file_beside_the_calling_one() -> None:
     built = [bricks([brick(name="cut", brick=stone, on="ground")])]
     run = Scenario("stone", build=built, expect=[claims.stands("all")]).play()
     assert [outcome.passed for outcome in run.outcomes] == [True]
+
+
+def test_a_claim_that_fails_is_false_and_a_run_without_claims_is_told_to_be_unchecked() -> None:
+    falls = layouts.column(levels=10, step="14 mm")
+    run = Scenario("claimed", build=[falls], expect=[claims.stands("all")]).play()
+    assert not run.judge(claims.stands("all"))
+    assert run.judge(claims.collapses("any"))
+    assert "because L2.1 to L10.1 (9 bricks) tip over L1.1" in repr(run)
+    with pytest.warns(UncheckedWarning, match=r"bare\[exact\] has no expectations, so nothing is checked"):
+        assert Scenario("bare", build=[falls]).play().passed
