@@ -18,7 +18,7 @@ from stackdsl.exits import ExitCode
 from stackdsl.report.diagnostics import code_text, entries
 from stackdsl.report.statics import Extent, explanation_text
 
-LIKE_CODE = re.compile(r"SD[0-9]+")
+LIKE_CODE = re.compile(r"SD[0-9]{1,4}")
 
 
 # `stackdsl explain`: prints a compiled scenario with its proofs, or the meaning of a diagnostic code.
