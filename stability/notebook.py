@@ -21,7 +21,7 @@ _ALIGNED: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """What a notebook shows of a value."""
+    """The text of a value in a notebook: title, status and lines."""
 
     title: str
     lines: Sequence[tuple[str, str]] = ()  # label and text

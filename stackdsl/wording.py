@@ -11,7 +11,6 @@ from stability.name_order import MOST_NAMES
 
 MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
-AXES_BY_ANGLE: Final = {0.0: "+x", 90.0: "+y", 180.0: "-x", 270.0: "-y"}  # [deg]
 
 Name = TypeVar("Name")
 
@@ -55,16 +54,9 @@ def survived_text(value: float) -> str:
     return rounded_down(float(f"{value:.5g}"))
 
 
-def mass_text(mass: float, digits: int = 4) -> str:
+def mass_text(mass: float) -> str:
     """Format a mass [kg] in grams or kilograms: `522 g`, `7.1 kg`."""
-    return f"{mass:.{digits}g} kg" if mass >= 1.0 else f"{GRAMS * mass:.{digits}g} g"
-
-
-def towards_text(bearing: float) -> str:
-    """Format a bearing [rad], counted from +x towards +y: `270 deg (-y)`."""
-    angle = round(degrees(bearing), 1) % 360.0
-    axis = AXES_BY_ANGLE.get(angle)
-    return f"{angle:g} deg" + (f" ({axis})" if axis else "")
+    return f"{mass:.4g} kg" if mass >= 1.0 else f"{GRAMS * mass:.4g} g"
 
 
 def weakest_text(weakest: Weakest) -> str:

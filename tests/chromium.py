@@ -129,7 +129,7 @@ def settle(browser: "Chrome") -> None:
 
 
 def complaints(browser: "Chrome") -> list[str]:
-    """What the console of the browser has said of the page since it was last asked; not that software draws slowly."""
+    """Return the new messages in the console of the browser, without warnings that software draws slowly."""
     messages = [str(entry["message"]) for entry in browser.get_log("browser")]  # type: ignore[no-untyped-call]
     return [message for message in messages if "GPU stall due to ReadPixels" not in message]
 

@@ -76,7 +76,7 @@ export function buildOf(runs: Run[], end: number): Build | undefined {
   const events = played.flatMap((run) => run.told.events);
   const odd = played.flatMap((run) => run.told.events.filter((event) => !ORDINARY.has(event.kind) || isThrown(run, event)));
   const happens = Math.min(...odd.map((event) => event.time), ...played.map((run) => run.told.fall?.time ?? Infinity));
-  // What is done last before something happens may be its cause, and is none of the build.
+  // The last action before an event may be its cause, so it is not joined with the build.
   const cause = Math.max(...events.filter((event) => event.kind in ICONS && event.time <= happens + SAME).map((event) => event.time));
   const placed = played.reduce<Told[]>((most, run) => {
     const its = run.told.events.filter((event) => builds(run, event) && event.time < cause - SAME);

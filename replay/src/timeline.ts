@@ -69,7 +69,7 @@ export class Timeline {
     return this.pace.back(this.pace.of(time) + by);
   }
 
-  // How many times as fast as the speed that is chosen it plays at a time.
+  // Factor on the chosen speed at a time.
   fasterAt(time: number): number {
     return this.build && time < this.build.end ? this.build.end / this.pace.of(this.build.end) : 1;
   }

@@ -71,7 +71,7 @@ export class Viewer {
     this.over.className = "over";
   }
 
-  // Whether bricks can be drawn.
+  // True if the browser can draw bricks.
   get draws(): boolean {
     return this.renderer !== undefined;
   }

@@ -46,7 +46,7 @@ export function names(run: Run, bricks: number[], time: number): string {
   return `${sorted.slice(0, MOST - 1).map((brick) => name[brick]).join(", ")} and ${sorted.length - MOST + 1} more`;
 }
 
-// Whether a brick is set in motion rather than set down.
+// True for a brick that is thrown or dropped rather than set down.
 export function isThrown(run: Run, event: Told): boolean {
   return event.kind === "placed" && event.bricks.length > 0 && event.bricks.every((brick) => run.told.bricks.thrown[brick]);
 }

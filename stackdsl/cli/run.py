@@ -379,7 +379,7 @@ def _blaming_other_packages(case: Case) -> Iterator[None]:
     """Report an exception in the engine of another package as an error of that package."""
     try:
         yield
-    except BlockedPlacementError:
+    except (BlockedPlacementError, click.ClickException):
         raise
     except Exception as error:
         if case.system in KNOWN or "STACKDSL_DEBUG" in os.environ:

@@ -266,7 +266,7 @@ def _explain(detail: ErrorDetails) -> _Explanation:
 
 SYNONYMS: Final = {
     **dict.fromkeys(("pull", "take", "pull_out"), "remove"),
-    **dict.fromkeys(("hit", "shoot", "ball"), "throw"),
+    **dict.fromkeys(("hit", "shoot"), "throw"),
     **dict.fromkeys(("weight",), "mass"),
     **dict.fromkeys(("courses", "layers", "rows", "storeys"), "levels"),
 }  # words of new users for keys

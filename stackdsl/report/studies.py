@@ -16,12 +16,13 @@ from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
 from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json
 from stackdsl.report.study_table import StudyTable, rows_within
+from stackdsl.report.text import bearing_text
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from stackdsl.timeline import Timeline, leaves_to_engine
-from stackdsl.wording import how_many, rounded_down, rounded_up, survived_text, towards_text
+from stackdsl.wording import how_many, rounded_down, rounded_up, survived_text
 
 if TYPE_CHECKING:  # these import scipy
     from stackdsl.judging.statistics import Interval
@@ -456,7 +457,7 @@ def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
     """Yield bearings, survived accelerations and failure: the weakest bearing first, then the others by failure."""
     if survival.weakest is not None:
         first = survival.weakest
-        yield towards_text(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(first.gives_way)
+        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(first.gives_way)
     ways: dict[str, list[list[BearingSurvival]]] = {}
     for run in _alike(survival.along):
         ways.setdefault(_in_short(run[0].gives_way), []).append(run)
@@ -488,6 +489,12 @@ def _span(rows: Sequence[BearingSurvival]) -> str:
 def _range(values: Sequence[float]) -> str:
     least, most = survived_text(min(values)), "any" if max(values) == inf else survived_text(max(values))
     return least if least == most else f"{least} to {most}"
+
+
+def _towards(bearing: float) -> str:
+    """Format a bearing [rad], with the axis along which it points: `270 deg (-y)`."""
+    angle, name = f"{round(degrees(bearing), 1) % 360.0:g} deg", bearing_text(bearing)
+    return angle if name.endswith("deg") else f"{angle} ({name})"
 
 
 def _in_short(gives_way: str) -> str:

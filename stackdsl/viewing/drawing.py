@@ -575,7 +575,7 @@ AROUND, STILL = 0.05, 1e-4  # a simulated brick stands if it moves by less [m] i
 
 
 class Overlay(Flag):
-    """What is drawn over bricks."""
+    """Marks that are drawn over bricks."""
 
     FORCES = auto()  # of the proof that holds
     NAMES = auto()

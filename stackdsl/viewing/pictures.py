@@ -289,7 +289,7 @@ def wrapped(text: str, width: float) -> list[str]:
     return lines
 
 
-# What happens, in the words below a panel.
+# Captions of panels: the events before the time of a panel, in words.
 
 
 PHRASES: Final = (  # by importance

@@ -312,8 +312,8 @@ def page_of(runs: Sequence[str], title: str, live: bool = False, stills: Sequenc
     )
 
 
-# What a page shows without JavaScript: the verdict in words, and a drawing of the end. Without WebGL, the program takes
-# the drawing from there.
+# The page without JavaScript: the verdict in words, and a drawing of the end. The program shows the same drawing where
+# the browser has no WebGL.
 
 
 MOST_DRAWN: Final = 200  # bricks of a drawing, which takes 0.3 kB and a millisecond for each

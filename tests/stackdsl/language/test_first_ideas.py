@@ -1,4 +1,4 @@
-"""What a new user writes first, and the form that the message names."""
+"""Messages on first attempts of a new user name the form to write."""
 
 from pathlib import Path
 

@@ -1,7 +1,8 @@
 """A live page in a real browser: what is saved is seen, and a mistake is told as text beside the last good picture."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,18 @@ def preview_of(levels: int) -> str:
 
 def text_of(page: "Chrome", place: str) -> str:
     return str(page.execute_script(f"return document.querySelector({json.dumps(place)}).textContent"))
+
+
+@contextmanager
+def live_page_of_a_standing_column(browser: "Chrome") -> Iterator[RunPage]:
+    """Open the live page of a column of five planks, which is proven to stand."""
+    with showing(OnePage(live_page("scene.yaml"))) as served:
+        page = RunPage(served)
+        page.expect(1)
+        saved(page, 5)
+        browser.get(served.url)
+        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+        yield page
 
 
 def test_a_served_folder_runs_its_report_and_no_script_of_who_sent_it(browser: "Chrome", tmp_path: Path) -> None:
@@ -107,12 +120,7 @@ def test_the_weakest_brick_is_told_once_its_margins_are_known(
     monkeypatch.setattr("os.nice", lambda more: more)
     (case,), _ = cases_of(parse(COLUMN.format(levels=5), "scene.yaml"))
     weakest = "[...document.querySelectorAll('button')].find(b => b.textContent === 'Weakest')"
-    with showing(OnePage(live_page("scene.yaml"))) as served:
-        page = RunPage(served)
-        page.expect(1)
-        saved(page, 5)
-        browser.get(served.url)
-        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+    with live_page_of_a_standing_column(browser) as page:
         assert browser.execute_script(f"return {weakest}.disabled && !{weakest}.hidden")
         margins = margined(case)
         page.note(0, margins.lines, margins.weakest)
@@ -128,12 +136,7 @@ def test_the_weakest_brick_is_told_once_its_margins_are_known(
 
 def test_a_file_that_cannot_be_read_is_told_with_its_line_above_the_last_picture(browser: "Chrome") -> None:
     text = COLUMN.format(levels=5).replace("step:", "stp:")
-    with showing(OnePage(live_page("scene.yaml"))) as served:
-        page = RunPage(served)
-        page.expect(1)
-        saved(page, 5)
-        browser.get(served.url)
-        wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
+    with live_page_of_a_standing_column(browser) as page:
         page.show_file(text, [mistake_in(text)])
         wait_for(lambda: text_of(browser, "h1") == "Cannot read scene.yaml: unknown key 'stp'")
         assert "Still showing the last file that could be read." in text_of(browser, ".lead")
