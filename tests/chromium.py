@@ -135,7 +135,17 @@ def complaints(browser: "Chrome") -> list[str]:
 
 
 def wait_for(holds: Callable[[], object]) -> None:
+    """Wait until something holds; a page that is still being built may lack the element that is asked for."""
+    from selenium.common.exceptions import JavascriptException
+
+    def held() -> object:
+        try:
+            return holds()
+        except JavascriptException as error:
+            assert time.monotonic() < until, error.msg
+            return False
+
     until = time.monotonic() + LONGEST
-    while not holds():
+    while not held():
         assert time.monotonic() < until, "nothing happened"
         time.sleep(0.05)
