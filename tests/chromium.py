@@ -136,16 +136,13 @@ def complaints(browser: "Chrome") -> list[str]:
 
 def wait_for(holds: Callable[[], object]) -> None:
     """Wait until something holds; a page that is still being built may lack the element that is asked for."""
-    from selenium.common.exceptions import JavascriptException
-
-    def held() -> object:
+    not_yet = pytest.importorskip("selenium.common.exceptions").JavascriptException
+    until, met = time.monotonic() + LONGEST, None
+    while time.monotonic() < until:
         try:
-            return holds()
-        except JavascriptException as error:
-            assert time.monotonic() < until, error.msg
-            return False
-
-    until = time.monotonic() + LONGEST
-    while not held():
-        assert time.monotonic() < until, "nothing happened"
+            if holds():
+                return
+        except not_yet as error:
+            met = error
         time.sleep(0.05)
+    raise AssertionError("nothing happened") from met
