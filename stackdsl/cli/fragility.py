@@ -39,6 +39,14 @@ from stackdsl.viewing.plots import drawn_fragility as drawn_plot
 
 MOST_POINTS = 1000
 USUAL = 1000  # most samples at each point without --samples
+RANDOM = """so all runs would be the same. Add these lines:
+
+  samples: 1000
+  build:
+    - ...                          # a step of the file
+      jitter: {position: 1 mm}     # placement errors of this step
+  expect:
+    - stands: {share: '>= 95 %'} # in place of claims without a share"""
 AROUND = 4.0  # ratio of the ends of the default range to the value in the file
 
 
@@ -135,10 +143,8 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
     seen: set[str] = set()
     sampled = [case for case in cases if case.is_sampled]
     if cases and not sampled:
-        raise click.UsageError(
-            "no case has samples, so all runs would be the same; add `samples: 1000` to the scenario, and "
-            "`jitter: {position: 1 mm}` to a build step"
-        )
+        name = cases[0].scenario.scenario
+        raise click.UsageError(f"the scenario '{name}' has no samples and no random quantities, {RANDOM}")
     for case in sampled:
         try:
             intensity = intensity_of(asked.over, case.variant, case.timeline)

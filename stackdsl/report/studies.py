@@ -68,38 +68,60 @@ def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
 
 
 def half_text(fragility: "Fragility") -> str:
-    """Return the intensity at which half of the samples fall, or why there is none."""
-    over, unit = fragility.intensity.name, fragility.intensity.shown_unit
-    if fragility.half is not None:
-        return f"half of the samples fall at {over} {_number(fragility, fragility.half)} {unit}".rstrip()
+    """Return the intensity at which half of the samples fall, with its interval, or why there is none.
+
+    The lognormal curve gives it if it describes all samples; otherwise it follows from the points alone.
+    """
+    over, curve, sure = fragility.intensity.name, fragility.curve, f"{PERCENT * fragility.confidence:.6g} %"
+    half, bracket = fragility.half, fragility.bracket
+    if curve is not None and fragility.is_lognormal and not fragility.fell_built:
+        within = _between(fragility, curve.median_within)
+        return (
+            f"half of the samples fall at {over} {_quantity(fragility, curve.median)} ({within}; {sure}, lognormal fit)"
+        )
+    if fragility.intensity.is_shaking and half is not None and fragility.half_within is not None:
+        within = _between(fragility, fragility.half_within)
+        return f"half of the samples fall at {over} {_quantity(fragility, half)} ({within}; {sure}, order statistics)"
+    if bracket is not None:
+        low, high = (_quantity(fragility, point.value) for point in bracket)
+        at_low, at_high = (f"{PERCENT * p.within.low:.1f} to {PERCENT * p.within.high:.1f} %" for p in bracket)
+        within = f"{at_low} fall at {low}, {at_high} at {high}"
+        return f"half of the samples fall between {over} {low} and {high} ({within}; {sure}, Clopper-Pearson)"
     shares = [point.share for point in fragility.points if point.count > point.unknown]
     if not shares:
         return "no point is decided"
     least, most = (f"{PERCENT * share:.3g} %" for share in (min(shares), max(shares)))
     share = least if least == most else f"{least} to {most}"
-    if min(shares) < 0.5 < max(shares):  # noqa: PLR2004 -- half
-        return f"{share} fall in this range of {over}; more --points tell where half of them do"
     return f"{share} fall in this range of {over}, nowhere half of them"
 
 
 def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
     curve = fragility.curve
     if fragility.fell_built:
-        yield f"{how_many(fragility.fell_built, 'sample')} fell during the build; the curve describes the others"
+        counted = "the curve describes the others" if fragility.is_lognormal else "they count as fallen at each point"
+        yield f"{how_many(fragility.fell_built, 'sample')} fell during the build; {counted}"
     if curve is None:
         yield f"no lognormal curve: {fragility.no_curve}"
+    elif missed := fragility.missed:
+        where = ", ".join(_number(fragility, point.value) for point in missed)
+        count = f"{len(missed)} of {how_many(len(fragility.points), 'point')}"
+        yield f"no lognormal curve: the best fit misses the {sure} interval of {count}, at {where} {unit}".rstrip()
     else:
-        median, dispersion = _between(fragility, curve.median_within), _plain_interval(curve.dispersion_within)
         how = "" if curve.rises else ", decreasing: fewer samples fall at larger values"
+        median = ""
+        if fragility.fell_built:
+            median = f"half of the others fall at {_quantity(fragility, curve.median)} "
+            median += f"({_between(fragility, curve.median_within)}), "
         yield (
-            f"lognormal curve: median {_number(fragility, curve.median)} {unit}".rstrip()
-            + f" ({median}), dispersion {curve.dispersion:.3g} ({dispersion}){how}; {sure} confidence intervals"
+            f"lognormal curve: {median}dispersion {curve.dispersion:.3g} ({_plain_interval(curve.dispersion_within)})"
+            f"{how}; {sure} intervals"
         )
     if fragility.left_out:
         yield f"{fragility.left_out} undecided verdicts are left out of the curve"
-    if missed := fragility.missed:
-        where = ", ".join(_number(fragility, point.value) for point in missed)
-        yield f"the curve is outside the interval of {len(missed)} of {len(fragility.points)} points: {where}"
+
+
+def _quantity(fragility: "Fragility", value: float) -> str:
+    return f"{_number(fragility, value)} {fragility.intensity.shown_unit}".rstrip()
 
 
 def _number(fragility: "Fragility", value: float) -> str:
@@ -140,7 +162,7 @@ def fragility_table(curves: "Sequence[tuple[str, Fragility]]") -> StudyTable:
 
 def as_values(fragility: "Fragility") -> dict[str, Any]:
     """Return a fragility curve as plain values."""
-    curve = fragility.curve
+    curve, half_within = fragility.curve, fragility.half_within
     fitted = None
     if curve is not None:
         fitted = {
@@ -160,8 +182,10 @@ def as_values(fragility: "Fragility") -> dict[str, Any]:
             for point in fragility.points
         ],
         "lognormal": fitted,
+        "is_lognormal": fragility.is_lognormal,
         "no_lognormal": fragility.no_curve,
         "half": _rounded(fragility.intensity.shown(fragility.half)) if fragility.half is not None else None,
+        "half_within": half_within and [_rounded(fragility.intensity.shown(end)) for end in _ends(half_within)],
         "fell_built": fragility.fell_built,
         "left_out": fragility.left_out,
         "missed": [_rounded(fragility.intensity.shown(point.value)) for point in fragility.missed],

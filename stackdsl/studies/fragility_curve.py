@@ -8,7 +8,7 @@ from math import exp, inf, log, sqrt
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import chdtri, log_ndtr, ndtr, ndtri, stdtrit
+from scipy.special import bdtr, chdtri, log_ndtr, ndtr, ndtri, stdtrit
 
 from stability.geometry.rows import Array
 from stackdsl.judging.statistics import Interval, interval
@@ -30,6 +30,7 @@ ROUNDING = 1e-9  # of logarithms: samples that differ by less count as equal
 LEVEL = 1e-7  # of a slope in deviations: smaller than the effect of one sample in millions
 FEWEST_POINTS = 2
 STEEP = "and the points do not determine the slope; take closer points there"
+HALF = 0.5  # of the samples
 FEWEST = 3  # samples with known capacities, to estimate their dispersion
 
 
@@ -180,6 +181,7 @@ class Fragility:
     curve: Lognormal | None  # of the samples that stand once built
     no_curve: str  # reason why there is none
     half: float | None  # intensity at which half of the samples fall, by the points alone; None outside their range
+    half_within: Interval | None  # of `half`, without assuming a lognormal curve; None outside the range of the points
     seed: int
     confidence: float
     fell_built: int = 0  # samples that fell during the build, before they could be shaken
@@ -198,6 +200,19 @@ class Fragility:
         """The points whose interval the curve misses."""
         shares = ((point, self.share(point.value)) for point in self.points)
         return tuple(p for p, share in shares if share is not None and not p.within.low <= share <= p.within.high)
+
+    @property
+    def is_lognormal(self) -> bool:
+        """Whether the curve describes the points: it lies within the interval of each.
+
+        As a fit goes close to its points, a true lognormal misses one of 11 in only 4 % of 600 trials at 95 %.
+        """
+        return self.curve is not None and not self.missed
+
+    @property
+    def bracket(self) -> tuple["CurvePoint", "CurvePoint"] | None:
+        """The points between which half of the samples fall; None if no neighbours differ about that."""
+        return _bracket(self.points)
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +239,10 @@ def curve_of_outcomes(
         except UndeterminedError as error:
             why = _why(error, terms.intensity)
     unknown = sum(point.unknown for point in points)
-    return Fragility(terms.intensity, points, curve, why, _half(points), terms.seed, terms.confidence, left_out=unknown)
+    bracket = _bracket(points)
+    within = Interval(bracket[0].value, bracket[1].value) if bracket is not None else None
+    half = _half(points)
+    return Fragility(terms.intensity, points, curve, why, half, within, terms.seed, terms.confidence, left_out=unknown)
 
 
 def _why(error: UndeterminedError, intensity: Intensity) -> str:
@@ -259,7 +277,21 @@ def curve_of_capacities(
     fell = sum(each.outcome > 0 for each in capacities)
     half = _half_of(fell, middles.tolist(), len(capacities))
     left_out = len(capacities) - fell - len(known)
-    return Fragility(intensity, points, curve, why, half, terms.seed, terms.confidence, fell, left_out)
+    within = None if half is None else _half_within(intensity, capacities, terms.confidence)
+    return Fragility(intensity, points, curve, why, half, within, terms.seed, terms.confidence, fell, left_out)
+
+
+def _half_within(intensity: Intensity, capacities: Sequence[Capacity], confidence: float) -> Interval:
+    """Return the interval of the median capacity by order statistics, for any distribution.
+
+    The number of samples below the median is binomial with a probability of one half (David and Nagaraja, Order
+    Statistics, section 7.1).
+    """
+    count = len(capacities)
+    below = int((bdtr(np.arange(count), count, 0.5) <= 0.5 * (1.0 - confidence)).sum())
+    lows = [0.0, *sorted(each.survived for each in capacities)]
+    highs = [*sorted(each.fails for each in capacities), inf]
+    return Interval(intensity.of_acceleration(lows[below]), intensity.of_acceleration(highs[count - below]))
 
 
 def _half_of(fell: int, capacities: Sequence[float], count: int) -> float | None:
@@ -277,6 +309,23 @@ def _shaken(terms: CurveSettings, value: float, capacities: Sequence[Capacity], 
     count = len(capacities)
     between = interval(counts["fell"], counts["fell"] + counts["unknown"], count, 1.0 - terms.confidence)
     return CurvePoint(value, counts["fell"], counts["unknown"], count, between, ways)
+
+
+def _bracket(points: Sequence[CurvePoint]) -> tuple[CurvePoint, CurvePoint] | None:
+    """Return the closest points around the first crossing of one half whose intervals exclude one half.
+
+    On a side without such a point, it is the neighbour of the crossing.
+    """
+    known = [point for point in points if point.count > point.unknown]
+    for number, (left, right) in enumerate(pairwise(known)):
+        if left.share != right.share and (left.share - HALF) * (right.share - HALF) <= 0.0:
+            fewer = [point for point in known if point.within.high < HALF]
+            more = [point for point in known if point.within.low > HALF]
+            under, over = (fewer, more) if left.share < right.share else (more, fewer)
+            before = [point for point in under if point in known[: number + 1]]
+            after = [point for point in over if point in known[number + 1 :]]
+            return (before or [left])[-1], (after or [right])[0]
+    return None
 
 
 def _half(points: Sequence[CurvePoint]) -> float | None:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, cos, floor, hypot, inf, isfinite, log10, pi, sin
+from textwrap import wrap
 from typing import TYPE_CHECKING, Final
 
 from stackdsl.report.studies import half_text
@@ -79,10 +80,11 @@ def grid_of(across: Axis, up: Axis, x_title: str, y_title: str, below: float = 0
 TITLE, ANSWER = 17.0, 13.0  # [px] sizes of a title and of the line below it
 
 
-def titles(title: str, answer: str) -> Iterator[str]:
-    """Yield the title of a plot, and below it the answer in one sentence."""
+def titles(title: str, *answers: str) -> Iterator[str]:
+    """Yield the title of a plot, and below it the answer, a sentence on each line."""
     yield text_at(24, 30, title, colour=INK, font_size=f"{TITLE:g}", font_weight="600")
-    yield text_at(24, 50, answer, colour=FAINT, font_size=f"{ANSWER:g}")
+    for number, answer in enumerate(answers):
+        yield text_at(24, 50 + 16 * number, answer, colour=FAINT, font_size=f"{ANSWER:g}")
 
 
 # A fragility curve: points with their intervals, and the lognormal curve if it fits them.
@@ -90,7 +92,8 @@ def titles(title: str, answer: str) -> Iterator[str]:
 
 WIDE, HIGH = 640.0, 420.0  # [px]
 SMOOTH = 80  # points of the drawn curve
-MOST_MISSED = 0.2  # share of the points whose interval a drawn curve may miss
+WIDEST = 90  # [characters] of a line below the title
+PADDING = 0.03  # of the range of the points, beyond its ends
 
 
 def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
@@ -98,46 +101,61 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
     unit, shown = fragility.intensity.shown_unit, fragility.intensity.shown
     known = [point for point in fragility.points if point.count > point.unknown]
     values = [shown(point.value) for point in known]
-    across = Axis(min(values), max(values), 76, WIDE - 28, logarithmic=min(values) > 0.0)
-    up = Axis(0.0, 1.0, HIGH - 60, 96)
+    logarithmic = min(values) > 0.0
+    across = Axis(*_padded(min(values), max(values), logarithmic), 76, WIDE - 28, logarithmic)
+    answers = _fragility_answer(fragility)
+    up = Axis(0.0, 1.0, HIGH - 60, 64 + 16 * len(answers))
     x_title = f"{fragility.intensity.name} [{unit}]" if unit else fragility.intensity.name
     x_title += ", logarithmic scale" * across.logarithmic
-    shapes = [*titles(name, _fragility_answer(fragility)), *grid_of(across, up, x_title, "share of samples that fall")]
-    if fragility.curve is not None and not _misfits(fragility):
+    shapes = [*titles(name, *answers), *grid_of(across, up, x_title, "share of samples that fall")]
+    if fragility.is_lognormal:
         shapes.append(_curve(fragility, known, across, up))
-    shapes.append(_half_marked(fragility, across, up))
+    shapes += [half] if (half := _half_marked(fragility, across, up)) else []
     for value, point in zip(values, known, strict=True):
         x, low, high = across.place(value), up.place(point.within.low), up.place(point.within.high)
         bar = f"M{x:.1f} {low:.1f}V{high:.1f}M{x - 4:.1f} {low:.1f}h8M{x - 4:.1f} {high:.1f}h8"
         shapes.append(f'<path d="{bar}" stroke="{BLUE}" stroke-width="1.5" fill="none"/>')
         shapes.append(f'<circle cx="{x:.1f}" cy="{up.place(point.share):.1f}" r="4" fill="{BLUE}"/>')
-    bars = f"bars: intervals of {100.0 * fragility.confidence:g} % for each point"
+    bars = f"bars: {100.0 * fragility.confidence:g} % interval of each point"
+    bars += "; band: where half of the samples fall" * bool(half)
     shapes.append(text_at(WIDE - 28, HIGH - 8, bars, "end"))
-    wide = max(WIDE, width_of(name, TITLE) + 48.0, width_of(_fragility_answer(fragility), ANSWER) + 48.0)
+    wide = 48.0 + max(WIDE - 48.0, width_of(name, TITLE), *(width_of(answer, ANSWER) for answer in answers))
     return encoded(svg_of(wide, HIGH, shapes), suffix)
 
 
-def _misfits(fragility: "Fragility") -> bool:
-    """Return whether the lognormal curve misses too many points to be drawn."""
-    return len(fragility.missed) > MOST_MISSED * len(fragility.points)
+def _padded(least: float, largest: float, logarithmic: bool) -> tuple[float, float]:
+    """Return ends of an axis a little beyond the first and last value, so that no mark lies on the edge."""
+    if logarithmic:
+        beyond = (largest / least) ** PADDING
+        return least / beyond, largest * beyond
+    beyond = PADDING * (largest - least)
+    return least - beyond, largest + beyond
 
 
-def _fragility_answer(fragility: "Fragility") -> str:
-    if fragility.curve is None:
-        return f"{half_text(fragility)}; no curve is drawn: {fragility.no_curve}"
-    if _misfits(fragility):
-        missed, count = len(fragility.missed), len(fragility.points)
-        return f"{half_text(fragility)}; the lognormal curve misses {missed} of {count} points and is not drawn"
-    return f"{half_text(fragility)}; line: lognormal curve"
+def _fragility_answer(fragility: "Fragility") -> list[str]:
+    """Return the lines below the title: where half fall, and whether the points follow a lognormal curve."""
+    missed, count = len(fragility.missed), len(fragility.points)
+    why = fragility.no_curve or f"the best fit misses {missed} of {count} points"
+    curve = "line: lognormal curve" if fragility.is_lognormal else f"no lognormal curve: {why}"
+    return [line for text in (half_text(fragility), curve) for line in wrap(text, WIDEST)]
 
 
 def _half_marked(fragility: "Fragility", across: Axis, up: Axis) -> str:
-    """Return a mark of the intensity at which half of the samples fall; empty if there is none."""
-    if fragility.half is None:
+    """Return a mark of the intensity at which half of the samples fall, and a band over its interval."""
+    within, half = fragility.half_within, fragility.half if fragility.intensity.is_shaking else None
+    if fragility.curve is not None and fragility.is_lognormal and not fragility.fell_built:
+        within, half = fragility.curve.median_within, fragility.curve.median
+    if within is None:
         return ""
-    x, y = across.place(fragility.intensity.shown(fragility.half)), up.place(0.5)
-    left, foot = across.begin, up.place(0.0)
-    return f'<path d="M{left:.1f} {y:.1f}H{x:.1f}V{foot:.1f}" stroke="{INK}" stroke-dasharray="4 3" fill="none"/>'
+    shown = fragility.intensity.shown
+    low, high = (across.place(min(max(shown(end), across.least), across.largest)) for end in (within.low, within.high))
+    y, foot, head = up.place(0.5), up.place(0.0), up.place(1.0)
+    line = f"H{high:.1f}" if half is None else f"H{across.place(shown(half)):.1f}V{foot:.1f}"
+    return (
+        f'<rect x="{low:.1f}" y="{head:.1f}" width="{high - low:.1f}" height="{foot - head:.1f}" fill="{BLUE}" '
+        f'fill-opacity=".12"/><path d="M{across.begin:.1f} {y:.1f}{line}" stroke="{INK}" stroke-dasharray="4 3" '
+        'fill="none"/>'
+    )
 
 
 def _curve(fragility: "Fragility", known: Sequence["CurvePoint"], across: Axis, up: Axis) -> str:

@@ -1,5 +1,6 @@
 """Fragility curves beside closed forms: medians within 1 %, every count's interval around the truth."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,20 @@ from benchmarks.fragility import CURVES, drawn, true_median
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
+from stackdsl.report.studies import fragility_lines
+from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.studies import fragility
 from stackdsl.studies.fragility import FragilityPlan, draw
-from stackdsl.studies.fragility_curve import UndeterminedError, fit_to_capacities, fit_to_outcomes
-from stackdsl.studies.fragility_intensity import NoIntensityError, intensity_of
+from stackdsl.studies.fragility_curve import (
+    CurveSettings,
+    Fragility,
+    UndeterminedError,
+    curve_of_capacities,
+    curve_of_outcomes,
+    fit_to_capacities,
+    fit_to_outcomes,
+)
+from stackdsl.studies.fragility_intensity import Capacity, Intensity, IntensityKind, NoIntensityError, intensity_of
 from tests.stackdsl.checking.in_process import run_here
 
 SMALL = {
@@ -121,3 +132,43 @@ def test_where_the_same_samples_fall_at_all_intensities_the_share_does_not_chang
         fell = np.repeat([[1.0]] * 3 + [[0.0]] * 7, count, axis=1)
         with pytest.raises(UndeterminedError, match="does not change"):
             fit_to_outcomes(np.geomspace(0.3, 0.9, count), fell, 0.95)
+
+
+def outcomes(capacity: np.ndarray, values: np.ndarray) -> Fragility:
+    """The points of samples that fall at their capacity."""
+    intensity = Intensity(IntensityKind.FRICTION, "friction", "", 0.5)
+    fell = {float(value): [*map(int, capacity <= value)] for value in values}
+    return curve_of_outcomes(CurveSettings(intensity, 1, 0.95), fell, {value: {} for value in fell})
+
+
+def test_one_half_point_is_told_that_of_the_curve_only_where_the_curve_describes_the_points() -> None:
+    (first, *_), good = (
+        [*fragility_lines("s", outcomes(capacities(500, 3), VALUES))],
+        outcomes(capacities(500, 3), VALUES),
+    )
+    assert good.curve is not None
+    assert first.startswith(f"s: half of the samples fall at friction {good.curve.median:.4g} (")
+    assert first.endswith("95 %, lognormal fit)")
+
+    two_kinds = np.concatenate([capacities(400, 3) * 0.5, capacities(100, 4) * 5.0])  # half fall at 0.55
+    poor = outcomes(two_kinds, np.geomspace(0.2, 20.0, 15))
+    text = "\n".join(fragility_lines("s", poor))
+    assert poor.curve is not None
+    assert not poor.is_lognormal
+    assert "median" not in text
+    assert f"{poor.curve.median:.4g}" not in text
+    low, high = (float(word) for word in re.findall(r"between friction ([\d.]+) and ([\d.]+) \(", text)[0])
+    assert low < np.median(two_kinds) < high
+    assert "no lognormal curve: the best fit misses the 95 % interval of" in text
+
+
+def test_the_interval_of_the_median_capacity_holds_for_any_distribution() -> None:
+    held = 0
+    for seed in range(300):
+        ends = np.random.default_rng(seed).exponential(1.0, 80)
+        known = [Capacity(SampleOutcome.STANDS, end, end) for end in ends.tolist()]
+        intensity = Intensity(IntensityKind.ACCELERATION, "acceleration", "")
+        within = curve_of_capacities(CurveSettings(intensity, 1, 0.9), known, [], {}).half_within
+        assert within is not None
+        held += within.low <= np.log(2.0) <= within.high
+    assert 0.87 <= held / 300 <= 0.97  # the coverage of discrete ranks is at least nine of ten

@@ -69,7 +69,7 @@ def curve(*fell: int) -> Fragility:
     known = Interval(0.0, 1.0)
     lognormal = Lognormal(0.001, 0.5, known, known, rises=True)
     intensity = Intensity(IntensityKind.JITTER, "jitter", "m", 0.001)
-    return Fragility(intensity, tuple(points), lognormal, "", 0.001, 1, 0.95)
+    return Fragility(intensity, tuple(points), lognormal, "", 0.001, Interval(0.0005, 0.002), 1, 0.95)
 
 
 def test_a_lognormal_curve_is_drawn_only_where_it_holds() -> None:
@@ -78,5 +78,28 @@ def test_a_lognormal_curve_is_drawn_only_where_it_holds() -> None:
     assert good.count("<polyline") == 1
     poor = drawn_fragility("tower", curve(40, 50, 60), ".svg").decode()
     assert poor.count("<polyline") == 0
-    assert "the lognormal curve misses 2 of 3 points and is not drawn" in poor
+    assert "no lognormal curve: the best fit misses 2 of 3 points" in poor
     assert poor.count("<circle") == 3
+
+
+def test_no_point_lies_on_the_edge_of_the_plot() -> None:
+    svg = drawn_fragility("tower", curve(8, 50, 92), ".svg").decode()
+    (left, right), *_ = re.findall(r"M([\d.]+) [\d.]+H([\d.]+)", svg)  # a line of the grid
+    points = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', svg)]
+    assert float(left) + 10.0 < min(points)
+    assert max(points) < float(right) - 10.0
+
+
+def test_the_plot_marks_the_half_point_that_its_text_states() -> None:
+    good = drawn_fragility("tower", curve(8, 50, 92), ".svg").decode()
+    assert "half of the samples fall at jitter 1 mm" in good
+    points = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', good)]
+    (foot,) = re.findall(r'H([\d.]+)V[\d.]+" stroke="[^"]+" stroke-dasharray', good)
+    assert float(foot) == pytest.approx(points[1])
+    poor = drawn_fragility("tower", curve(40, 50, 60), ".svg").decode()
+    assert "half of the samples fall between jitter 0.5 mm and 2 mm" in poor
+    ((x, width),) = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)" [^>]+ fill-opacity', poor)
+    points = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', poor)]
+    assert (float(x), float(x) + float(width)) == pytest.approx(
+        (points[0], points[2]), abs=0.15
+    )  # sums of rounded numbers
