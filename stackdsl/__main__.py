@@ -46,7 +46,7 @@ def main() -> None:
 def _end(number: int, frame: FrameType | None) -> None:
     """End at once. Nothing has begun yet, and an exception within an import or a destructor could be ignored."""
     with suppress(OSError):
-        os.write(2, b"interrupted\n")
+        os.write(2, b"interrupted before the command began; nothing was written\n")
     os._exit(INTERRUPTED)
 
 

@@ -76,20 +76,36 @@ def sweep_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         raise click.UsageError("--scheduler needs a Dask cluster; add --executor dask")
     if executor == "dask" and context.get_parameter_source("jobs") is not ParameterSource.DEFAULT:
         raise click.UsageError("--jobs does not apply to a Dask cluster, which has its own workers; remove --jobs")
-    gathered, selected = selected_of(file, Selection(systems, keyword))
+    try:
+        under_way = _UnderWay(_planned(context, file, Selection(systems, keyword), samples, time_limit), out, form)
+    except KeyboardInterrupt:
+        tell(f"interrupted before the sweep began: {_kept(out)}")
+        context.exit(ExitCode.INTERRUPTED)
+    if executor == "dask":
+        context.exit(under_way.run(lambda: _cluster(scheduler)))
+    context.exit(under_way.run(lambda: own_processes(jobs)))
+
+
+def _planned(
+    context: click.Context, file: Path, selection: Selection, samples: int | None, time_limit: float
+) -> SweepPlan:
+    gathered, selected = selected_of(file, selection)
     if gathered.diagnostics:
         context.exit(ExitCode.INVALID)
     cases = [*_playable(selected)]
     if not cases:
         context.exit(ExitCode.USAGE)
     try:
-        plan = plan_of(cases, samples, time_limit)
+        return plan_of(cases, samples, time_limit)
     except NothingToSweepError as error:
         raise click.UsageError(str(error)) from error
-    under_way = _UnderWay(plan, out, form)
-    if executor == "dask":
-        context.exit(under_way.run(lambda: _cluster(scheduler)))
-    context.exit(under_way.run(lambda: own_processes(jobs)))
+
+
+def _kept(out: Path) -> str:
+    """Describe the rows of earlier calls, which are not counted yet."""
+    if out.exists():
+        return f"{out} is as it was; the same call continues it"
+    return "no row was written; the same call starts again"
 
 
 def _playable(cases: Sequence[Case]) -> Iterator[Case]:
@@ -116,6 +132,7 @@ class _UnderWay:
     def __init__(self, plan: SweepPlan, out: Path, form: str) -> None:
         self.plan, self.out, self.form = plan, out, form
         self.counts = Counts()
+        self.has_begun = False  # whether existing rows are counted
 
     def run(self, workers: Callable[[], AbstractContextManager[Workers]]) -> ExitCode:
         """Run the sweep, report its summary, and return the exit code. Raises click.ClickException."""
@@ -132,15 +149,19 @@ class _UnderWay:
             tell(str(error))
             code = ExitCode.CRASHED
         except KeyboardInterrupt:
-            tell("interrupted")
-            code = ExitCode.INTERRUPTED
+            if not self.has_begun:
+                tell(f"interrupted before the sweep began: {_kept(self.out)}")
+                return ExitCode.INTERRUPTED
+            if self.counts.rows < self.plan.total:
+                tell("interrupted")
+                code = ExitCode.INTERRUPTED
         found = swept_cases(self.plan, self.counts)
         self._tell(found)
         failed = code is ExitCode.OK and any(each.failed for each in found)
         return ExitCode.CRASHED if failed else code
 
     def _begins(self, counts: Counts) -> None:
-        self.counts = counts
+        self.counts, self.has_begun = counts, True
         if counts.rows:
             tell(f"{self.out} has {counts.rows} of {self.plan.total} rows")
 

@@ -318,3 +318,19 @@ def _any_spelling(unit: str) -> str:
     }.items():
         unit = unit.replace(spelling, pattern)
     return unit
+
+
+def quantity_of(written: str) -> dict[str, float | str | None]:
+    """Return a written value with its number, unit and SI value; these are None for a word."""
+    match = QUANTITY.fullmatch(written.strip())
+    if match is None:
+        return {"written": written, "number": None, "unit": None, "si": None}
+    number, unit = float(match["number"]), match["unit"] or ""
+    factor = float(in_si(unit)) if unit else 1.0
+    return {"written": written, "number": number, "unit": unit, "si": number * factor}
+
+
+def number_or_word(written: str) -> float | str:
+    """Return a written value in SI, or its word."""
+    si = quantity_of(written)["si"]
+    return si if isinstance(si, float) else written

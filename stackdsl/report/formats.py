@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 
 from stability.engines.protocol import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
-from stackdsl.language.quantities import QUANTITY, in_si
+from stackdsl.language.quantities import number_or_word, quantity_of
 from stackdsl.report.text import TO_CLAIM, cause_text, closing_line, outcome_text, significant, unchecked_text
 from stackdsl.results import (
     UNCHECKED,
@@ -276,19 +276,6 @@ def _plain(text: str) -> str:
     return " ".join(text.split()).translate(SPECIAL)
 
 
-# A variable of a matrix as numbers: `10 mm` is 10, in mm, and 0.01 in units of the SI.
-
-
-def quantity_of(written: str) -> dict[str, object]:
-    """Return a written value with its number, unit and SI value; these are None for a word."""
-    found = QUANTITY.fullmatch(written.strip())
-    if found is None:
-        return {"written": written, "number": None, "unit": None, "si": None}
-    number, unit = float(found["number"]), found["unit"] or ""
-    factor = float(in_si(unit)) if unit else 1.0
-    return {"written": written, "number": number, "unit": unit, "si": number * factor}
-
-
 # The report as comma-separated values with one row per case, for example to plot a parameter study.
 #
 # Each variable has a column, with numbers in SI units and words as written. Column names end in the unit. A file name
@@ -308,14 +295,9 @@ def report_csv(report: Report) -> str:
     writer = csv.writer(out)
     writer.writerow([*FIXED, *COSTS, *(f"variable_{name}" for name in variables)])
     for result in report.results:
-        chosen = {name: _number_or_word(written) for name, written in result.parameters}
+        chosen = {name: number_or_word(written) for name, written in result.parameters}
         writer.writerow([*_fixed(result), *_costs(result), *(chosen.get(name, "") for name in variables)])
     return out.getvalue()
-
-
-def _number_or_word(written: str) -> object:
-    value = quantity_of(written)
-    return written if value["si"] is None else value["si"]
 
 
 def _fixed(result: VariantResult) -> list[object]:

@@ -5,7 +5,7 @@ import pickle
 import platform
 import zlib
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from hashlib import sha256
@@ -18,6 +18,7 @@ from stackdsl.checking.cases import Case
 from stackdsl.checking.ensembles import PLAYED, judged_each
 from stackdsl.checking.play_case import play_case
 from stackdsl.judging.judge import stop_condition_of
+from stackdsl.language.quantities import number_or_word
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.sampling.samples import BuildPlan, Draws, build_plan_of, timelines
 from stackdsl.simulation.brick_tracks import BlockedPlacementError
@@ -147,7 +148,7 @@ def _played_once(case: Case) -> RowKind:
 # Rows are ordered by sample, then by case, so that further samples append rows at the end.
 
 
-ROWS: Final = 1  # version of the row format
+ROWS: Final = 2  # version of the row format
 # Keys of a scenario that no row depends on; the choices of a variant are recorded separately.
 NO_MATTER: Final = frozenset(
     {"description", "tags", "samples", "confidence", "truth", "skip", "xfail", "systems", "matrix", "cases", "exclude"}
@@ -164,6 +165,7 @@ class PlannedCase:
 
     case: Case
     count: int  # number of samples; 1 for a case that is played once
+    columns: Mapping[str, float | str | None]  # system and variables; None where the case lacks a variable of others
 
     @property
     def name(self) -> str:
@@ -208,6 +210,12 @@ class SweepPlan:
     def total(self) -> int:
         """Total number of rows."""
         return sum(entry.count for entry in self.entries)
+
+    @cached_property
+    def columns(self) -> dict[str, bool]:
+        """The columns of system and variables, and whether their values are words."""
+        names = self.entries[0].columns
+        return {name: any(isinstance(entry.columns[name], str) for entry in self.entries) for name in names}
 
     @cached_property
     def header(self) -> dict[str, object]:
@@ -264,7 +272,20 @@ def plan_of(cases: Sequence[Case], samples: int | None = None, time_limit: float
     if twice is not None:
         raise NothingToSweepError(f"several cases are called '{twice}', but rows need unique names; rename one")
     counts = [(samples or case.scenario.samples or 1) if case.is_sampled else 1 for case in cases]
-    return SweepPlan(tuple(map(PlannedCase, cases, counts)), time_limit)
+    return SweepPlan(tuple(map(PlannedCase, cases, counts, _columns(cases))), time_limit)
+
+
+def _columns(cases: Sequence[Case]) -> Iterator[dict[str, float | str | None]]:
+    """Yield the system and the variables of each case, named as in the CSV report of `check`.
+
+    A column has numbers in SI, or words if any value is one.
+    """
+    written = [dict(case.parameters) for case in cases]
+    names = dict.fromkeys(name for values in written for name in values)
+    words = {name for values in written for name, text in values.items() if isinstance(number_or_word(text), str)}
+    for case, values in zip(cases, written, strict=True):
+        shown = {name: text if name in words else number_or_word(text) for name, text in values.items()}
+        yield {"system": case.system, **{f"variable_{name}": shown.get(name) for name in names}}
 
 
 def _digest(case: Case) -> str:

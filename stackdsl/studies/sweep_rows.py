@@ -55,7 +55,7 @@ class Counts:
 class RowFormat:
     """The text of a row: its head, the number of the sample, and its tail."""
 
-    title: bytes  # line above the rows; empty for none
+    title_of: Callable[[SweepPlan], bytes]  # line above the rows; empty for none
     head_of: Callable[[PlannedCase], bytes]
     tail_of: Callable[[RowKind], bytes]
     kind_of: Callable[[bytes], RowKind | None]  # of a tail; None if it is invalid
@@ -67,7 +67,8 @@ class RowFormat:
 
 
 def _json_head(entry: PlannedCase) -> bytes:
-    return f'{{"case": {json.dumps(entry.name)}, "seed": {json.dumps(entry.seed)}, "sample": '.encode()
+    values = {"case": entry.name, **entry.columns, "seed": entry.seed}
+    return json.dumps(values)[:-1].encode() + b', "sample": '
 
 
 def _json_tail(kind: RowKind) -> bytes:
@@ -90,7 +91,7 @@ def _csv_line(cells: Iterable[object]) -> bytes:
 
 
 def _csv_head(entry: PlannedCase) -> bytes:
-    return _csv_line((entry.name, entry.seed)).rstrip(b"\n") + b","
+    return _csv_line((entry.name, *entry.columns.values(), entry.seed)).rstrip(b"\n") + b","
 
 
 def _csv_tail(kind: RowKind) -> bytes:
@@ -106,8 +107,12 @@ def _csv_kind(tail: bytes) -> RowKind | None:
     return kind if not more and _csv_tail(kind) == tail else None
 
 
-JSON: Final = RowFormat(b"", _json_head, _json_tail, _json_kind, b"null")
-CSV: Final = RowFormat(_csv_line(("case", "seed", "sample", *RowKind._fields)), _csv_head, _csv_tail, _csv_kind, b"")
+def _csv_title(plan: SweepPlan) -> bytes:
+    return _csv_line(("case", *plan.columns, "seed", "sample", *RowKind._fields))
+
+
+JSON: Final = RowFormat(lambda _: b"", _json_head, _json_tail, _json_kind, b"null")
+CSV: Final = RowFormat(_csv_title, _csv_head, _csv_tail, _csv_kind, b"")
 
 
 def header_line(plan: SweepPlan, after: int = 0) -> bytes:
@@ -276,7 +281,7 @@ class TextRows:
                 refuse_other(line, self.plan, self.path)
             return 0, title
         if not line:
-            return 0, self.form.title
+            return 0, self.form.title_of(self.plan)
         missing = f"{self.path} is not the file of a sweep: "
         try:
             identity = read_file(self._beside, LONGEST, self.path.parent)
@@ -285,9 +290,10 @@ class TextRows:
                 f"{missing}{self._beside.name}, which a sweep writes beside it, is missing; {_ELSE}"
             ) from None
         refuse_other(identity, self.plan, self._beside)
-        if not self.form.title.startswith(line if self.form.title else b""):
+        title = self.form.title_of(self.plan)
+        if not title.startswith(line if title else b""):
             raise RowsError(f"{missing}its first line does not have the names of the columns; {_ELSE}")
-        return 0, self.form.title
+        return 0, title
 
     def _counted(self, end: int, after: int) -> int:
         """Count the rows, which begin at `end` [bytes]; return the end of the last one [bytes]."""
@@ -351,7 +357,7 @@ PART: Final = 100_000  # rows of a Parquet file
 TAIL: Final = "_tail.jsonl"
 SMALL: Final[dict[str, Any]] = {
     "compression": "zstd",
-    "use_dictionary": ["case", "seed", "verdict", "level", "how"],
+    "use_dictionary": ["case", "system", "seed", "verdict", "level", "how"],
     "column_encoding": {"sample": "DELTA_BINARY_PACKED"},  # consecutive numbers take almost no space
 }
 PART_NAME: Final = re.compile(r"part-([0-9]{12})\.parquet")
@@ -496,11 +502,11 @@ class ParquetFolder:
 
         try:
             _, _, rows = read_file(self.path / TAIL, within=self.path).partition(b"\n")
-            options = json.ParseOptions(explicit_schema=_schema(words=pa.string()))
+            options = json.ParseOptions(explicit_schema=_schema(self.plan, words=pa.string()))
             table = json.read_json(pa.BufferReader(rows), parse_options=options)
             words = pa.dictionary(pa.int32(), pa.string())
             whole = BytesIO()
-            parquet.write_table(table.cast(_schema(words)), whole, **SMALL)
+            parquet.write_table(table.cast(_schema(self.plan, words)), whole, **SMALL)
             replace_file(self._file(self._tail.after), whole.getvalue(), self.path, fresh=FRESH)
             self._tail.close()
             self._begin(self._tail.rows, [])
@@ -517,13 +523,14 @@ def _kind(row: dict[str, Any]) -> RowKind:
     return RowKind(row["verdict"], row["level"], row["how"])
 
 
-def _schema(words: "pa.DataType") -> "pa.Schema":
-    """Return the columns; seed, sample and level may be null."""
+def _schema(plan: SweepPlan, words: "pa.DataType") -> "pa.Schema":
+    """Return the columns; variables, seed, sample and level may be null."""
     import pyarrow as pa  # noqa: PLC0415 -- an optional extra
 
     return pa.schema(
         [
             ("case", words),
+            *((name, words if is_word else pa.float64()) for name, is_word in plan.columns.items()),
             ("seed", pa.int64()),
             ("sample", pa.int64()),
             ("verdict", words),

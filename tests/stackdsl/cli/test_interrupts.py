@@ -153,7 +153,7 @@ def test_an_interrupt_of_the_imports_is_one_like_any_other(tmp_path: Path, progr
     write(tmp_path, "import signal\nsignal.raise_signal(signal.SIGINT)\n", "early/click/__init__.py")
     process = started(tmp_path, "schema", program=program, path=str(tmp_path / "early"))
     out, err = process.communicate(timeout=AMPLE)
-    assert (process.returncode, out, err) == (130, "", "interrupted\n")
+    assert (process.returncode, out, err) == (130, "", "interrupted before the command began; nothing was written\n")
 
 
 def test_an_interrupt_of_the_imports_is_heard_where_python_lets_none_through(tmp_path: Path) -> None:
@@ -163,7 +163,7 @@ def test_an_interrupt_of_the_imports_is_heard_where_python_lets_none_through(tmp
     write(tmp_path, forgotten + told + "raise SystemExit('too late')\n", "early/click/__init__.py")
     process = started(tmp_path, "schema", path=str(tmp_path / "early"))
     out, err = process.communicate(timeout=AMPLE)
-    assert (process.returncode, out, err) == (130, "", "interrupted\n")
+    assert (process.returncode, out, err) == (130, "", "interrupted before the command began; nothing was written\n")
 
 
 @needs_pybullet

@@ -5,11 +5,16 @@ import json
 import signal
 from pathlib import Path
 from time import monotonic, sleep
+from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
+from stackdsl.cli import sweep as command
 from stackdsl.exits import ExitCode
 from stackdsl.judging.statistics import interval
+from stackdsl.studies.sweep import sweep
+from stackdsl.studies.sweep_plan import SweepPlan
 from tests.command_line import AMPLE, Stackdsl, stackdsl_in_folder, started, write
 
 __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
@@ -63,6 +68,51 @@ def test_variants_without_samples_have_a_row_each(stackdsl: Stackdsl, tmp_path: 
         ("steps[step=5mm,exact]", {"stands": 1}),
         ("steps[step=12mm,exact]", {"collapses": 1}),
     ]
+
+
+def test_the_system_and_each_variable_have_a_column_of_numbers_in_si_or_words(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    bricks = 'brick: "${kind}"\nbuild'
+    write(tmp_path, STEPS.replace("12 mm]", "12 mm], kind: [kapla, kapla-ideal]").replace("build", bricks), "two.yaml")
+    stackdsl("sweep", "two.yaml", "--out", "rows.csv")
+    stackdsl("sweep", "two.yaml", "--out", "rows.jsonl")
+    rows = [*csv.DictReader((tmp_path / "rows.csv").read_text().splitlines())]
+    assert [*rows[0]][:4] == ["case", "system", "variable_step", "variable_kind"]
+    chosen = [("exact", step, kind) for step in (0.005, 0.012) for kind in ("kapla", "kapla-ideal")]
+    assert [(row["system"], float(row["variable_step"]), row["variable_kind"]) for row in rows] == chosen
+    lines = [json.loads(line) for line in (tmp_path / "rows.jsonl").read_text().splitlines()]
+    assert [(row["system"], row["variable_step"], row["variable_kind"]) for row in lines] == chosen
+
+
+def test_ctrl_c_before_the_first_row_says_that_rows_of_earlier_calls_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "rows.csv"
+    call = [str(write(tmp_path, STEPS, "steps.yaml")), "--out", str(out)]
+
+    def interrupted(*_: object) -> SweepPlan:
+        raise KeyboardInterrupt
+
+    for kept in ("no row was written; the same call starts again", "is as it was; the same call continues it"):
+        with monkeypatch.context() as early:
+            early.setattr(command, "plan_of", interrupted)
+            told = CliRunner().invoke(command.sweep_command, call)
+            assert told.exit_code == ExitCode.INTERRUPTED
+            assert kept in told.stderr
+        assert CliRunner().invoke(command.sweep_command, call).exit_code == ExitCode.OK
+
+
+def test_ctrl_c_after_the_last_row_is_no_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*arguments: Any) -> None:  # noqa: ANN401 -- those of the sweep
+        sweep(*arguments)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "sweep", late)
+    out = tmp_path / "rows.csv"
+    told = CliRunner().invoke(command.sweep_command, [str(write(tmp_path, STEPS, "steps.yaml")), "--out", str(out)])
+    assert (told.exit_code, "interrupted" in told.stderr) == (ExitCode.OK, False)
+    assert len(out.read_text().splitlines()) == 3
 
 
 def test_sweep_refuses_bad_arguments_and_keeps_existing_rows(stackdsl: Stackdsl, tmp_path: Path) -> None:

@@ -92,7 +92,8 @@ def test_cases_with_fewer_samples_drop_out_of_the_rows_and_a_kill_at_any_row_mak
     rows = rows_of(tmp_path / "whole.jsonl")
     assert [row["case"] for row in rows[:4]] == [*(entry.name for entry in asked.entries), asked.entries[0].name]
     assert rows[2] == {
-        "case": "once[exact]", "seed": None, "sample": None, "verdict": "stands", "level": None, "how": "proven"
+        "case": "once[exact]", "system": "exact", "variable_step": None, "seed": None, "sample": None,
+        "verdict": "stands", "level": None, "how": "proven"
     }  # fmt: skip
     lines = whole.splitlines(keepends=True)
     (tmp_path / "torn.jsonl.sweep").write_bytes((tmp_path / "whole.jsonl.sweep").read_bytes())
