@@ -19,7 +19,7 @@ from benchmarks.figures.pages import ROOT, render
 from benchmarks.figures.recording import parser
 from benchmarks.systems.bench import Bench, bench, jobs_of
 from benchmarks.systems.entrants import entrant_named
-from benchmarks.systems.measured import CASES, PICTURE, cases_text, data_of
+from benchmarks.systems.measured import CASES, NAME, PICTURE, cases_text, data_of
 from benchmarks.systems.plot import drawn
 from benchmarks.systems.table import bench_text
 from stackdsl.checking.cases import Case, gather
@@ -61,7 +61,11 @@ def main() -> None:
     arguments.add_argument("--system", action="append", dest="systems", help="only these systems; may be repeated")
     arguments.add_argument("--resolutions", default=RESOLUTIONS, help="time steps, as so many times each system's own")
     arguments.add_argument("--cases", action="store_true", help="print the kept runs, case by case, and play none")
+    arguments.add_argument("--draw", action="store_true", help="draw the picture from the kept points, and play none")
     chosen = arguments.parse_args()
+    if chosen.draw:
+        _draw()
+        return
     if chosen.cases:
         if not file_of(CASES).exists():
             arguments.error(
@@ -119,8 +123,13 @@ def _factors(arguments: ArgumentParser, text: str) -> Sequence[float]:
 def _write(found: Bench) -> None:
     for data in data_of(found):
         save(data)
-    (ROOT / "docs" / PICTURE).write_bytes(drawn(found.points))
+    _draw()
     render()
+
+
+def _draw() -> None:
+    """Draw the picture from the stored points."""
+    (ROOT / "docs" / PICTURE).write_bytes(drawn(load(NAME).tables["points"]))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ export const WORDS: Record<State, string> = {
   [State.Fallen]: "has left its place",
   [State.Thrown]: "thrown or dropped",
 };
-const MOST = 4; // names that are written out
-const IN_ORDER = new Intl.Collator("en", { numeric: true }).compare;
+const MOST = 6; // names or ranges that are written out
+const SHORTEST = 3; // names of a range
 const ranks = new WeakMap<Run, number[]>();
 
 export function seconds(time: number): string {
@@ -32,18 +32,51 @@ export function newtons(most: number): { unit: string; text(force: number): stri
   return { unit, text: (force) => `${threeDigits(force * factor)} ${unit}` };
 }
 
-// Names of bricks: a range if no other brick that is there at the time is among them.
+// Names of bricks as in all reports (stability/name_order.py): runs of bricks named by level and place are ranges, which stand for
+// all bricks that are there from the first to the last.
 export function names(run: Run, bricks: number[], time: number): string {
   const { name } = run.told.bricks;
-  const order = ranks.get(run) ?? name.map((_, brick) => brick).sort((one, other) => IN_ORDER(name[one], name[other]));
+  const order = ranks.get(run) ?? name.map((_, brick) => brick).sort((one, other) => inOrder(name[one], name[other]));
   ranks.set(run, order);
   const meant = new Set(bricks);
-  const sorted = order.filter((brick) => meant.has(brick));
-  if (sorted.length <= MOST) return sorted.map((brick) => name[brick]).join(", ");
-  const [first, last] = [sorted[0], sorted[sorted.length - 1]];
-  const between = order.slice(order.indexOf(first), order.indexOf(last) + 1);
-  if (between.every((brick) => meant.has(brick) || !run.isThere(brick, time))) return `${name[first]} to ${name[last]} (${howMany(sorted.length, "brick")})`;
-  return `${sorted.slice(0, MOST - 1).map((brick) => name[brick]).join(", ")} and ${sorted.length - MOST + 1} more`;
+  const runs: string[][] = [];
+  let before: number | undefined;
+  for (const brick of order) {
+    if (!meant.has(brick) && !run.isThere(brick, time)) continue;
+    const follows = before !== undefined && meant.has(before) && groupOf(name[brick]) !== undefined && groupOf(name[brick]) === groupOf(name[before]);
+    if (meant.has(brick)) follows ? runs[runs.length - 1].push(name[brick]) : runs.push([name[brick]]);
+    before = brick;
+  }
+  const items = runs.flatMap((of) => (of.length < SHORTEST ? of.map((one) => [one]) : [of]));
+  const leftOut = items.slice(MOST).flat().length;
+  const shown = leftOut > 1 ? items.slice(0, MOST) : items;
+  return shown.map((of) => rangeText(of, items.length === 1)).join(", ") + (shown.length < items.length ? ` and ${leftOut} more` : "");
+}
+
+// The order of names, in which L2.1 comes before L10.1, and capitals come first.
+function inOrder(one: string, other: string): number {
+  const [parts, others] = [one.split(/(\d+)/), other.split(/(\d+)/)]; // letters and numbers alternate
+  for (let at = 0; at < Math.min(parts.length, others.length); at++) {
+    const [part, its] = [parts[at], others[at]];
+    if (at % 2 ? Number(part) !== Number(its) : part !== its) return at % 2 ? Number(part) - Number(its) : part < its ? -1 : 1;
+  }
+  return parts.length - others.length || (one < other ? -1 : 1);
+}
+
+// A run; its number of bricks is told where a reader cannot count them from the names.
+function rangeText(of: string[], alone: boolean): string {
+  const [first, last] = [of[0], of[of.length - 1]];
+  if (first === last) return first;
+  return `${first} to ${last}${alone || levelOf(first) !== levelOf(last) ? ` (${howMany(of.length, "brick")})` : ""}`;
+}
+
+// The group of a brick named by level and place, such as `east.` of `east.L2.1`.
+function groupOf(name: string): string | undefined {
+  return /^(.*)L\d+\.\d+$/.exec(name)?.[1];
+}
+
+function levelOf(name: string): string {
+  return name.slice(0, name.lastIndexOf("."));
 }
 
 // True for a brick that is thrown or dropped rather than set down.
@@ -51,16 +84,18 @@ export function isThrown(run: Run, event: Told): boolean {
   return event.kind === "placed" && event.bricks.length > 0 && event.bricks.every((brick) => run.told.bricks.thrown[brick]);
 }
 
-// An event as a person would say it.
+// An event as a sentence.
 export function eventText(run: Run, event: Told): string {
   const who = names(run, event.bricks, event.time);
+  const one = event.bricks.length === 1;
+  const is = one ? "is" : "are";
   switch (event.kind) {
     case "placed":
-      return `${who} ${event.reason}`;
+      return `${who} ${is} ${event.reason}`;
     case "removed":
-      return `${who} pulled out`;
+      return `${who} ${is} pulled out`;
     case "pushed":
-      return `${who} pushed`;
+      return `${who} ${is} pushed`;
     case "shaken":
       return "the ground is shaken";
     case "taken":
@@ -68,22 +103,27 @@ export function eventText(run: Run, event: Told): string {
     case "let go":
       return `a hand lets go of ${who}`;
     case "hit":
-      return `${who} hits`;
+      return `${who} hits the structure`;
     case "woken":
-      return event.reason.includes(" hit by ") || !event.reason ? `${who} ${event.bricks.length === 1 ? "moves" : "move"}, hit by others` : shortReason(run, event);
+      return wokenText(event.reason, who, one);
     case "frozen":
-      return `${who} ${event.bricks.length === 1 ? "stands" : "stand"}${event.reason ? ", proven" : ", judged stable"}`;
+      return `${who} ${one ? "stands" : "stand"}${event.reason ? ", proven" : ", judged stable"}`;
     case "collapsed":
-      return `${who} has left its place${failedToStand(run) ? ": the claim fails" : ""}`;
+      return `${who} ${one ? "has left its place" : "have left their places"}${failedToStand(run) ? ": the claim fails" : ""}`;
     default:
       return `${event.kind} ${who}`;
   }
 }
 
-// The reason of a fall with its bricks named as a range.
-function shortReason(run: Run, event: Told): string {
-  const verb = /^.+? ((?:tip|slide|fall|turn|rise|lose|roll)s? .+)$/.exec(event.reason);
-  return verb ? `${names(run, event.bricks, event.time)} ${verb[1]}` : event.reason;
+// That bricks begin to move, and why: the reason often names another brick, such as the one of them that is hit.
+function wokenText(reason: string, who: string, one: boolean): string {
+  const moves = `${who} ${one ? "moves" : "move"}`;
+  if (reason.includes(" hit by ")) {
+    const hit = reason.split(/, |: /)[0].replace(" hit by ", " is hit by ");
+    return one && hit.startsWith(`${who} `) ? hit : `${hit}; ${moves}`;
+  }
+  if (!reason || reason.includes("; ")) return moves;
+  return reason.startsWith(`${who} `) ? reason : `${moves}: ${reason}`;
 }
 
 // The claim that all stand, if it fails.

@@ -275,10 +275,11 @@ def check_command(context: click.Context, **asked: Unpack[CheckOptions]) -> None
     whole = is_whole_set(paths, golden, scenarios)
     report = _checked(found, selected, whole and not asked["no_golden"], terms, asked["every_case"])
     write_report(report, outputs, TextStyle(asked["verbosity"], asked["durations"], asked["table"]))
-    if asked["html"] is not None and not report.interrupted:
+    if asked["html"] is not None:
         from stackdsl.cli.html_report import write_html  # noqa: PLC0415 -- few calls want it
 
-        write_html(report, selected, asked["html"], terms)
+        shard = str(asked["shard"] or "")
+        write_html(report, () if report.interrupted else selected, asked["html"], terms, shard)
     context.exit(exit_code(report))
 
 

@@ -26,20 +26,22 @@ class _Recorded:
     conclusion: str = "recorded"
 
 
-def _origin() -> Origin:
+def _origin(shard: str) -> Origin:
     """Return project, commit, date and command of this call."""
     project = root_around(Path.cwd()) or Path.cwd()
     now = datetime.now().astimezone().strftime("%d %b %Y, %H:%M %Z")
-    return Origin(project.name, commit_of(project), now, shlex.join(["stackdsl", *sys.argv[1:]]))
+    return Origin(project.name, commit_of(project), now, shlex.join(["stackdsl", *sys.argv[1:]]), shard)
 
 
-def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: CheckConfig) -> None:
-    """Write the pages of a report. Raises click.ClickException if they cannot be written."""
+def write_html(report: Report, selected: Sequence[Listed], folder: Path, terms: CheckConfig, shard: str = "") -> None:
+    """Write the pages of a report and the replays of `selected`. Raises click.ClickException if it cannot write."""
     try:
         cases = [case.compiled() for case in selected]
         with progress(len(cases)) as bar:
             told = replace(terms, on_wait=bar.wait)
-            index = write_folder(report, cases, folder, told, lambda case: bar.tell(_Recorded(case.name)), _origin())
+            index = write_folder(
+                report, cases, folder, told, lambda case: bar.tell(_Recorded(case.name)), _origin(shard)
+            )
     except ChangedMeanwhileError as error:
         raise click.ClickException(str(error)) from error
     except OSError as error:

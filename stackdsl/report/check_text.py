@@ -188,7 +188,7 @@ def _failure_blocks(group: Group, width: int) -> Iterator[Block]:
 
 def _head(status: Status, name: str, place: str, width: int) -> Line:
     before = f"{MARKS[status]} {str(status).upper()}  {name}"
-    gap = max(len(GAP), width - len(before) - len(place))
+    gap = max(len(GAP), min(width, WIDEST) - len(before) - len(place))
     return line(f"{before}{' ' * gap}{place}", STYLES[status])
 
 
@@ -272,7 +272,7 @@ def _counts(report: Report) -> Iterator[str]:
         yield from wrap(f"! {', '.join(told)}; -v lists them", WIDEST)
 
 
-WIDEST = 100  # [characters] of the line of notes
+WIDEST = 100  # [characters] of heads of blocks and the line of notes, in a wider window
 
 
 def _notes(report: Report) -> Iterator[Block]:

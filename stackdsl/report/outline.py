@@ -21,6 +21,7 @@ class Status(StrEnum):
     DIFFERS = "golden differs"
     EXPECTED_FAILURE = "expected failure"
     UNCHECKED = "unchecked"
+    NOT_RUN = "not run"  # the check was interrupted before its end
     SKIPPED = "skipped"
     PASSED = "passed"
 
@@ -30,6 +31,7 @@ MARKS = {  # of a status, without its colour
     Status.DIFFERS: "\u2260",
     Status.EXPECTED_FAILURE: "!",
     Status.UNCHECKED: "!",
+    Status.NOT_RUN: "\u2013",
     Status.SKIPPED: "\u2013",
     Status.PASSED: "\u2713",
 }
@@ -39,6 +41,8 @@ def status_of(result: VariantResult) -> Status:
     """Return the status of a case."""
     if result.status is RunStatus.SKIPPED:
         return Status.SKIPPED
+    if result.status is RunStatus.NOT_RUN:
+        return Status.NOT_RUN
     if result.status is not RunStatus.DONE or result.unexpected:
         return Status.FAILED
     if result.golden_failed:
@@ -219,12 +223,14 @@ def headline(report: Report) -> str:
     """Return the verdict of a report in a few words."""
     counts = counts_of(report.results)
     total = len(report.results) - counts[Status.SKIPPED]
-    if report.diagnostics:
-        mistakes = f"{how_many(len(report.diagnostics), 'mistake')} in the files"
+    mistakes = f"{how_many(len(report.diagnostics), 'mistake')} in the files" if report.diagnostics else ""
+    if report.interrupted:
+        not_run = f"Interrupted: {counts[Status.NOT_RUN]} of {how_many(total, 'case')} not run"
+        bad = [f"{counts[status]} {status}" for status in (Status.FAILED, Status.DIFFERS) if counts[status]]
+        return ", ".join([not_run, *filter(None, [mistakes]), *(bad or ["none of the others failed"])])
+    if mistakes:
         failed = f", {counts[Status.FAILED]} of {how_many(total, 'case')} failed"
         return mistakes + failed * bool(counts[Status.FAILED])
-    if report.interrupted:
-        return f"Interrupted after {how_many(len(report.results), 'case')}"
     differ = f"{how_many(counts[Status.DIFFERS], 'golden file')} differ{'s' * (counts[Status.DIFFERS] == 1)}"
     if counts[Status.FAILED]:
         failed = f"{counts[Status.FAILED]} of {how_many(total, 'case')} failed"

@@ -172,7 +172,7 @@ def _text(run: VariantResult, measured: _Measured) -> str:
 
 WIDE, HIGH = 520.0, 250.0  # [px]
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 508.0, 22.0, 210.0  # [px] of the plot area, inside the labels
-COLOURS = ("#1a6fb8", "#b5661b", "#0f8f72", "#8a4fa8", "#77787a")
+COLOURS = ("#1a6fb8", "#b5661b", "#0f8f72", "#9a5fb8", "#77787a")
 MARK = 4.0  # [px] half the size of a mark
 
 

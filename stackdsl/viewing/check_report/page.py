@@ -48,6 +48,7 @@ from stackdsl.viewing.pictures import thumbnail
 from stackdsl.viewing.replay.page import page_of, policy_of, run_json, shown_run
 from stackdsl.viewing.run_view import view_of
 from stackdsl.viewing.style import icon, icon_sprite, shared_style
+from stackdsl.viewing.svg import dark_rules
 from stackdsl.wording import how_many
 
 # A case played once more for the report: its replay goes to a page, its small picture into the table.
@@ -122,6 +123,7 @@ class Origin:
     commit: str = ""
     date: str = ""
     command: str = ""
+    shard: str = ""  # such as `1/4`; empty for all cases
 
 
 ICONS: Final = {
@@ -129,6 +131,7 @@ ICONS: Final = {
     Status.DIFFERS: ("differs", "differs"),
     Status.EXPECTED_FAILURE: ("disagrees", "disagrees"),
     Status.UNCHECKED: ("disagrees", "differs"),
+    Status.NOT_RUN: ("skipped", "skipped"),
     Status.SKIPPED: ("skipped", "skipped"),
     Status.PASSED: ("passed", "passed"),
 }  # icon and style class of each status
@@ -152,7 +155,7 @@ class ReportPage:
     def html(self) -> str:
         """Return the page."""
         script, style = script_and_style()
-        title = headline(self.report)
+        title = self._title()
         lines = [
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8">',
@@ -172,6 +175,10 @@ class ReportPage:
             f"</main><script>{script}</script></body></html>",
         ]
         return harmless("\n".join(filter(None, lines)))
+
+    def _title(self) -> str:
+        title = headline(self.report)
+        return f"Shard {self.origin.shard}: {title[0].lower()}{title[1:]}" if self.origin.shard else title
 
     def _cases(self) -> Iterator[str]:
         yield '<section id="cases"><h2>Cases</h2>'
@@ -194,8 +201,10 @@ class ReportPage:
     def _hero(self, title: str) -> str:
         report, counts = self.report, counts_of(self.report.results)
         worst = next((status for status in Status if counts[status]), Status.SKIPPED)
-        if report.diagnostics or report.interrupted:
+        if report.diagnostics:
             worst = Status.FAILED
+        elif report.interrupted and worst not in OPEN:
+            worst = Status.UNCHECKED
         elif worst in (Status.EXPECTED_FAILURE, Status.UNCHECKED) and counts[Status.PASSED]:
             worst = Status.PASSED
         name, style = ICONS[worst]
@@ -210,6 +219,7 @@ class ReportPage:
             f"{how_many(remembered, 'result')} remembered, not played again" if remembered else "",
             f"commit {self.origin.commit}" if self.origin.commit else "",
             f"{report.left} not run after a failure" if report.left else "",
+            "without replays, since the check was interrupted" if report.interrupted else "",
         ]
         told = "".join(f"<li>{escape(fact)}</li>" for fact in facts if fact)
         bar, at = "", 0
@@ -267,7 +277,9 @@ class ReportPage:
 
     def _shows(self, status: Status) -> bool:
         counts = counts_of(self.report.results)
-        return status in OPEN or not any(counts[each] for each in OPEN)
+        if any(counts[each] for each in OPEN):
+            return status in OPEN
+        return status is not Status.NOT_RUN or counts[Status.NOT_RUN] == len(self.report.results)
 
     def _group(self, group: Group) -> str:
         counts = "".join(
@@ -279,7 +291,7 @@ class ReportPage:
         return (
             f'<article class="group" data-name="{escape(group.scenario)}" data-time="{group.wall_time:.6f}">'
             f"<header><h3>{_name(group.scenario)}</h3><code>{_name(group.file)}</code>"
-            f'<span class="counts">{counts}<span class="number">{seconds(group.wall_time)}</span></span></header>'
+            f'<span class="counts">{counts}<span class="number">{_took(group.wall_time)}</span></span></header>'
             f"{rows}</article>"
         )
 
@@ -289,15 +301,16 @@ class ReportPage:
         systems = "".join(f'<span class="tag system">{escape(each.system)}</span>' for each in row.results)
         word = result.conclusion if row.status is Status.FAILED else str(row.status)
         count = f"{len(row.results)} {word}" if len(row.results) > 1 else word
+        told = result_text(result)
         words = " ".join(each.name for each in row.results)
         opened = " open" if early and row.status in OPEN else ""
         return (
             f'<details class="row" data-status="{row.status}" data-words="{escape(f"{words} {result.file}")}"'
             f' data-systems="{escape(" ".join(each.system for each in row.results))}"{opened}>'
             f'<summary><span class="status {style}">{icon(name)}{escape(count)}</span>'
-            f"<span>{values}{systems}</span><span>{escape(result_text(result))}</span>"
+            f"<span>{values}{systems}</span><span>{'' if told == word else escape(told)}</span>"
             f'<span class="margin">{escape(self._margin(row))}</span>'
-            f'<span class="number">{seconds(row.wall_time)}</span></summary>{self._details(row)}</details>'
+            f'<span class="number">{_took(row.wall_time)}</span></summary>{self._details(row)}</details>'
         )
 
     def _margin(self, row: CaseRow) -> str:
@@ -387,6 +400,10 @@ def _note(result: VariantResult) -> str:
     return f": {told}" if told else ""
 
 
+def _took(time: float) -> str:
+    return seconds(time) if time else ""
+
+
 def _said(true: bool) -> str:
     return "true" if true else "false"
 
@@ -443,7 +460,7 @@ def index_page(
 
 def script_and_style() -> tuple[str, str]:
     """Return the script and the style of the page."""
-    return _packaged("report.js"), shared_style() + _packaged("report.css")
+    return _packaged("report.js"), shared_style() + dark_rules() + _packaged("report.css")
 
 
 def _packaged(name: str) -> str:

@@ -133,7 +133,7 @@ def test_an_interrupt_however_often_repeated_keeps_what_is_done_and_ends_with_13
 ) -> None:
     write(tmp_path, GOOD, "s/a.yaml")
     write(tmp_path, GOOD.replace("good", "slow").replace("1 s", "1000 s") + "systems: [tuned]\n", "s/b.yaml")
-    process = started(tmp_path, "check", "s", "--jobs", "1", "--progress")
+    process = started(tmp_path, "check", "s", "--jobs", "1", "--progress", "--html", "report")
     assert process.stderr is not None
     process.stderr.readline()  # the first case is done
     time.sleep(0.3)
@@ -144,7 +144,9 @@ def test_an_interrupt_however_often_repeated_keeps_what_is_done_and_ends_with_13
     assert process.returncode == 130
     assert "1 passed" in out
     assert "interrupted" in out
+    assert "FAILED" not in out  # of a case that did not run
     assert "Traceback" not in out + err
+    assert "Interrupted: 1 of 2 cases not run" in (tmp_path / "report" / "index.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("program", [("-m", "stackdsl"), ("-c", "from stackdsl.__main__ import main; main()")])

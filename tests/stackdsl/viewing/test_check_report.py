@@ -14,7 +14,7 @@ from stackdsl.results import ClaimOutcome, FailureCause, Report, RunStatus, Vari
 from stackdsl.trace import Measure
 from stackdsl.viewing.check_report.charts import charts
 from stackdsl.viewing.check_report.commit import commit_of
-from stackdsl.viewing.check_report.page import ShownCase, file_name, index_page
+from stackdsl.viewing.check_report.page import Origin, ShownCase, file_name, index_page
 from stackdsl.viewing.plots import Axis
 from tests.command_line import GOOD, Stackdsl
 
@@ -65,6 +65,17 @@ def test_a_failure_shows_its_cause_and_the_line_of_its_claim() -> None:
     assert [label for label, _ in told] == ["Expected", "Measured", "Why", "After", "First"]
     assert dict(told)["Why"] == "L2.1 tips over L1.1"
     assert "<div class=meant><i>7</i>line 7</div>" in page
+
+
+def test_a_report_of_some_cases_says_in_its_first_line_how_many_or_which() -> None:
+    not_run = replace(result("late"), status=RunStatus.NOT_RUN)
+    page = index_page(Report((result("good"), not_run), interrupted=True), {}, {})
+    assert "Interrupted: 1 of 2 cases not run, none of the others failed</h1>" in page
+    assert 'data-status="not run" aria-pressed="false"' in page
+    failed = index_page(Report((result("bad", -1.0), not_run), interrupted=True), {}, {})
+    assert "Interrupted: 1 of 2 cases not run, 1 failed</h1>" in failed
+    shard = index_page(Report((result("good"), result("other"))), {}, {}, origin=Origin(shard="1/4"))
+    assert "Shard 1/4: all 2 cases passed</h1>" in shard
 
 
 def test_systems_that_agree_share_a_row_and_others_have_their_own() -> None:

@@ -11,6 +11,8 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 import pytest
 
+from stability.name_order import in_order, names_text
+from stackdsl.trace import EventKind
 from stackdsl.viewing.drawing import solids_at
 from stackdsl.viewing.replay.page import replay_page
 from stackdsl.viewing.run_view import RunView
@@ -333,6 +335,43 @@ def test_the_band_says_what_was_expected_what_was_measured_why_and_what_would_he
     assert asked(falling, "document.querySelector('.band .image use').getAttribute('href')") == "#icon-failed"
     assert "scene.yaml:11:" in text_of(falling, ".who")
     assert "stackdsl explain scene.yaml" in text_of(falling, ".see code")
+
+
+BOXES = """
+    scenario: boxes
+    build:
+      - bricks: [NAMED]
+      - wall: {levels: 4, bricks: 3}
+    systems: [exact]
+    expect: [{stands: all}]
+""".replace("NAMED", ", ".join(f"{{name: box{number}, at: [0 mm, {number} m, 4 mm]}}" for number in range(1, 10)))
+
+
+THROW = "{at: 1 s, throw: {at: L3.1, from: {bearing: 90 deg, distance: 200 mm}, speed: 2 m/s}}"
+
+
+def test_events_name_bricks_as_the_terminal_does(undrawn: "Chrome", fallen: RunView, tmp_path: Path) -> None:
+    (boxes,) = views_of(BOXES)
+    for view in (fallen, boxes):
+        (tmp_path / "replay.html").write_text(replay_page([view], "replay"), encoding="utf-8")
+        opened(undrawn, tmp_path / "replay.html")
+        assembly = set[str]()
+        for event in view.trace.events:
+            assembly |= set(event.bricks)
+            asked(undrawn, f"replay.seek({event.time})")
+            assert names_text(in_order(event.bricks), among=assembly) in text_of(undrawn, ".events")
+            if event.kind is EventKind.REMOVED:
+                assembly -= set(event.bricks)
+    assert "L1.10 to L4.4 (14 bricks), box1, box2, box3, box4, box5 and 4 more" in text_of(undrawn, ".events")
+
+
+def test_the_brick_that_is_hit_is_named_apart_from_those_that_move(undrawn: "Chrome", tmp_path: Path) -> None:
+    (view,) = views_of(BOXES.replace("expect:", f"impacts: [{THROW}]\n    expect:"))
+    (tmp_path / "replay.html").write_text(replay_page([view], "replay"), encoding="utf-8")
+    opened(undrawn, tmp_path / "replay.html")
+    hit = next(event for event in view.trace.events if " hit by " in event.reason)
+    asked(undrawn, f"replay.seek({hit.time})")
+    assert re.search(r"L2\.1 is hit by thrown-1 at [\d.]+ m/s; L2\.1, .* move", text_of(undrawn, ".events"))
 
 
 def test_a_failed_run_opens_just_before_it_falls_and_one_that_stands_at_its_end(

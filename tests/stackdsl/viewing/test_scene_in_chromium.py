@@ -298,4 +298,4 @@ def test_a_throw_is_seen_from_the_side(undrawn: "Chrome", tmp_path: Path, bearin
         ends.append((asked(page, "replay.onScreen('shot')"), asked(page, "replay.positionOf('shot')")))
     on_screen, way = (np.linalg.norm(np.subtract(*each)) for each in zip(*ends, strict=True))
     assert on_screen / way / asked(page, "replay.perMetre()") > 0.75
-    assert "shot thrown" in text_of(page, ".events")
+    assert "shot is thrown" in text_of(page, ".events")
