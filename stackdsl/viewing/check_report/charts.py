@@ -12,6 +12,7 @@ from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
 from stackdsl.report.text import significant
 from stackdsl.results import VariantResult
 from stackdsl.viewing.plots import Axis
+from stackdsl.wording import how_many
 
 # A measured quantity over the variables of a scenario.
 #
@@ -191,14 +192,16 @@ def line_chart(study: Study) -> str:
     others = sum(point.value is None for point in points)
     about = f"{study.scenario}: {study.quantity} over {variable.name}"
     about += (
-        f"; without a value in {study.unit or 'this unit'}: {others}, crosses failed and ticks passed" if others else ""
+        f"; {how_many(others, 'case')} without a value in {study.unit or 'this unit'}: crosses failed, ticks passed"
+        if others
+        else ""
     )
     svg = f'<svg viewBox="0 0 {WIDE:.0f} {HIGH:.0f}" width="{WIDE:.0f}" role="img">{"".join(shapes)}</svg>'
     return f"<figure><figcaption>{escape(about)}</figcaption>{svg}{keys}</figure>"
 
 
 def _key(name: str, colour: str) -> str:
-    line = f'<svg width="14" height="10"><path d="M0 5H14" stroke="{colour}"/></svg>'
+    line = f'<svg width="14" height="10"><path d="M0 5H14" stroke="{colour}" stroke-width="3"/></svg>'
     return f'<span class="key">{line} {escape(name)}</span>'
 
 
