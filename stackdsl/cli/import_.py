@@ -2,10 +2,11 @@
 
 import re
 import shlex
-from collections.abc import Sequence
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, get_args
+from typing import Any, Final, get_args
 
 import click
 from pydantic import ValidationError
@@ -139,6 +140,11 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
+        if error.proposed:
+            edits = any(mistake.code != OPEN or "headers by" in mistake.hint for mistake in error.diagnostics)
+            when = "when the file is corrected, this command" if edits else "this command"
+            tell(f"\n{when} answers the open questions; change its values where they are wrong:")
+            tell(f"  {_command(error.proposed)}")
         context.exit(ExitCode.INVALID)
     notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in overhang_warnings(found.load, asked))]
     for note in notes:
@@ -149,6 +155,22 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     write(text)
 
 
+def _command(proposed: Mapping[str, Any]) -> str:
+    """Return the command of this call, with proposed options added."""
+    words = ["stackdsl", "import", *_call_arguments()]
+    for key, value in proposed.items():
+        for each in value if isinstance(value, list) else [value]:
+            words += [f"--{key}", each]
+    return visible(shlex.join(words))
+
+
+def _call_arguments() -> Sequence[str]:
+    """Return the arguments of this call after `import`."""
+    arguments = sys.argv[1:]
+    return arguments[arguments.index("import") + 1 :] if "import" in arguments else arguments
+
+
+OPEN: Final = "SD115"  # a property that the file leaves open
 KEY: Final = re.compile(r"`(?P<key>\w+)(?:: (?:\{(?P<inside>[^`}]*)\}|(?P<value>[^`]+)))?`")
 OPTIONS: Final = ("format", "load", "settle", "point", "density", "up", "supports", "ignore", "origin")
 

@@ -1,9 +1,10 @@
 """A load: boxes and convex solids with exact positions, read from a file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Final, TypeAlias
+from types import MappingProxyType
+from typing import Any, Final, TypeAlias
 
 from stability.contact_law import Rule
 from stability.model import Vec3
@@ -72,11 +73,11 @@ class ImportedLoad:
 
 
 class UnreadableLoadError(Exception):
-    """A file cannot be read as a load; carries the diagnostics."""
+    """A file cannot be read as a load; carries the diagnostics, and values of `import` that may answer them."""
 
-    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+    def __init__(self, diagnostics: Sequence[Diagnostic], proposed: Mapping[str, Any] = MappingProxyType({})) -> None:
         super().__init__(diagnostics)
-        self.diagnostics = tuple(diagnostics)
+        self.diagnostics, self.proposed = tuple(diagnostics), proposed
 
 
 @dataclass(slots=True)
@@ -88,6 +89,7 @@ class LoadReading:
     mistakes: list[Diagnostic] = field(default_factory=list)
     skipped: dict[str, None] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)  # names in `ignored` that occurred in the file
+    proposed: dict[str, Any] = field(default_factory=dict)  # values of `import` for properties that are left open
     finest: Fraction | None = None  # unit of the last digit of all lengths so far [m]
     read_file: Callable[[str], bytes] | None = None  # bytes of a file, by a path relative to this one; raises OSError
 
@@ -107,7 +109,7 @@ class LoadReading:
     def end(self) -> None:
         """Raise UnreadableLoadError if any mistake was reported."""
         if self.mistakes:
-            raise UnreadableLoadError(sorted(self.mistakes, key=reading_order))
+            raise UnreadableLoadError(sorted(self.mistakes, key=reading_order), self.proposed)
 
     def skip(self, name: str, span: Span, harmless: bool, advice: str = "") -> None:
         """Skip data of the file.

@@ -5,7 +5,7 @@ MuJoCo, the URDF parser and Qhull get untrusted input, so they never run in the 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.importers.formats import read_load
@@ -31,6 +31,7 @@ class _Mistakes:
     """The file cannot be read as a load."""
 
     diagnostics: tuple[Diagnostic, ...]
+    proposed: Mapping[str, Any]
 
 
 def load_supervised(data: bytes, file: str, options: Import, read_file: Callable[[str], bytes]) -> ImportedLoad:
@@ -41,8 +42,8 @@ def load_supervised(data: bytes, file: str, options: Import, read_file: Callable
         match done.value:
             case ImportedLoad():
                 return done.value
-            case _Mistakes(diagnostics):
-                raise UnreadableLoadError(diagnostics)
+            case _Mistakes(diagnostics, proposed):
+                raise UnreadableLoadError(diagnostics, proposed)
             case _MissingFiles(names):
                 files |= _contents(names, read_file, file, files)
             case _:
@@ -71,7 +72,7 @@ def _read(
         try:
             load = read_load(data, file, options, read_file)
         except UnreadableLoadError as error:
-            return _MissingFiles(tuple(missing)) if missing else _Mistakes(error.diagnostics)
+            return _MissingFiles(tuple(missing)) if missing else _Mistakes(error.diagnostics, dict(error.proposed))
     return load
 
 

@@ -2,13 +2,14 @@
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from io import StringIO
 from typing import Final
 
 from stackdsl.diagnostics import Span, meant_choice
-from stackdsl.importers.load import ImportedBox, ImportedLoad, LoadReading
+from stackdsl.importers.load import ImportedBox, ImportedLoad, LoadReading, digits
 from stackdsl.importers.text_positions import (
     IN_KILOGRAMS,
     IN_METRES,
@@ -27,18 +28,24 @@ from stackdsl.language.value_types import NAME
 
 
 LIKE: Final[Mapping[str, Sequence[str]]] = {
-    "name": ("id", "label", "box", "item", "carton", "sku", "no", "nr", "number", "key"),
-    "length": ("l", "len", "dx", "sx", "lx", "sizex"),
-    "width": ("w", "depth", "d", "breadth", "b", "dy", "sy", "ly", "sizey"),
-    "height": ("h", "dz", "sz", "lz", "thickness", "sizez"),
-    "mass": ("weight", "wt", "load", "kg"),
+    "name": (
+        *("id", "label", "box", "item", "carton", "sku", "no", "nr", "number", "key"),
+        *("cartonno", "cartonnr", "itemno", "boxno", "karton", "kartonnr", "artikel", "artikelnr", "packstück"),
+    ),
+    "length": ("l", "len", "dx", "sx", "lx", "sizex", "länge", "laenge"),
+    "width": ("w", "depth", "d", "breadth", "b", "dy", "sy", "ly", "sizey", "breite", "tiefe"),
+    "height": ("h", "dz", "sz", "lz", "thickness", "sizez", "höhe", "hoehe"),
+    "mass": ("weight", "wt", "load", "kg", "masse"),
     "x": ("posx", "px", "cx", "xpos", "left"),
     "y": ("posy", "py", "cy", "ypos", "front"),
-    "z": ("posz", "pz", "cz", "zpos", "bottom", "level"),
+    "z": ("posz", "pz", "cz", "zpos", "bottom"),
     "friction": ("mu", "cof"),
-    "yaw": ("rotation", "rot", "angle", "orientation", "theta", "turn"),
+    "yaw": ("rotation", "rot", "angle", "orientation", "theta", "turn", "drehung", "winkel"),
 }
-UNIT: Final = re.compile(r"[\[(/].*|_(?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECASE)
+LAYERS: Final = ("layer", "level", "tier", "lage", "ebene")  # numbers from the bottom, which are no heights
+GROSS: Final = ("gross", "brutto")  # the mass of a carton with its content and packaging
+UNIT: Final = re.compile(r"[\[(/].*|[_\s](?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNORECASE)
+_POSITION: Final = re.compile(r"pos(?:ition)?|[ck]oord(?:inate)?|cent(?:er|re)|corner")
 
 
 INVALID_NAME: Final = " is not a valid name"
@@ -46,9 +53,13 @@ INVALID_NAME: Final = " is not a valid name"
 
 def likely_column(header: str) -> str:
     """Return the column that a header probably means; "" if none."""
-    word = re.sub(r"[^a-z]", "", UNIT.sub("", header.strip()).lower())
-    if "weight" in word:  # gross or net, of an article or a unit
+    word = re.sub(r"[\W\d_]", "", UNIT.sub("", header.strip()).lower())
+    if "weight" in word or "gewicht" in word:  # gross or net, of an article or a unit
         return "mass"
+    if word in LAYERS:
+        return ""
+    if (axis := _POSITION.sub("", word)) in ("x", "y", "z"):
+        return axis
     synonym = next((column for column, words in LIKE.items() if word in words), "")
     return synonym or meant_choice(word, [column for column in LIKE if len(column) > 1])
 
@@ -74,6 +85,7 @@ COLUMNS: Final = ("name", *NEEDED, "yaw", "friction")
 BARE: Final = ("name", "friction")  # columns without a unit
 DEGREES: Final = {"deg": Fraction(1)}
 DELIMITERS: Final = ",;\t"
+LAYERS_TOLD: Final = 6  # in a message
 _HEADER: Final = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|(?:[/_]|(?<=\s))(?P<c>.*))?\s*")
 _CELL: Final = r'\s*"(?:[^"]|"")*"[^{0}]*|[^{0}]*'
 
@@ -107,15 +119,15 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
     """Read the boxes of a table. Raises UnreadableLoadError."""
     text = "\n".join(reading.page.lines).lstrip()
     rows = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
+    rows = _with_decimal_points(reading, rows)
     columns = _columns(reading, rows, options)
+    boxes_only = _only_boxes(reading, rows)
+    if rows and options.point is None:
+        _ask_for_point(reading, boxes_only, options)
     if not columns:
         reading.end()
-    if columns and options.point is None:
-        message = "the table does not state whether x, y, z are the lower corner or the centre of a box"
-        hint = "set `point: corner` or `point: centre`"
-        reading.undetermined(rows[0].cells[columns["x"].header].span, message, hint)
-    boxes = [_box(reading, row, columns, options.point == "corner") for row in rows]
-    _refuse_duplicate_names(reading, rows, columns)
+    boxes = [_box(reading, row, columns, options.point == "corner") for row in boxes_only]
+    _refuse_duplicate_names(reading, boxes_only, columns)
     return reading.load([box for box in boxes if box is not None])
 
 
@@ -132,7 +144,8 @@ def _lines(reading: LoadReading) -> Iterator[_Row]:
     for header in sorted({header for header in headers if headers.count(header) > 1}):
         reading.wrong(reading.page.span(filled[0], 0), f"two columns have the name '{header}'", "keep one of them")
     reading.end()
-    for number in filled[1:]:
+    headers, first = _with_unit_row(reading, headers, filled, delimiter)
+    for number in filled[first:]:
         cells = _cells(reading, number, delimiter)
         if len(cells) != len(headers):
             message = f"the row has {len(cells)} cells, but the header has {len(headers)}"
@@ -144,6 +157,23 @@ def _lines(reading: LoadReading) -> Iterator[_Row]:
             reading.wrong(reading.page.span(number, 0), message, hint)
             continue
         yield _Row(dict(zip(headers, cells, strict=True)), reading.page.span(number, 0))
+
+
+def _with_unit_row(
+    reading: LoadReading, headers: list[str], filled: Sequence[int], delimiter: str
+) -> tuple[list[str], int]:
+    """Return the headers with the units of a row below them, if all filled cells of it are units, and the first row."""
+    cells = [cell.text.strip().strip("[]()") for cell in _cells(reading, filled[1], delimiter)] if filled[1:] else []
+    if not any(cells) or len(cells) != len(headers) or not {*cells} <= {"", *IN_METRES, *IN_KILOGRAMS, *DEGREES}:
+        return headers, 1
+    for header, unit in zip(headers, cells, strict=True):
+        if unit and (own := _unit_in(header)) and own != unit:
+            message = f"the header '{header}' and the row below it give different units: '{own}' and '{unit}'"
+            reading.wrong(reading.page.span(filled[1], 0), message, "delete the row of units")
+    return [
+        f"{header} [{unit}]" if unit and not _unit_in(header) else header
+        for header, unit in zip(headers, cells, strict=True)
+    ], 2
 
 
 def _cells(reading: LoadReading, number: int, delimiter: str) -> list[_Cell]:
@@ -182,6 +212,75 @@ def _text(node: Node) -> str:
     return node.value.text if isinstance(node.value, Numeral) else node.value if isinstance(node.value, str) else ""
 
 
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+_DECIMAL_COMMA: Final = re.compile(r"[+-]?\d*,\d+")
+_GROUPED: Final = re.compile(r"[+-]?[1-9]\d{0,2}(?:,\d{3})+")  # 1,250: with a thousands separator, or a decimal comma
+
+
+def _with_decimal_points(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
+    """Return the rows with decimal points for decimal commas; report numbers that can be read in two ways.
+
+    A comma such as that of `12,5` or `0,125` cannot separate thousands, and decides for the whole table.
+    """
+    numeric = [header for name, header in _likely_headers(rows).items() if name != "name"]
+    texts = [text for row in rows for header in numeric if (text := _text_in(row, header))]
+    example = next((text for text in texts if _DECIMAL_COMMA.fullmatch(text) and not _GROUPED.fullmatch(text)), "")
+    if not example and not any("," in text for text in texts):
+        return rows
+    read: list[_Row] = []
+    for row in rows:
+        cells, clear = dict(row.cells), True
+        for header in numeric:
+            text = _text_in(row, header)
+            wrong = _ambiguity(text, example)
+            if wrong is not None:
+                reading.wrong(row.cells[header].span, *wrong)
+                clear = False
+            elif "," in text:
+                cells[header] = replace(cells[header], text=text.replace(",", "."))
+        if clear:
+            read.append(replace(row, cells=cells))
+    return read
+
+
+def _ambiguity(text: str, example: str) -> tuple[str, str] | None:
+    """Return message and remedy for a number whose comma or point is unclear beside a decimal comma as in `example`."""
+    digits = text.replace(",", "").replace(".", "")
+    if example and "." in text:
+        message = f"the point in '{text}' is unclear, since the table has decimal commas, such as '{example}'"
+        return message, f"write {digits} or {text.replace(',', '').replace('.', ',')}"
+    if "," not in text or (example and text.count(",") == 1):
+        return None
+    if _GROUPED.fullmatch(text):
+        return (
+            f"'{text}' is {digits} with a thousands separator, or {text.replace(',', '.', 1)} with a decimal comma",
+            f"write {digits}, or a decimal point",
+        )
+    return f"'{text}' has a thousands separator", f"write {text.replace(',', '')}"
+
+
+def _text_in(row: _Row, header: str) -> str:
+    """Return the text of a cell; empty if the row has none."""
+    return row.cells[header].text.strip() if header in row.cells else ""
+
+
+def _only_boxes(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
+    """Return the rows with a box; report each row that has neither a size nor a position, such as a row of totals."""
+    likely = _likely_headers(rows)
+    headers = [likely[name] for name in (*SIDES, *PLACE) if name in likely]
+    boxes: list[_Row] = []
+    for row in rows:
+        if not headers or any(_text_in(row, header) for header in headers):
+            boxes.append(row)
+            continue
+        word = next((cell.text.strip() for cell in row.cells.values() if re.search(r"[^\W\d]", cell.text)), "")
+        total = f", as in a row of totals ('{word[:LONGEST_TOLD]}')" if word else ""
+        reading.wrong(row.span, f"the row has no size and no position{total}", "delete the row, or add the numbers")
+    return boxes
+
+
 # --- columns ----------------------------------------------------------------------------------------------------------
 
 
@@ -191,7 +290,7 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
         return {}
     columns: dict[str, _Column] = {}
     without_unit: list[tuple[str, Span]] = []
-    unsupported: dict[str, re.Match[str] | None] = {}
+    unsupported: dict[str, None] = {}
     before = len(reading.mistakes)
     headers = {header: cell.span for row in rows for header, cell in row.cells.items()}
     where = reading.page.span(next((n for n, line in enumerate(reading.page.lines) if line.strip()), 0), 0)
@@ -201,7 +300,7 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
         if header in reading.ignored:
             reading.skip(header, span, harmless=False)
         elif match is None or name not in COLUMNS:
-            unsupported[header] = match
+            unsupported[header] = None
         elif name in columns:
             reading.wrong(span, f"both '{columns[name].header}' and '{header}' specify the {name}", "keep one of them")
         else:
@@ -214,23 +313,109 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
             if unit is not None:
                 columns[name] = _Column(name, header, unit)
     known = {*columns, *(name for name, _ in without_unit)}
-    _refuse_unsupported(reading, unsupported, headers, [name for name in NEEDED if name not in known])
+    _refuse_unsupported(reading, rows, unsupported, headers, [name for name in NEEDED if name not in known])
+    for name, header in _likely_headers(rows).items():
+        if header in unsupported and name not in BARE and not _unit_in(header) and not _default_unit(name, options):
+            without_unit.append((name, _header_span(reading, header, headers[header])))
     if without_unit:
         names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
         plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
         message = f"the columns {told} have no unit" if plural else f"the column {told} has no unit"
-        reading.undetermined(where_first, message, _example(first, names))
+        units, reason = _likely_units(rows, names)
+        reading.proposed |= units
+        reading.undetermined(where_first, message, _example(first, units) + reason)
     missing = [name for name in NEEDED if name not in columns]
     wrong = len(reading.mistakes) > before
     if missing and not wrong:
         message = f"the table has no column {', '.join(f'`{name}`' for name in missing)}"
-        reading.undetermined(where, message, _example(missing[0]))
+        reading.undetermined(where, message, _example(missing[0], {}))
     return {} if missing or wrong else columns
+
+
+def _likely_headers(rows: Sequence[_Row]) -> Mapping[str, str]:
+    """Return the header of each column: the exact name if the table has it, otherwise a header that may mean it."""
+    headers = list(dict.fromkeys(header for row in rows for header in row.cells))
+    exact = {name: header for header in headers if (name := _exact_column(header))}
+    meant: dict[str, str] = {}
+    for header in sorted(headers, key=lambda each: not each.lower().startswith(GROSS)):
+        if (name := likely_column(header)) and not _exact_column(header):
+            meant.setdefault(name, header)
+    return {**meant, **exact}
+
+
+def _exact_column(header: str) -> str:
+    """Return the column that a header names; empty for an unknown header."""
+    match = _HEADER.fullmatch(header)
+    return name if match and (name := match["name"].lower()) in COLUMNS else ""
+
+
+def _unit_in(header: str) -> str:
+    """Return the unit in a header; empty for none."""
+    match = re.search(r"\[(.*)\]|\((.*)\)|[/_\s](mm|cm|m|in|g|kg|t|lb|deg)$", header.strip())
+    return next(filter(None, match.groups()), "").strip() if match else ""
+
+
+def _ask_for_point(reading: LoadReading, rows: Sequence[_Row], options: Import) -> None:
+    """Ask for the reference point of the positions, with a guess from the lowest boxes."""
+    likely = _likely_headers(rows)
+    if "z" not in likely:
+        return
+    guess = _likely_point(rows, likely, options)
+    message = "the table does not state whether x, y, z are the lower corner or the centre of a box"
+    reason = {"corner": "is 0", "centre": "is half their height"}.get(guess, "")
+    other = "centre" if guess == "corner" else "corner"
+    hint = f"z of the lowest boxes {reason}, so write `point: {guess}`, or `point: {other}` if that is not so"
+    span = _header_span(reading, likely["z"], rows[0].cells[likely["z"]].span) if rows else reading.page.span(0, 0)
+    reading.undetermined(span, message, hint if guess else "set `point: corner` or `point: centre`")
+    reading.proposed["point"] = guess or "corner"
+
+
+def _likely_point(rows: Sequence[_Row], likely: Mapping[str, str], options: Import) -> str:
+    """Return `corner` or `centre`, if the lowest boxes show which point their z refers to; empty otherwise."""
+    if not {"z", "height"} <= likely.keys():
+        return ""
+    units = [IN_METRES.get(_unit_in(likely[name]) or _default_unit(name, options)) for name in ("z", "height")]
+    numbers = [[number_of(_text_in(row, likely[name])) for name in ("z", "height")] for row in rows]
+    known = [(z[0], height[0]) for z, height in numbers if z is not None and height is not None]
+    if not known or (units[0] is None) != (units[1] is None):
+        return ""
+    scale = units[0] / units[1] if units[0] is not None and units[1] is not None else Fraction(1)
+    least = min(known)[0]
+    lowest = [(z * scale, height) for z, height in known if z == least]
+    if lowest[0][0] == 0:
+        return "corner"
+    return "centre" if all(2 * z == height for z, height in lowest) else ""
+
+
+def _layer_heights(rows: Sequence[_Row], likely: Mapping[str, str], missing: Sequence[str]) -> str:
+    """Return the heights of layers, as advice for a table that has numbers of layers in place of z."""
+    headers = [header for header in (rows[0].cells if rows else ()) if _word(header) in LAYERS]
+    if "z" not in missing or not headers or "height" not in likely:
+        return ""
+    (layer, *_), unit = headers, _unit_in(likely["height"])
+    heights: dict[Fraction, set[Fraction]] = {}
+    for row in rows:
+        number, height = number_of(_text_in(row, layer)), number_of(_text_in(row, likely["height"]))
+        if number is not None and height is not None:
+            heights.setdefault(number[0], set()).add(height[0])
+    if not heights or any(len(each) > 1 for each in heights.values()):
+        return f"'{layer}' is no height: add the column z, with the height of the lower corner of each box"
+    bottom, told = Fraction(0), list[str]()
+    for number, (height,) in sorted(heights.items()):
+        told.append(f"{digits(bottom)} for {layer} {digits(number)}")
+        bottom += height
+    shown = ", ".join(told[:LAYERS_TOLD]) + (", ..." if len(told) > LAYERS_TOLD else "")
+    return f"'{layer}' is no height: add the column 'z{f' [{unit}]' if unit else ''}' with {shown} (lower corners)"
+
+
+def _word(header: str) -> str:
+    return re.sub(r"[\W\d_]", "", header.lower())
 
 
 def _refuse_unsupported(
     reading: LoadReading,
-    unsupported: Mapping[str, re.Match[str] | None],
+    rows: Sequence[_Row],
+    unsupported: Collection[str],
     spans: Mapping[str, Span],
     missing: Sequence[str],
 ) -> None:
@@ -238,29 +423,49 @@ def _refuse_unsupported(
     if not unsupported:
         return
     headers = list(unsupported)
-    meant = {header: name for header in headers if (name := likely_column(header))}
+    likely = _likely_headers(rows)
+    meant = {header: name for name, header in likely.items() if header in unsupported}
+    layers, names = _layer_heights(rows, likely, missing), likely.get("name", "")
+    if names in meant and _unusable_name(rows, names):
+        del meant[names]  # a number of an article is often no name, or that of several boxes
+    reading.proposed["ignore"] = [header for header in headers if header not in meant]
     if len(headers) == 1:
         (header,) = headers
-        advice = f"if it is the {meant[header]}, write '{_rewritten(header, unsupported)}'" if meant else ""
+        advice = f"if it is the {meant[header]}, write '{_rewritten(header)}'" if meant else layers
         reading.skip(header, _header_span(reading, header, spans[header]), harmless=False, advice=advice)
         return
-    others = [header for header in headers if header not in meant] or headers
-    hints = [f"'{_rewritten(header, unsupported)}' for '{header}'" for header in meant]
-    told = [f"write {', '.join(hints)}"] if hints else []
+    others = reading.proposed["ignore"]
+    new = {header: _rewritten(header) for header in meant}
+    told = [_new_headers(reading, rows, new)] if new else []
     unknown = [f"`{name}`" for name in missing if name not in meant.values()]
-    told += [f"the table {'also ' * bool(hints)}needs {', '.join(unknown)}"] if unknown else []
-    told.append(f"to ignore columns, write `ignore: [{', '.join(map(repr, others))}]`")
+    told += [f"the table {'also ' * bool(new)}needs {', '.join(unknown)}"] if unknown else []
+    told += [layers] if layers else []
+    told += [f"to ignore {'the others' if new else 'columns'}, write `ignore: {others}`"] if others else []
     message = f"the columns {', '.join(map(repr, headers))} are not supported"
     reading.undetermined(_header_span(reading, headers[0], spans[headers[0]]), message, "; ".join(told))
 
 
-def _rewritten(header: str, unsupported: Mapping[str, re.Match[str] | None]) -> str:
+def _unusable_name(rows: Sequence[_Row], header: str) -> bool:
+    """Return whether a column has two equal names, or texts that are no names."""
+    names = [name for row in rows if (name := _text_in(row, header))]
+    return len({*names}) < len(names) or not all(re.fullmatch(NAME, name) for name in names)
+
+
+def _new_headers(reading: LoadReading, rows: Sequence[_Row], new: Mapping[str, str]) -> str:
+    """Return the advice to write headers: the whole line of a CSV table, or the keys of JSON."""
+    lines = [line for line in reading.page.lines if line.strip()]
+    if lines[0].lstrip()[0] in "[{":
+        return "write " + ", ".join(f"'{text}' for '{header}'" for header, text in new.items())
+    delimiter = max(DELIMITERS, key=lines[0].count)
+    line = StringIO()
+    csv.writer(line, delimiter=delimiter, lineterminator="").writerow(new.get(each, each) for each in rows[0].cells)
+    return f"replace the line of headers by `{line.getvalue()}`"
+
+
+def _rewritten(header: str) -> str:
     """Return the header of the column that a header probably means, with its unit."""
-    name, match = likely_column(header), unsupported[header]
-    written = "" if match is None else (match["a"] or match["b"] or "").strip()
-    if not written and (ending := re.search(r"_(mm|cm|m|g|kg|t|deg)$", header)):
-        written = ending[1]
-    return name if name in BARE else f"{name} [{written}]" if written else f"{name} [its unit]"
+    name, unit = likely_column(header), _unit_in(header)
+    return f"{name} [{unit}]" if unit and name not in BARE else name
 
 
 def _header_span(reading: LoadReading, header: str, span: Span) -> Span:
@@ -293,12 +498,32 @@ def _unit(reading: LoadReading, name: str, unit: str, span: Span) -> Fraction | 
     return units.get(unit)
 
 
-def _example(name: str, names: Sequence[str] = ()) -> str:
-    """Return how to give the units of columns: in a header such as that of `name`, or for all of `names`."""
-    unit = "kg" if name == "mass" else "deg" if name == "yaw" else "mm"
-    kinds = {"mass" if each == "mass" else "length" for each in names or [name] if each != "yaw"}
-    units = ", ".join(f"{kind}: {usual}" for kind, usual in (("length", "mm"), ("mass", "kg")) if kind in kinds)
-    return f"write the header '{name} [{unit}]'" + (f", or set `units: {{{units}}}`" if units else "")
+def _example(name: str, units: Mapping[str, str]) -> str:
+    """Return how to give units: in a header such as that of `name`, or these for all columns without one."""
+    unit = units.get("mass", "kg") if name == "mass" else "deg" if name == "yaw" else units.get("length", "mm")
+    shown = ", ".join(f"{kind}: {usual}" for kind, usual in units.items())
+    return f"write the header '{name} [{unit}]'" + (f", or set `units: {{{shown}}}`" if units else "")
+
+
+# The longest side of all boxes of a load is mostly between these limits.
+_LONGEST: Final = (Fraction(1, 10), Fraction(3))  # [m]
+
+
+def _likely_units(rows: Sequence[_Row], names: Sequence[str]) -> tuple[dict[str, str], str]:
+    """Return units for the columns of these names, and the size that the largest box has then."""
+    likely = _likely_headers(rows)
+    units = {"mass": "kg"} if "mass" in names else {}
+    if {*names} <= {"mass", "yaw"}:
+        return units, ""
+    given = next((unit for name in (*SIDES, *PLACE) if (unit := _unit_in(likely.get(name, ""))) in IN_METRES), "")
+    if given:
+        return {"length": given, **units}, ""
+    sides = [number_of(_text_in(row, likely[name])) for row in rows for name in SIDES if name in likely]
+    longest = max((side[0] for side in sides if side is not None), default=Fraction(0))
+    fitting = [unit for unit in ("mm", "cm", "m") if _LONGEST[0] <= longest * IN_METRES[unit] <= _LONGEST[1]]
+    unit = fitting[0] if fitting else "mm"
+    reason = f"; in {unit}, the longest side is {float(longest * IN_METRES[unit]):.4g} m" if fitting else ""
+    return {"length": unit, **units}, reason
 
 
 # --- boxes ------------------------------------------------------------------------------------------------------------

@@ -342,7 +342,8 @@ def _plain(amount: "Amount") -> int | float | str:
     """Return an int if possible, a float, or the text of a quantity that reads back to the same double."""
     unit, magnitude = unit_text(amount), amount.magnitude
     if unit:
-        return quantity_text(magnitude, unit)
+        # A computed mass in grams would be read as multiples of gravity where an acceleration is expected.
+        return quantity_text(magnitude, unit, everyday=unit != "kg")
     return int(magnitude) if magnitude.denominator == 1 and abs(magnitude) < MAX_EXACT else float(magnitude)
 
 

@@ -55,8 +55,8 @@ _SETTLE: Final = rf"as written|down|within\s+{quantity_pattern(EXTENT)}"
 class DefaultUnits(AtLeastOneKey):
     """Units of values without a unit in the file."""
 
-    length: Literal["mm", "cm", "m"] | None = Field(None, description="unit of sizes and positions")
-    mass: Literal["g", "kg"] | None = Field(None, description="unit of masses")
+    length: Literal["mm", "cm", "m", "in"] | None = Field(None, description="unit of sizes and positions")
+    mass: Literal["g", "kg", "t", "lb"] | None = Field(None, description="unit of masses")
 
 
 # Length and width of standard pallets [mm], from EN 13698 and ISO 6780.

@@ -141,6 +141,7 @@ class Dimension:
     whole: bool = False
     prefix: str = ""  # a word before the number
     own_unit: str = ""  # the unit of the number itself, which may be written
+    gravities: bool = False  # `g` is standard gravity, as `g0`, and not the gram
 
 
 def _degrees(angle: int) -> float:
@@ -159,7 +160,7 @@ SLOPE: Final = replace(ANGLE, least=0.0, most=_degrees(90))
 DENSITY: Final = Dimension("a density", ("kg/m3", "g/cm3"), "557 kg/m3", 0.0, 1e6, positive=True)
 MASS: Final = Dimension("a mass", ("g", "kg"), "11.9 g", 0.0, 1e9, positive=True)
 ACCELERATION: Final = Dimension(
-    "an acceleration", ("m/s2", "cm/s2", "mm/s2", "g0"), "9.81 m/s2", 0.0, 1e4, positive=True
+    "an acceleration", ("m/s2", "cm/s2", "mm/s2", "g0"), "9.81 m/s2", 0.0, 1e4, positive=True, gravities=True
 )
 # At higher speeds thin bricks pass through each other in the engines.
 SPEED: Final = Dimension("a speed", ("m/s", "cm/s", "mm/s"), "2 m/s", 0.0, 20.0, positive=True)
@@ -239,14 +240,14 @@ def si_unit(dimension: Dimension) -> str:
     return next((unit for unit in dimension.units if in_si(unit) == 1), "")
 
 
-def quantity_text(magnitude: Fraction, unit: str) -> str:
-    """Format an amount of an SI unit as in YAML; it reads back to the same double."""
-    everyday = _everyday_unit(unit, magnitude)
-    scale = Fraction(1) if everyday == unit else in_si(everyday)
+def quantity_text(magnitude: Fraction, unit: str, everyday: bool = True) -> str:
+    """Format an amount of an SI unit as in YAML, in its everyday unit or in SI; it reads back to the same double."""
+    chosen = _everyday_unit(unit, magnitude) if everyday else unit
+    scale = Fraction(1) if chosen == unit else in_si(chosen)
     number = magnitude / scale
     decimal = f"{Decimal(number.numerator) / number.denominator:.20f}".rstrip("0").rstrip(".")
     if re.fullmatch(SIGNED, decimal) and float(Fraction(decimal) * scale) == float(magnitude):
-        return f"{decimal} {everyday}"
+        return f"{decimal} {chosen}"
     return f"{float(magnitude)!r} {unit}"
 
 
@@ -263,10 +264,13 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     if match is None:
         raise InputError("SD103", f"expected {dimension.noun}, not {shown(text)}", advice(dimension))
     unit = match["unit"] or ""
-    unit = "" if unit == dimension.own_unit else unit
+    unit = "" if unit == dimension.own_unit else "g0" if dimension.gravities and unit == "g" else unit
     if not unit and dimension.needs_unit and Fraction(match["number"]) != 0:  # zero is the same in every unit
         raise InputError("SD105", f"{shown(text)} has no unit; expected {dimension.noun}", advice(dimension))
     if unit and unit.translate(_SPELLINGS) not in _spelled(dimension):
+        grams = "in expressions and variables, `g` is the gram; write `g0` for standard gravity"
+        if dimension.gravities and unit == "kg":
+            raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", grams)
         hint = did_you_mean(unit if unit.isalpha() else "", dimension.units) or advice(dimension)
         raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)
@@ -301,7 +305,7 @@ def nearest_double(exact: Fraction) -> float:
 
 def quantity_pattern(dimension: Dimension) -> str:
     """Return a regular expression for the quantities of a dimension, valid in Python and ECMAScript."""
-    units = "|".join(_any_spelling(unit) for unit in (*dimension.units, *filter(None, [dimension.own_unit])))
+    units = "|".join(_any_spelling(unit) for unit in (*dimension.units, *filter(None, [dimension.own_unit, "g" * dimension.gravities])))
     unit = rf"\s*(?:{units})" if units else ""
     if dimension.needs_unit:
         return rf"(?:{SIGNED}{unit}|{ZERO})"

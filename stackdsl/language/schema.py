@@ -159,9 +159,14 @@ class Shake(Timed):
                 message = f"`{self._spelling(written[0])}` applies to a sine, but this shake has a table"
                 raise InputError("SD108", message, "remove one of them")
         elif len(written) < len(self.of_a_sine):
-            missing = next(key for key in self.of_a_sine if key not in written)
-            example = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}[missing]
-            raise InputError("SD102", f"`{self._spelling(missing)}` is missing", f"add, for example, `{example}`")
+            examples = {"frequency": "frequency: 2 Hz", "for_": "for: 2 s"}
+            missing = [key for key in self.of_a_sine if key not in written]
+            names = " and ".join(f"`{self._spelling(key)}`" for key in missing)
+            example = ", ".join(examples[key] for key in missing)
+            hint = f"add, for example, `{example}`"
+            if self.acceleration is not None:
+                hint += "; for a steady acceleration, write `table: [[0 s, 0.5 g], [1 s, 0.5 g]]` in place of `acceleration`"
+            raise InputError("SD102", f"{names} {'are' if len(missing) > 1 else 'is'} missing", hint)
         elif self._most > t.MOST_SHAKEN:
             message = (
                 f"the peak acceleration of the ground is {self._most:.4g} m/s2; the maximum is {t.MOST_SHAKEN:g} m/s2"

@@ -274,17 +274,29 @@ ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diam
 ROUND_BODIES: Final = "round bodies are not modelled; write a `prism` or `solid` with many faces, which does not roll"
 
 
+BRAKING: Final = frozenset({"acceleration", "braking", "brake", "survive", "survives"})
+BRAKES: Final = (
+    'under `expect`, `margin: {acceleration: ">= 0.5 g"}` requires that the structure survives a steady acceleration, '
+    "as in braking, in every direction; `world: {shake: {acceleration: 0.5 g, frequency: 2 Hz, for: 2 s}}` shakes it"
+)
+
+
 def _known_key(key: str, path: KeyPath) -> str:
     """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
     if key in ROUND:
         return ROUND_BODIES
+    if key in BRAKING and (path in ((), ("world",)) or path[:1] == ("expect",)):
+        return BRAKES
     siblings = keys_at(path)
     if SYNONYMS.get(key) in siblings:
         return f"write `{SYNONYMS[key]}`"
     parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
     return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
+
+
+SINE: Final = ", frequency: 2 Hz, for: 2 s"  # the other keys of a shake
 
 
 def _as_mapping(written: object, path: KeyPath) -> str:
@@ -299,7 +311,10 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
     key, text = _key_for(written, path, keys), _quoted(written)
-    example = f"write {{{key}: {text}}}; " if key else ""
+    if path[-1:] == ("margin",) and key and isinstance(written, str) and written[:1] not in "<>":
+        text = f'">= {written}"'
+    entry = f"{{{key}: {text}{SINE if path[-1:] == ('shake',) and key == 'acceleration' else ''}}}"
+    example = f"write {entry}; " if key else ""
     if len(keys) > MOST_EXPLAINED:
         return f"{example}the keys are {', '.join(keys)}"
     descriptions = {key: description_at((*path, key)).partition(";")[0] for key in keys}

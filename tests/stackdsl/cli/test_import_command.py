@@ -67,7 +67,7 @@ def test_a_row_that_is_too_short_hides_no_other_mistake(stackdsl: Stackdsl, tmp_
     lines[2] = lines[2].rpartition(",")[0]
     write(tmp_path, "\n".join(lines), "load.csv")
     told = [line for line in stackdsl("import", "load.csv").err.splitlines() if line.startswith("load.csv")]
-    assert [line.partition(" ")[0] for line in told] == ["load.csv:2:19:", "load.csv:3:1:", "load.csv:4:11:"]
+    assert [line.partition(" ")[0] for line in told] == ["load.csv:1:65:", "load.csv:3:1:", "load.csv:4:11:"]
     assert "the row has 7 cells" in told[1]
     assert "`height`: 'high' is not a number" in told[2]
 
@@ -76,9 +76,8 @@ def test_headers_that_others_use_are_asked_about(stackdsl: Stackdsl, tmp_path: P
     write(tmp_path, CROWDED.replace("name", "ID").replace("mass [kg]", "weight").replace("width", "widht"), "load.csv")
     asked = stackdsl("import", "load.csv", "--point", "corner")
     assert (asked.code, asked.out) == (ExitCode.INVALID, "")
-    meant = "write 'name' for 'ID', 'width [mm]' for 'widht [mm]', 'mass [its unit]' for 'weight'; to ignore columns, "
-    assert meant in asked.err
-    assert "write --ignore ID --ignore 'widht [mm]' --ignore weight" in asked.err
+    assert "replace the line of headers by `name,length [mm],width [mm],height [mm],mass,x [mm]," in asked.err
+    assert asked.err.endswith("  stackdsl import load.csv --point corner --mass kg\n")
 
 
 def test_a_file_that_is_wrong_is_told_in_its_place(stackdsl: Stackdsl, tmp_path: Path) -> None:

@@ -57,7 +57,7 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
     assert "or set --length mm --mass kg" in told.err
     assert stackdsl("import", "cartons.csv", "--point", "corner", "--length", "mm", "--mass", "kg").code == 0
     assert (
-        "set --point corner or --point centre"
+        "so write --point corner, or --point centre if that is not so"
         in stackdsl("import", "cartons.csv", "--length", "mm", "--mass", "kg").err
     )
 
@@ -65,7 +65,9 @@ def test_a_table_without_units_has_one_message_with_the_options_to_add(stackdsl:
 def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stackdsl: Stackdsl, tmp_path: Path) -> None:
     header = "SSCC,L_mm,W_mm,H_mm,weight_kg,pos_x,pos_y,pos_z\n"
     write(tmp_path, header + "003001,400,300,200,5,0,0,0\n" * 3, "wms.csv")
-    told = stackdsl("import", "wms.csv", "--point", "corner")
-    assert told.err.count("SD115") == 1
-    assert "write 'length [mm]' for 'L_mm', 'width [mm]' for 'W_mm'" in told.err
-    assert "to ignore columns, write --ignore SSCC" in told.err
+    told = stackdsl("import", "wms.csv")
+    assert "the line of headers by `SSCC,length [mm],width [mm],height [mm],mass [kg],x,y,z`" in told.err
+    assert "to ignore the others, write --ignore SSCC" in told.err
+    assert told.err.endswith("  stackdsl import wms.csv --ignore SSCC --length mm --point corner\n")
+    write(tmp_path, "SSCC,length [mm],width [mm],height [mm],mass [kg],x,y,z\n003001,400,300,200,5,0,0,0\n", "wms.csv")
+    assert stackdsl(*told.err.splitlines()[-1].split()[1:]).code == 0
