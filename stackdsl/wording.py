@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 from stability.analysis.weakest import Weakest
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
-from stability.name_order import MOST_NAMES
+from stability.name_order import MOST_NAMES, names_text
 
 MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
@@ -62,7 +62,28 @@ def mass_text(mass: float) -> str:
 def weakest_text(weakest: Weakest) -> str:
     """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
     bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
+    if slides_together(weakest):
+        all_bricks, rest = gives_way_text(weakest).split(" slide on ", 1)
+        return f"weakest: {all_bricks} together; above {least} g towards {bearing} deg, they slide on {rest}"
     return f"weakest: {weakest.brick}; above {least} g towards {bearing} deg, {weakest.gives_way}"
+
+
+def slides_together(weakest: Weakest) -> bool:
+    """Return whether the mechanism is that several bricks, and all that there are, slide together."""
+    return bool(weakest.slides_on) and len(weakest.bricks) > 1
+
+
+def gives_way_text(weakest: Weakest) -> str:
+    """Describe a mechanism; if all bricks slide together, by their number, their support and its friction."""
+    if not slides_together(weakest):
+        return weakest.gives_way
+    supports = names_text(weakest.slides_on)
+    return f"{all_bricks_text(weakest)} slide on {supports} (coefficient of friction {weakest.friction:.4g})"
+
+
+def all_bricks_text(weakest: Weakest) -> str:
+    """Return `all 9 bricks`, for a mechanism of several bricks that is the whole structure."""
+    return "both bricks" if len(weakest.bricks) == 2 else f"all {len(weakest.bricks)} bricks"  # noqa: PLR2004
 
 
 def energy_fault(gained: float) -> str:

@@ -4,19 +4,21 @@ This is the only definition of the weakest brick. Other measures have other name
 limiting joint, and the clearance of a brick's centre.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, pi, radians
 from typing import TYPE_CHECKING
 
 from stability.model import BodyId
 from stability.name_order import in_order, natural_key
 from stability.problem import Problem
-from stability.statics.fall_description import described, really_moving
+from stability.statics.fall_description import described, really_moving, sliding_supports
 
 if TYPE_CHECKING:
     from stability.analysis.acceleration_margin import AccelerationMargin
 
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
+
+NO_SLIDING = 10.0  # Coulomb coefficient that no material exceeds
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +31,8 @@ class Weakest:
     fails: float  # horizontal acceleration at which the mechanism is proven to open [g]
     bearing: float  # of the pull on the bricks, from +x towards +y, from 0 to 2 pi [rad]
     gives_way: str  # description of the motion: "L5.1, L5.2 tip over L4.1"
+    slides_on: tuple[BodyId, ...] = ()  # if all bricks slide together: the bodies on which they slide
+    friction: float = 0.0  # the least Coulomb coefficient between the bricks and `slides_on`
 
 
 def weakest(problem: Problem, gravity: float | None = None) -> Weakest | None:
@@ -48,4 +52,14 @@ def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None
     lowest = min(bricks, key=lambda name: (heights[name], natural_key(name)))
     bearing = radians(round(degrees(margin.bearing), DIGITS)) % (2.0 * pi)
     words = described(problem, margin.motion)
-    return Weakest(lowest, tuple(bricks), margin.value, margin.upper, bearing, words)
+    supports = sliding_supports(problem, margin.motion)
+    frictions = [contact.law.friction for contact in problem.contacts if {contact.lower, contact.upper} & {*supports}]
+    friction = float(min(frictions, default=0.0))
+    return Weakest(lowest, tuple(bricks), margin.value, margin.upper, bearing, words, supports, friction)
+
+
+def first_tipping(problem: Problem, gravity: float | None = None) -> Weakest | None:
+    """Return the first mechanism if no brick slid, by a very large friction; None if that mechanism slides, too."""
+    laws = [replace(contact, law=contact.law.with_friction(NO_SLIDING)) for contact in problem.contacts]
+    first = weakest(replace(problem, contacts=tuple(laws)), gravity)
+    return None if first is None or first.slides_on else first

@@ -92,6 +92,21 @@ def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
     return f"{_named(problem, group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
 
 
+def sliding_supports(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
+    """Return the bodies on which all bricks of a problem slide without tipping; empty for any other motion."""
+    moving = really_moving(problem, motion)
+    if {*moving} != problem.bricks.keys():
+        return ()
+    motion = Motion({name: motion.velocity[name] for name in moving})
+    supports: set[BodyId] = set()
+    for group in _groups(problem, motion):
+        about, along = _still_against(problem, motion, group)
+        if about or not along or _turns(problem, motion, group):
+            return ()
+        supports |= along
+    return () if supports & problem.bricks.keys() else tuple(in_order(supports))
+
+
 def _verb(stem: str, group: Sequence[BodyId]) -> str:
     return stem if len(group) > 1 else f"{stem}s"
 

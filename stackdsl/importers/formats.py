@@ -111,12 +111,23 @@ def _format_of(reading: LoadReading) -> Format:
 LONGEST_SLUG = 64  # [characters]
 
 
-def scenario_text(name: str, notes: Sequence[str], load: ImportedLoad, friction: float) -> str:
-    """Return the YAML of a scenario that builds the boxes of a load one by one; `notes` become comments at its head."""
-    return "\n".join(_lines(name, notes, load, friction)) + "\n"
+def scenario_text(
+    name: str,
+    notes: Sequence[str],
+    load: ImportedLoad,
+    friction: float,
+    on_share: Callable[[float], None] = lambda _: None,
+) -> str:
+    """Return the YAML of a scenario that builds the boxes of a load one by one; `notes` become comments at its head.
+
+    `on_share` is called with the share of the boxes that are written.
+    """
+    return "\n".join(_lines(name, notes, load, friction, on_share)) + "\n"
 
 
-def _lines(name: str, notes: Sequence[str], load: ImportedLoad, friction: float) -> Iterator[str]:
+def _lines(
+    name: str, notes: Sequence[str], load: ImportedLoad, friction: float, on_share: Callable[[float], None]
+) -> Iterator[str]:
     yield from (f"# {note}" for note in notes)
     yield f"scenario: {name}"
     yield f"friction: {friction!r}"
@@ -125,7 +136,9 @@ def _lines(name: str, notes: Sequence[str], load: ImportedLoad, friction: float)
     yield "build:"
     yield "  - every: 1 s"
     yield "    bricks:"
-    yield from (f"      - {_flow(written_box(box))}" for box in load.boxes)
+    for number, box in enumerate(load.boxes, 1):
+        yield f"      - {_flow(written_box(box))}"
+        on_share(number / len(load.boxes))
     yield "expect:"
     yield "  - stands: all"
 

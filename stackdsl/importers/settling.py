@@ -1,7 +1,7 @@
 """Brings imported boxes into contact with the boxes or the ground below them, and trims small overlaps."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import cos, hypot, inf, radians, sin
@@ -48,12 +48,15 @@ def overlap_in_plan(one: PlanRectangle, other: PlanRectangle) -> Fraction:
     return Fraction(min(overlaps))
 
 
-def close_in_plan(outlines: Sequence[PlanRectangle]) -> Iterator[tuple[int, int]]:
+def close_in_plan(
+    outlines: Sequence[PlanRectangle], on_share: Callable[[float], None] = lambda _: None
+) -> Iterator[tuple[int, int]]:
     """Yield the pairs of indices whose bounding boxes overlap in plan, each once: a superset of those that overlap."""
     grid: Neighbours[int] = Neighbours()
     for number, one in enumerate(outlines):
         low, high = _bounds(one)
         yield from ((other, number) for other in grid.around(low, high, 0.0))
+        on_share((number + 1) / len(outlines))
         grid.add(number, low, high)
 
 
@@ -79,12 +82,14 @@ def _reach(rectangle: PlanRectangle, x: float, y: float) -> float:
 # Horizontal overlaps of at most the precision of the file. Of two such boxes, the later one is shortened.
 
 
-def trim(boxes: Sequence[ImportedBox], precision: Fraction) -> list[ImportedBox]:
+def trim(
+    boxes: Sequence[ImportedBox], precision: Fraction, on_share: Callable[[float], None] = lambda _: None
+) -> list[ImportedBox]:
     """Return the boxes without such overlaps; boxes that are not turned by a right angle stay unchanged."""
     trimmed = list(boxes)
     square = [box.turn[2] % RIGHT_ANGLE == 0 for box in boxes]
     low, high = [float(box.bottom) for box in boxes], [float(box.top) for box in boxes]
-    for one, other in close_in_plan([outline(box) for box in boxes]):
+    for one, other in close_in_plan([outline(box) for box in boxes], on_share):
         beside = min(high[one], high[other]) - max(low[one], low[other]) > precision
         if beside and square[one] and square[other]:
             trimmed[other] = _cut(trimmed[other], trimmed[one], precision)
@@ -140,13 +145,17 @@ class _Gap:
     size: Fraction  # [m]; negative for an overlap of at most the precision
 
 
-def settled(load: ImportedLoad, settle: Settle) -> SettledLoad:
-    """Settle a load; all boxes must be upright (see `first_unsettleable`)."""
+def settled(load: ImportedLoad, settle: Settle, on_share: Callable[[float], None] = lambda _: None) -> SettledLoad:
+    """Settle a load; all boxes must be upright (see `first_unsettleable`).
+
+    `on_share` is called with the share of the boxes that are compared with their neighbours.
+    """
     if not settle.lowered and settle.within is None:
         still = tuple(Fraction(0) for _ in load.boxes)
         return SettledLoad(load, still, still, still)
-    trimmed = trim(load.boxes, load.precision)
-    gaps = _gaps(trimmed, load.precision, inf if settle.within is None else settle.within)
+    trimmed = trim(load.boxes, load.precision, lambda share: on_share(share / 2))
+    widest = inf if settle.within is None else settle.within
+    gaps = _gaps(trimmed, load.precision, widest, lambda share: on_share((1 + share) / 2))
     bottoms, tops = _lowered(trimmed, gaps) if settle.within is None else _levelled(trimmed, gaps)
     boxes = tuple(_between(box, low, high) for box, low, high in zip(trimmed, bottoms, tops, strict=True))
     return SettledLoad(
@@ -174,14 +183,16 @@ def _upwards(boxes: Sequence[ImportedBox]) -> list[int]:
     return sorted(range(len(boxes)), key=lambda number: (boxes[number].bottom, number))
 
 
-def _gaps(boxes: Sequence[ImportedBox], precision: Fraction, widest: float | Fraction) -> list[_Gap]:
+def _gaps(
+    boxes: Sequence[ImportedBox], precision: Fraction, widest: float | Fraction, on_share: Callable[[float], None]
+) -> list[_Gap]:
     """Return the gaps of at most `widest` below each box; none for a box inside another."""
     outlines = [outline(box) for box in boxes]
     bottoms, tops = [box.bottom for box in boxes], [box.top for box in boxes]
     low, high = list(map(float, bottoms)), list(map(float, tops))
     gaps = [_Gap(upper, GROUND, bottom) for upper, bottom in enumerate(bottoms) if -precision <= bottom <= widest]
     inside, limit = set[int](), float(widest) + ROUNDED
-    for one, other in close_in_plan(outlines):
+    for one, other in close_in_plan(outlines, on_share):
         lower, upper = (one, other) if (low[one], one) < (low[other], other) else (other, one)
         if low[upper] - high[lower] > limit:  # saves the slow exact comparison
             continue

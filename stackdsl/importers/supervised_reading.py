@@ -34,11 +34,20 @@ class _Mistakes:
     proposed: Mapping[str, Any]
 
 
-def load_supervised(data: bytes, file: str, options: Import, read_file: Callable[[str], bytes]) -> ImportedLoad:
-    """Read a load like `read_load`, in a process of its own. Raises UnreadableLoadError."""
+def load_supervised(
+    data: bytes,
+    file: str,
+    options: Import,
+    read_file: Callable[[str], bytes],
+    on_wait: Callable[[], None] = lambda: None,
+) -> ImportedLoad:
+    """Read a load like `read_load`, in a process of its own. Raises UnreadableLoadError.
+
+    `on_wait` is called from time to time until the load is read.
+    """
     files: dict[str, bytes | OSError] = {}
     while True:
-        done = supervised(Task(_read, (data, file, options, files), TIME_LIMIT))
+        done = supervised(Task(_read, (data, file, options, files), TIME_LIMIT), on_wait)
         match done.value:
             case ImportedLoad():
                 return done.value

@@ -118,9 +118,9 @@ class _Column:
 def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
     """Read the boxes of a table. Raises UnreadableLoadError."""
     text = "\n".join(reading.page.lines).lstrip()
-    rows = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
+    rows: Sequence[_Row] = list(_objects(reading) if text.startswith(("[", "{")) else _lines(reading))
     rows = _with_decimal_points(reading, rows)
-    columns = _columns(reading, rows, options)
+    columns = _columns(reading, rows, options) if rows else {}
     boxes_only = _only_boxes(reading, rows)
     if rows and options.point is None:
         _ask_for_point(reading, boxes_only, options)
@@ -286,8 +286,6 @@ def _only_boxes(reading: LoadReading, rows: Sequence[_Row]) -> Sequence[_Row]:
 
 def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Mapping[str, _Column]:
     """Return the columns by name; report mistakes and return {} if a column is missing, repeated or without a unit."""
-    if not rows:
-        return {}
     columns: dict[str, _Column] = {}
     without_unit: list[tuple[str, Span]] = []
     unsupported: dict[str, None] = {}
@@ -314,22 +312,30 @@ def _columns(reading: LoadReading, rows: Sequence[_Row], options: Import) -> Map
                 columns[name] = _Column(name, header, unit)
     known = {*columns, *(name for name, _ in without_unit)}
     _refuse_unsupported(reading, rows, unsupported, headers, [name for name in NEEDED if name not in known])
-    for name, header in _likely_headers(rows).items():
-        if header in unsupported and name not in BARE and not _unit_in(header) and not _default_unit(name, options):
-            without_unit.append((name, _header_span(reading, header, headers[header])))
-    if without_unit:
-        names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
-        plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
-        message = f"the columns {told} have no unit" if plural else f"the column {told} has no unit"
-        units, reason = _likely_units(rows, names)
-        reading.proposed |= units
-        reading.undetermined(where_first, message, _example(first, units) + reason)
+    without_unit += [
+        (name, _header_span(reading, header, headers[header]))
+        for name, header in _likely_headers(rows).items()
+        if header in unsupported and name not in BARE and not (_unit_in(header) or _default_unit(name, options))
+    ]
+    _ask_for_units(reading, rows, without_unit)
     missing = [name for name in NEEDED if name not in columns]
     wrong = len(reading.mistakes) > before
     if missing and not wrong:
         message = f"the table has no column {', '.join(f'`{name}`' for name in missing)}"
         reading.undetermined(where, message, _example(missing[0], {}))
     return {} if missing or wrong else columns
+
+
+def _ask_for_units(reading: LoadReading, rows: Sequence[_Row], without_unit: Sequence[tuple[str, Span]]) -> None:
+    """Ask for the units of all columns that have none, with likely units."""
+    if not without_unit:
+        return
+    names, (first, where_first) = [name for name, _ in without_unit], without_unit[0]
+    plural, told = len(names) > 1, ", ".join(f"`{name}`" for name in names)
+    message = f"the columns {told} have no unit" if plural else f"the column {told} has no unit"
+    units, reason = _likely_units(rows, names)
+    reading.proposed |= units
+    reading.undetermined(where_first, message, _example(first, units) + reason)
 
 
 def _likely_headers(rows: Sequence[_Row]) -> Mapping[str, str]:
@@ -401,9 +407,9 @@ def _layer_heights(rows: Sequence[_Row], likely: Mapping[str, str], missing: Seq
     if not heights or any(len(each) > 1 for each in heights.values()):
         return f"'{layer}' is no height: add the column z, with the height of the lower corner of each box"
     bottom, told = Fraction(0), list[str]()
-    for number, (height,) in sorted(heights.items()):
-        told.append(f"{digits(bottom)} for {layer} {digits(number)}")
-        bottom += height
+    for layer_number, (layer_height,) in sorted(heights.items()):
+        told.append(f"{digits(bottom)} for {layer} {digits(layer_number)}")
+        bottom += layer_height
     shown = ", ".join(told[:LAYERS_TOLD]) + (", ..." if len(told) > LAYERS_TOLD else "")
     return f"'{layer}' is no height: add the column 'z{f' [{unit}]' if unit else ''}' with {shown} (lower corners)"
 

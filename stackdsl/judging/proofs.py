@@ -10,7 +10,7 @@ from stability.analysis.margins import least_friction
 from stability.analysis.placement_margin import placement
 from stability.analysis.repair import Piling
 from stability.analysis.uniqueness import outcome
-from stability.analysis.weakest import Weakest, weakest, weakest_at
+from stability.analysis.weakest import Weakest, first_tipping, weakest, weakest_at
 from stability.dynamics.onset import as_it_begins
 from stability.model import BodyId
 from stability.problem import Motion, Placed, Problem, Stability, Stage, Tolerances, Verdict
@@ -274,6 +274,7 @@ class Survival:
 
     along: Sequence[BearingSurvival]
     weakest: Weakest | None  # None if nothing gives way, or with more bricks than `MOST_FOR_WEAKEST`
+    tips: Weakest | None = None  # if all bricks slide together first: the mechanism that opens if they cannot
 
     @property
     def worst(self) -> BearingSurvival:
@@ -297,7 +298,8 @@ def survival_of(
         return None
     first = weakest(problem, assembly.gravity) if len(assembly.bricks) <= MOST_FOR_WEAKEST else None
     texts: dict[int, str] = {}  # by motion, as several bearings share one
-    return Survival(tuple(_along(problem, each, first, texts) for each in bearings), first)
+    tips = first_tipping(problem, assembly.gravity) if first is not None and first.slides_on else None
+    return Survival(tuple(_along(problem, each, first, texts) for each in bearings), first, tips)
 
 
 def _along(problem: Problem, each: Survived, first: Weakest | None, texts: dict[int, str]) -> BearingSurvival:

@@ -305,7 +305,10 @@ def nearest_double(exact: Fraction) -> float:
 
 def quantity_pattern(dimension: Dimension) -> str:
     """Return a regular expression for the quantities of a dimension, valid in Python and ECMAScript."""
-    units = "|".join(_any_spelling(unit) for unit in (*dimension.units, *filter(None, [dimension.own_unit, "g" * dimension.gravities])))
+    units = "|".join(
+        _any_spelling(unit)
+        for unit in (*dimension.units, *filter(None, [dimension.own_unit, "g" * dimension.gravities]))
+    )
     unit = rf"\s*(?:{units})" if units else ""
     if dimension.needs_unit:
         return rf"(?:{SIGNED}{unit}|{ZERO})"

@@ -165,7 +165,7 @@ class Shake(Timed):
             example = ", ".join(examples[key] for key in missing)
             hint = f"add, for example, `{example}`"
             if self.acceleration is not None:
-                hint += "; for a steady acceleration, write `table: [[0 s, 0.5 g], [1 s, 0.5 g]]` in place of `acceleration`"
+                hint += "; a steady acceleration is `table: [[0 s, 0.5 g], [1 s, 0.5 g]]`, without `acceleration`"
             raise InputError("SD102", f"{names} {'are' if len(missing) > 1 else 'is'} missing", hint)
         elif self._most > t.MOST_SHAKEN:
             message = (

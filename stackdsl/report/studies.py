@@ -10,6 +10,7 @@ from stability.analysis.acceleration_margin import tilt
 from stability.analysis.building_order import BuildingOrder
 from stability.analysis.removal_order import EarliestFall, LongestOrder, Pull
 from stability.analysis.repair import BrickShift, Propping, SeveralShifts
+from stability.analysis.weakest import Weakest
 from stability.name_order import in_order, names_text
 from stability.problem import Stability
 from stackdsl.judging.proofs import BearingSurvival, Survival
@@ -22,7 +23,15 @@ from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from stackdsl.timeline import Timeline, leaves_to_engine
-from stackdsl.wording import how_many, rounded_down, rounded_up, survived_text
+from stackdsl.wording import (
+    all_bricks_text,
+    gives_way_text,
+    how_many,
+    rounded_down,
+    rounded_up,
+    slides_together,
+    survived_text,
+)
 
 if TYPE_CHECKING:  # these import scipy
     from stackdsl.judging.statistics import Interval
@@ -474,14 +483,25 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     if len(rows) > MOST_ROWS + 1:
         yield f"  {how_many(len(rows) - MOST_ROWS - 1, 'more way')} to give way; --format csv lists each bearing"
     yield ""
+    if survival.tips is not None:
+        tips = survival.tips
+        where = f"{survived_text(tips.acceleration)} g towards {_towards(tips.bearing)}"
+        yield f"  If nothing could slide: above {where}, {_tipping(tips, survival)}."
     yield "  Bearings count from +x towards +y."
+
+
+def _tipping(tips: Weakest, survival: Survival) -> str:
+    """Describe the mechanism that opens if nothing slides; if the whole structure tips, by the number of bricks."""
+    first, (bricks, tip, rest) = survival.weakest, tips.gives_way.partition(" tip ")
+    whole = first is not None and slides_together(first) and tips.bricks == first.bricks and PARTS not in rest
+    return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else tips.gives_way
 
 
 def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
     """Yield bearings, survived accelerations and failure: the weakest bearing first, then the others by failure."""
     if survival.weakest is not None:
         first = survival.weakest
-        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(first.gives_way)
+        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(gives_way_text(first))
     ways: dict[str, list[list[BearingSurvival]]] = {}
     for run in _alike(survival.along):
         ways.setdefault(_in_short(run[0].gives_way), []).append(run)

@@ -208,8 +208,11 @@ if hasattr(os, "register_at_fork"):  # not on Windows
     os.register_at_fork(after_in_child=_OWN.__dict__.clear)  # two processes that share a worker would both hang
 
 
-def supervised(task: Task) -> TaskResult:
-    """Run a task in a process that belongs to this thread and stays for its next task."""
+def supervised(task: Task, on_wait: Callable[[], None] = lambda: None) -> TaskResult:
+    """Run a task in a process that belongs to this thread and stays for its next task.
+
+    `on_wait` is called from time to time until the task is done.
+    """
     pool: Pool | None = getattr(_OWN, "pool", None)
     if pool is None:
         pool = _OWN.pool = Pool(1, _no_listener, WorkerStart.COPY, keeps=True)
@@ -220,6 +223,7 @@ def supervised(task: Task) -> TaskResult:
         pool.fill()
         while not results:
             pool.step()
+            on_wait()
     except BaseException:
         del _OWN.pool
         pool.kill()

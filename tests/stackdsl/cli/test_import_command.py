@@ -1,11 +1,12 @@
 """`stackdsl import`: what it prints is a scenario that says the same as the file, and plays."""
 
+import shlex
 from pathlib import Path
 
 import pytest
 
 from stackdsl.exits import ExitCode
-from tests.command_line import Stackdsl, stackdsl_in_folder, write
+from tests.command_line import Stackdsl, ended, stackdsl_in_folder, write
 from tests.stackdsl.importers.loads import PALLET, PLAN, TABLE
 
 __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
@@ -101,3 +102,80 @@ def test_import_of_an_unknown_file_asks_for_its_format(stackdsl: Stackdsl, tmp_p
     printed = stackdsl("import", "load.xml")
     assert printed.code == ExitCode.INVALID
     assert "SD115 the format of the file cannot be recognised" in printed.err
+
+
+# A German Excel export: byte order mark, semicolons, decimal commas, an empty line and a row of totals.
+EXCEL = """\ufeffKarton-Nr.;Länge (cm);Breite (cm);Höhe (cm);Gewicht (kg);X (cm);Y (cm);Z (cm);Bemerkung
+4711;60;40;30,5;12,5;0;0;0;
+4712;60;40;30,5;12,5;0;0;30,5;
+
+;;;;25,0;;;;Summe
+"""
+
+
+def test_a_german_table_has_all_its_questions_asked_at_once(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, EXCEL, "load.csv")
+    asked = stackdsl("import", "load.csv")
+    assert asked.code == ExitCode.INVALID
+    header = "Karton-Nr.;length [cm];width [cm];height [cm];mass [kg];X (cm);Y (cm);Z (cm);Bemerkung"
+    assert f"replace the line of headers by `{header}`" in asked.err
+    assert "z of the lowest boxes is 0, so write --point corner" in asked.err
+    assert "load.csv:5:1: SD114 the row has no size and no position, as in a row of totals ('Summe')" in asked.err
+    lines = EXCEL.splitlines()
+    write(tmp_path, "\n".join([header, *lines[1:-1]]), "load.csv")
+    printed = stackdsl(*shlex.split(asked.err.splitlines()[-1])[1:])
+    assert printed.code == ExitCode.OK
+    assert "at: [300 mm, 200 mm, 457.5 mm], brick: {size: [600 mm, 400 mm, 305 mm], mass: 12.5 kg}" in printed.out
+
+
+def test_a_table_in_inches_may_give_units_in_a_row(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, "name,length,width,height,mass,x,y,z\n,in,in,in,lb,in,in,in\na,20,15,12,10,10,7.5,6\n", "load.csv")
+    asked = stackdsl("import", "load.csv")
+    assert "z of the lowest boxes is half their height, so write --point centre" in asked.err
+    printed = stackdsl(*shlex.split(asked.err.splitlines()[-1])[1:])
+    assert "at: [254 mm, 190.5 mm, 152.4 mm], brick: {size: [508 mm, 381 mm, 304.8 mm], mass: 4.5359237 kg}" in (
+        printed.out
+    )
+
+
+def test_numbers_of_layers_are_no_heights(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    rows = "".join(f"c{n},{n},400,300,{height},9,0,0\n" for n, height in ((1, 350), (2, 200), (3, 100)))
+    write(tmp_path, f"carton,layer,length_mm,width_mm,height_mm,weight_kg,x_mm,y_mm\n{rows}", "load.csv")
+    asked = stackdsl("import", "load.csv").err
+    assert "add the column 'z [mm]' with 0 for layer 1, 350 for layer 2, 550 for layer 3" in asked
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("1,250", "7", "'1,250' is 1250 with a thousands separator, or 1.250 with a decimal comma"),
+        ("1,250.5", "7", "'1,250.5' has a thousands separator"),
+        ("12,5", "7.25", "the point in '7.25' is unclear, since the table has decimal commas, such as '12,5'"),
+    ],
+)
+def test_a_comma_that_may_separate_thousands_is_asked_about(
+    stackdsl: Stackdsl, tmp_path: Path, first: str, second: str, message: str
+) -> None:
+    rows = "".join(f"c{n};400;300;200;{mass};0;0;{200 * n}\n" for n, mass in enumerate((first, second)))
+    write(tmp_path, f"name;length_mm;width_mm;height_mm;mass_kg;x_mm;y_mm;z_mm\n{rows}", "load.csv")
+    asked = stackdsl("import", "load.csv", "--point", "corner").err
+    assert message in asked
+    assert asked.count("SD114") == 1
+
+
+def test_a_comma_of_three_digits_is_decimal_beside_another_decimal_comma(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    rows = "".join(f"c{n};400;300;200;{mass};0;0;{200 * n}\n" for n, mass in enumerate(("1,250", "0,5")))
+    write(tmp_path, f"name;length_mm;width_mm;height_mm;mass_kg;x_mm;y_mm;z_mm\n{rows}", "load.csv")
+    printed = stackdsl("import", "load.csv", "--point", "corner").out
+    assert "mass: 1.25 kg" in printed
+    assert "mass: 0.5 kg" in printed
+
+
+def test_a_long_import_shows_its_progress_in_a_terminal(tmp_path: Path) -> None:
+    rows = "".join(f"c{n},100,100,100,2,{100 * n},0,0\n" for n in range(300))
+    write(tmp_path, f"name,length_mm,width_mm,height_mm,mass_kg,x_mm,y_mm,z_mm\n{rows}", "load.csv")
+    shown = ended(
+        tmp_path, "import", "load.csv", "--point", "corner", "--settle", "down", FORCE_COLOR="1", NO_COLOR="1"
+    ).err
+    assert "importing load.csv: percent" in shown
+    assert "left" in shown

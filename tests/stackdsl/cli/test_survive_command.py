@@ -78,3 +78,39 @@ def test_survive_plots_the_limit_that_the_scenario_expects(stackdsl: Stackdsl, t
     write(tmp_path, TALL.replace("- stands: all", '- margin: {tilt: "<= 40 deg"}'), "tall.yaml")
     assert stackdsl("survive", "tall.yaml", "--bearings", "8", "--plot", "tall.svg").code == ExitCode.OK
     assert "expected" not in (tmp_path / "tall.svg").read_text(encoding="utf-8")
+
+
+# Two cartons of 0.4 x 0.3 x 0.5 m on each other: the pair slides at 0.2 g, and tips at g * 0.15 m / 0.5 m = 0.3 g.
+PAIR = """
+scenario: pair
+friction: 0.6
+world: {ground: {friction: 0.2}}
+build:
+  - bricks:
+      - {name: low, at: [0 m, 0 m, 0.25 m], brick: {size: [0.4 m, 0.3 m, 0.5 m], mass: 4 kg}}
+      - {name: top, at: [0 m, 0 m, 0.75 m], brick: {size: [0.4 m, 0.3 m, 0.5 m], mass: 4 kg}}
+expect:
+  - margin: {acceleration: ">= 0.25 g"}
+"""
+
+
+def test_a_load_that_slides_as_a_whole_names_its_support_and_what_would_tip(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, PAIR, "pair.yaml")
+    lines = stackdsl("survive", "pair.yaml").out.splitlines()
+    assert lines[0].startswith("pair survives 0.2 g in every direction")
+    assert re.split(r" {2,}", lines[3].strip())[2] == "both bricks slide on ground (coefficient of friction 0.2)"
+    tips = re.fullmatch(r"  If nothing could slide: above (\S+) g towards (\d+) deg .*, (.*)\.", lines[5])
+    assert tips is not None
+    assert float(tips[1]) == pytest.approx(0.15 / 0.5, rel=1e-3)
+    assert int(tips[2]) in {90, 270}
+    assert tips[3] == "both bricks tip over ground"
+    failed = stackdsl("check", "pair.yaml", "--no-golden").out
+    assert "weakest: both bricks together; above 0.2 g" in failed
+    assert "they slide on ground (coefficient of friction 0.2)" in failed
+
+
+def test_a_load_that_slides_in_part_names_the_part(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, PAIR.replace("friction: 0.6", "friction: 0.1"), "pair.yaml")
+    told = stackdsl("survive", "pair.yaml").out
+    assert "top slides on low" in told
+    assert "If nothing could slide" not in told

@@ -56,6 +56,10 @@ def told(text: str) -> list[tuple[str, str, str]]:
     ("text", "code", "mark", "message", "hint"),
     [
         (HEAD + BUILD + "tag: [b]", "SD101", "tag", "unknown key 'tag'", "did you mean 'tags'?"),
+        (HEAD + BUILD + "world: {acceleration: 0.5 g}", "SD101", "acceleration", "unknown", "acceleration: 0.5 g, freq"),
+        (HEAD + BUILD + "braking: 0.5 g", "SD101", "braking", "unknown key", '`margin: {acceleration: ">= 0.5 g"}`'),
+        (HEAD + BUILD + "expect: [{margin: 0.5 g}]", "SD103", "0.5 g", "a mapping", '{acceleration: ">= 0.5 g"}'),
+        (HEAD + BUILD + "world: {shake: 0.5 g}", "SD103", "0.5 g", "a mapping", "0.5 g, frequency: 2 Hz, for: 2 s}"),
         (HEAD + BUILD + "world: {gravitiy: 1 g0}", "SD101", "gravitiy", "unknown key", "did you mean 'gravity'?"),
         (HEAD + "build: [{colum: {levels: 3}}]", "SD101", "colum", "unknown key", "did you mean 'column'?"),
         (HEAD + "build: [{column: {levels: 1, pitch: 3}}]", "SD101", "pitch", "unknown key", "origin, heading"),
