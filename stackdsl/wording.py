@@ -62,10 +62,8 @@ def mass_text(mass: float) -> str:
 def weakest_text(weakest: Weakest) -> str:
     """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
     bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
-    if slides_together(weakest):
-        all_bricks, rest = gives_way_text(weakest).split(" slide on ", 1)
-        return f"weakest: {all_bricks} together; above {least} g towards {bearing} deg, they slide on {rest}"
-    return f"weakest: {weakest.brick}; above {least} g towards {bearing} deg, {weakest.gives_way}"
+    brick = "no single brick" if slides_together(weakest) else weakest.brick
+    return f"weakest: {brick}; above {least} g towards {bearing} deg, {gives_way_text(weakest)}"
 
 
 def slides_together(weakest: Weakest) -> bool:

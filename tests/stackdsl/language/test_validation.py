@@ -56,7 +56,7 @@ def told(text: str) -> list[tuple[str, str, str]]:
     ("text", "code", "mark", "message", "hint"),
     [
         (HEAD + BUILD + "tag: [b]", "SD101", "tag", "unknown key 'tag'", "did you mean 'tags'?"),
-        (HEAD + BUILD + "world: {acceleration: 0.5 g}", "SD101", "acceleration", "unknown", "acceleration: 0.5 g, freq"),
+        (HEAD + BUILD + "world: {acceleration: 0.5 g}", "SD101", "acceleration", "unknown", "acceleration: 0.5 g, fre"),
         (HEAD + BUILD + "braking: 0.5 g", "SD101", "braking", "unknown key", '`margin: {acceleration: ">= 0.5 g"}`'),
         (HEAD + BUILD + "expect: [{margin: 0.5 g}]", "SD103", "0.5 g", "a mapping", '{acceleration: ">= 0.5 g"}'),
         (HEAD + BUILD + "world: {shake: 0.5 g}", "SD103", "0.5 g", "a mapping", "0.5 g, frequency: 2 Hz, for: 2 s}"),
