@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 GROUP = "stackdsl.systems"
 
 
+class PluginError(Exception):
+    """A system of another package cannot be used, or its engine failed. The message is complete, in one line."""
+
+
 @cache
 def offered_systems() -> Mapping[str, tuple["EntryPoint", ...]]:
     """Return the entry points of installed packages by system name. More than one for a name is a conflict."""

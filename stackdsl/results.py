@@ -279,6 +279,8 @@ class VariantResult(Displayed):
     engine: str = ""  # the package that took the steps; empty without steps
     modified: str = ""  # constants of the scene that differ from the file; empty if none does
     message: str = ""  # why it crashed, timed out or was skipped
+    remedy: str = ""  # what helps against that
+    traceback: str = ""  # of the error that ended it; empty if no error in Python did
     warnings: tuple[ScenarioWarning, ...] = ()  # about its files; they do not fail it
     mistake: Diagnostic | None = None  # cause of a blocked run, with its place in the file
     refinement: tuple[Change, ...] | None = None  # changes in a refined run; None if there was none

@@ -1,6 +1,6 @@
 // The page: what can be seen and done on it.
 import { Quaternion, Vector3 } from "three";
-import { type Answer, answerOf, Band } from "./band";
+import { type Answer, answerOf, Band, predictedFall } from "./band";
 import { MODES, type Mode, token } from "./colours";
 import { Inspector } from "./inspector";
 import { type Heard, listen } from "./live";
@@ -36,6 +36,7 @@ const SHOWN: Record<Overlay, [string, string, string]> = {
   names: ["Names", "names", "n: names of the bricks in view that find room, those of every fifth level first"],
   motion: ["Motion", "motion", "velocities with which the fall begins"],
 };
+const SWING = "m: play the proven initial motion of the fall";
 const WORD: Record<string, string> = { passed: "passed", failed: "failed", differs: "expected failure", open: "not checked" };
 
 function build(player: Player): Heard {
@@ -89,7 +90,7 @@ function build(player: Player): Heard {
   const pickRoom = (): void => player.pickNamed(roomOf());
   const weakest = button("Weakest", "w: select the lowest brick of the part that moves first under horizontal acceleration", pickWeakest, "weakest");
   const room = button("Least room", "r: select the brick whose centre of mass is nearest to the edge of its support", pickRoom, "room");
-  const swing = button("How it falls", "m: play the proven initial motion of the fall", () => player.swing(), "how-it-falls");
+  const swing = button("How it falls", SWING, () => player.swing(), "how-it-falls");
   speed.value = "1";
   const fit = button("Fit", "0: see all bricks", () => (viewer.refit(player.time), player.touch()), "fit");
   const tools = new Tools([
@@ -145,6 +146,9 @@ function build(player: Player): Heard {
     weakest.hidden = weakest.disabled && (heard.file.hidden || run.told.fall !== null); // a live page hears of it later
     room.hidden = run.told.room === null;
     swing.hidden = run.told.fall === null;
+    const predicted = predictedFall(run);
+    say(swing.querySelector("span")!, predicted ? "Predicted fall" : "How it falls");
+    swing.title = predicted ? "m: play the initial motion of the fall that statics predict; it did not happen in this run" : SWING;
     for (const [name, one] of overlays) {
       one.setAttribute("aria-pressed", String(player.overlays.has(name)));
       if (name === "motion") one.hidden = run.told.fall === null;
@@ -174,7 +178,7 @@ function build(player: Player): Heard {
     view.value = viewer.from;
     speed.value = String(player.speed);
     const faster = player.playing ? timeline.fasterAt(player.time) : 1;
-    say(news, player.swinging ? run.told.fall!.reason : faster > 1.05 ? `The build plays ${faster.toPrecision(2)} times as fast.` : newsOf(run, player.time));
+    say(news, player.swinging ? (predicted ? `Statics predict ${predicted}` : run.told.fall!.reason) : faster > 1.05 ? `The build plays ${faster.toPrecision(2)} times as fast.` : newsOf(run, player.time));
     viewer.canvas.setAttribute("aria-label", `${run.told.name} at ${seconds(player.time)}`);
     const called = shortNames(shown);
     heads.hidden = shown.length < 2;

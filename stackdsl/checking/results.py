@@ -3,7 +3,6 @@
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from shlex import quote
 
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.checking.failure_cause import failure_cause_of
@@ -16,7 +15,7 @@ from stackdsl.judging.judge import Refinement, compare_with_truth, judge
 from stackdsl.project_file import SCENARIOS
 from stackdsl.results import EarlyEndSummary, GoldenResult, GoldenStatus, RunStatus, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
-from stackdsl.simulation.known_systems import system_named
+from stackdsl.simulation.known_systems import KNOWN, system_named
 from stackdsl.simulation.systems import SYSTEMS, as_played
 from stackdsl.supervising.worker import TaskResult, TaskStatus
 from stackdsl.timeline import MoveAction
@@ -30,12 +29,7 @@ STATUSES = {
     TaskStatus.TIMED_OUT: RunStatus.TIMED_OUT,
     TaskStatus.NOT_RUN: RunStatus.NOT_RUN,
 }
-REMEDIES = {
-    TaskStatus.DONE: "",
-    TaskStatus.CRASHED: "for the traceback, run it alone: STACKDSL_DEBUG=1 stackdsl run {file}{system} -k {name}",
-    TaskStatus.TIMED_OUT: "raise --time-limit, use fewer bricks, or simulate a shorter time",
-    TaskStatus.NOT_RUN: "",
-}
+SLOW = "raise --time-limit, use fewer bricks, or simulate a shorter time"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +58,19 @@ def checked(case: Case, result: TaskResult, goldens: Goldens, must_claim: bool =
         return blocked_result(case, result.value)
     if isinstance(result.value, Diagnostic):  # of a sample with an invalid value
         return replace(_unfinished(case, RunStatus.BLOCKED, result.value.message), mistake=result.value)
-    system = "" if case.system in case.scenario.systems else f" --system {quote(case.system)}"
-    remedy = REMEDIES[result.status].format(file=quote(case.source.file), name=quote(case.name), system=system)
-    return _unfinished(case, STATUSES[result.status], "; ".join(filter(None, [result.message, remedy])))
+    return stopped(case, result)
+
+
+def stopped(case: Case, result: TaskResult) -> VariantResult:
+    """Return the result of a case that crashed, took too long or was not run; an engine of a plug-in is named."""
+    message = result.message
+    if message and not result.details and case.system not in KNOWN:  # a signal, or the time limit
+        from stackdsl.simulation.plugin_world import engine_text  # noqa: PLC0415 -- rare
+
+        ended = "ended its process: " if result.status is TaskStatus.CRASHED else ""
+        message = f"{engine_text(system_named(case.system))} {ended}{message}"
+    remedy = SLOW if result.status is TaskStatus.TIMED_OUT else ""
+    return replace(_unfinished(case, STATUSES[result.status], message), remedy=remedy, traceback=result.details)
 
 
 def blocked_result(case: Case, blocked: Blocked) -> VariantResult:

@@ -1,8 +1,10 @@
 """The command line: finds the called command and returns its exit code."""
 
+import faulthandler
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Mapping
 from errno import EDQUOT, EMFILE, ENFILE, ENOMEM, ENOSPC
 from importlib import import_module
@@ -14,6 +16,7 @@ import click
 
 from stability.process_settings import collect_rarely, exclude_from_collection, uncollected
 from stackdsl.cli.terminal import occupy_standard_streams, show_error, silence, tell
+from stackdsl.entry_points import PluginError
 from stackdsl.exits import INTERRUPTS, ExitCode
 
 # Summary of each command: the first sentence of its help. A command is imported when it is called.
@@ -148,6 +151,8 @@ def main() -> None:
     # Installed plugins of pydantic must not change the meaning of a scenario, and the search for them takes time.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     collect_rarely()
+    if "STACKDSL_DEBUG" in os.environ:
+        faulthandler.enable()  # of a fault in native code, such as that of an engine
     sys.exit(_code_of_run())
 
 
@@ -182,18 +187,29 @@ def _code_of_run() -> int:
     except click.ClickException as error:
         show_error(error)
         return ExitCode.USAGE
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, click.Abort) as error:
+        if "STACKDSL_DEBUG" in os.environ:
+            traceback.print_exception(error.__cause__ or error)  # click wraps the interrupt
         tell("interrupted")
         return ExitCode.INTERRUPTED
     except Exception as error:
-        if why := refused_by_the_system(error):
-            tell(why)
-            return ExitCode.CRASHED
-        if isinstance(error.__context__, KeyboardInterrupt):  # click could not write a newline after ^C
-            silence(sys.stderr)
-            return ExitCode.INTERRUPTED
-        if "STACKDSL_DEBUG" in os.environ:
-            raise
-        tell(f"internal error: {type(error).__name__}: {error}")
-        tell("This is a bug in stackdsl. Set STACKDSL_DEBUG=1 to get a traceback, and please report it.")
+        return _code_of_error(error)
+
+
+def _code_of_error(error: Exception) -> int:
+    """Report an error that no command expects, and return the exit code."""
+    if why := refused_by_the_system(error):
+        tell(why)
         return ExitCode.CRASHED
+    if isinstance(error.__context__, KeyboardInterrupt):  # click could not write a newline after ^C
+        silence(sys.stderr)
+        return ExitCode.INTERRUPTED
+    if "STACKDSL_DEBUG" in os.environ:
+        raise error
+    if isinstance(error, PluginError):
+        tell(f"Error: {error}")
+        tell("Set STACKDSL_DEBUG=1 to get the traceback.")
+        return ExitCode.CRASHED
+    tell(f"internal error: {type(error).__name__}: {error}")
+    tell("This is a bug in stackdsl. Set STACKDSL_DEBUG=1 to get a traceback, and please report it.")
+    return ExitCode.CRASHED

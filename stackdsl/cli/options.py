@@ -52,16 +52,12 @@ class SystemChoice(click.Choice[str]):
         """Return the name. Systems of other packages are looked up only for unknown names."""
         if value in self.choices:
             return value
-        from stackdsl.simulation.plugins import ForeignSystemError, foreign_names, foreign_system  # noqa: PLC0415 -- rare
+        from stackdsl.simulation.plugins import ForeignSystemError, foreign_system  # noqa: PLC0415 -- rare
 
         try:
-            others = foreign_names()
-            if value in others:
-                return foreign_system(value).name
+            return foreign_system(value).name
         except ForeignSystemError as error:
             self.fail(str(error), param, ctx)
-        listed = ", ".join(f"'{name}'" for name in (*self.choices, *others))
-        self.fail(f"'{value}' is not one of {listed}", param, ctx)
 
 
 SYSTEM_CHOICE = SystemChoice(list(KNOWN))

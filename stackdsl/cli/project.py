@@ -13,6 +13,7 @@ from typing import Final
 
 import click
 
+from stability.engines.protocol import Package
 from stackdsl.checking.cases import cases_of
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import VENDORED, FilePath, requirement
@@ -23,8 +24,8 @@ from stackdsl.language.json_schema import schema_text
 from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import LINKED, ProjectError, confined, project_of
 from stackdsl.shown_text import visible
-from stackdsl.simulation.known_systems import KNOWN, needs_of
-from stackdsl.simulation.plugins import ForeignSystemError, foreign_names
+from stackdsl.simulation.known_systems import KNOWN
+from stackdsl.simulation.plugins import packages_text, usable_and_not
 from stackdsl.user_files import make_user_folder, open_user_file
 
 # `stackdsl new`: creates a first scenario.
@@ -205,21 +206,20 @@ def _libraries() -> Iterator[DoctorFinding]:
 
 
 def _engines() -> Iterator[DoctorFinding]:
-    """Yield each engine with its systems, including those of other packages."""
-    try:
-        needs = needs_of([*KNOWN, *foreign_names()])
-    except ForeignSystemError as error:
-        yield DoctorFinding(State.WRONG, str(error))
-        needs = needs_of(KNOWN)
-    for package in dict.fromkeys(package for _, package in needs):
-        systems = ", ".join(name for name, needed in needs if needed == package)
+    """Yield each engine with its systems, including those of other packages, and the plug-ins with an error."""
+    plugins, errors = usable_and_not()
+    yield from (DoctorFinding(State.WRONG, str(error)) for error in errors)
+    systems: dict[tuple[str, Package], list[str]] = {}
+    for system in (*KNOWN.values(), *plugins):
+        package = system.engine.package
+        text = f"{package.name} {_version(package.name)}" if system.name in KNOWN else packages_text(system.name)
+        systems.setdefault((text, package), []).append(system.name)
+    for (text, package), names in systems.items():
         if package.installed:
-            yield DoctorFinding(State.OK, f"{package.name} {_version(package.name)}: plays {systems}")
+            yield DoctorFinding(State.OK, f"{text}: plays {', '.join(names)}")
             continue
-        yield DoctorFinding(
-            State.NOTE,
-            f"{package.name} is not installed, so these systems are skipped: {systems}; try: {package.remedy}",
-        )
+        skipped = f"so these systems are skipped: {', '.join(names)}; try: {package.remedy}"
+        yield DoctorFinding(State.NOTE, f"{package.name} is not installed, {skipped}")
 
 
 def _optional() -> Iterator[DoctorFinding]:

@@ -1,8 +1,7 @@
 """`stackdsl run`: plays one file and prints its events as they happen."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from io import BytesIO
@@ -14,22 +13,25 @@ import click
 
 from stackdsl.checking.cases import STDIN, Case, GatheredCases, gather
 from stackdsl.checking.play_case import play_case, played_or_blocked
-from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped
+from stackdsl.checking.results import blocked_result, judged, marked_skipped, skipped, stopped
 from stackdsl.checking.selection import Selection, nothing_selected_text
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import LONGEST_LIMIT, ON_KEYWORD, ON_SYSTEMS, ONE_FILE, FilePath, complain, selected_of
 from stackdsl.cli.terminal import counted, tell, with_known_marks, write, write_wrapped
 from stackdsl.diagnostics import Diagnostic
+from stackdsl.entry_points import PluginError
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import stop_condition_of
+from stackdsl.report.check_text import LABEL
+from stackdsl.report.outline import MARKS, Status, failure_lines, see_line
 from stackdsl.report.text import EventLines, claim_lines, run_text
 from stackdsl.report.warnings import ensemble_lines
 from stackdsl.results import Report, VariantResult, exit_code
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.brick_tracks import Blocked, BlockedPlacementError
-from stackdsl.simulation.known_systems import KNOWN, unplayable
+from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, run_supervised
-from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
+from stackdsl.supervising.worker import Task, TaskResult, TaskStatus, crash
 from stackdsl.trace import Event, Trace
 from stackdsl.user_files import write_user_file
 from stackdsl.viewing.live import (
@@ -359,13 +361,11 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
             for text in lines.after(event):
                 write_wrapped(text)
 
-        with _blaming_other_packages(case):
-            trace = play_case(case.timeline, case.system, may_stop, told, recorder)
+        trace = play_case(case.timeline, case.system, may_stop, told, recorder)
         for text in lines.rest():
             write_wrapped(text)
-    except BlockedPlacementError as error:
-        result = blocked_result(case, error.blocked)
-        complain(filter(None, [result.mistake]))
+    except (BlockedPlacementError, PluginError) as error:
+        result = _without_end(case, error)
     else:
         result = judged(case, trace)
         write_wrapped(with_known_marks(run_text(trace, result, all_names)))
@@ -374,19 +374,24 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
     return result
 
 
-@contextmanager
-def _blaming_other_packages(case: Case) -> Iterator[None]:
-    """Report an exception in the engine of another package as an error of that package."""
-    try:
-        yield
-    except (BlockedPlacementError, click.ClickException):
-        raise
-    except Exception as error:
-        if case.system in KNOWN or "STACKDSL_DEBUG" in os.environ:
-            raise
-        what = f"the engine of '{case.system}', which comes from another package, failed"
-        told_by = f"{type(error).__name__}: {error}; set STACKDSL_DEBUG=1 to get the traceback"
-        raise click.ClickException(f"{case.name}: {what}: {told_by}") from error
+def _without_end(case: Case, error: BlockedPlacementError | PluginError) -> VariantResult:
+    """Print why a run did not end, and return its result."""
+    if isinstance(error, BlockedPlacementError):
+        result = blocked_result(case, error.blocked)
+        complain(filter(None, [result.mistake]))
+        return result
+    if "STACKDSL_DEBUG" in os.environ:
+        raise error
+    result = stopped(case, crash(error))
+    write_wrapped(_stopped_text(result))
+    return result
+
+
+def _stopped_text(result: VariantResult) -> str:
+    """Return the lines about a run that did not end."""
+    (_, what), *others = failure_lines(result)
+    lines = [*others, see_line(result, "run.html")]
+    return f"{MARKS[Status.FAILED]} {what}\n" + "".join(f"  {label:<{LABEL}}{text}\n" for label, text in lines)
 
 
 def _sampled(case: Case) -> VariantResult:
@@ -396,6 +401,8 @@ def _sampled(case: Case) -> VariantResult:
     with counted(case.scenario.samples or 0, f"{case.name}: samples") as known:
         result = sampled_result(case, os.cpu_count() or 1, on_drawn=lambda _, drawn, __: known(drawn))
     complain(filter(None, [result.mistake]))
-    lines = [*ensemble_lines(result.ensemble), *claim_lines(result)] if result.ensemble is not None else []
-    write_wrapped("".join(f"{line}\n" for line in lines or [f"{result.status}: {result.message}"]) + "\n")
+    if result.ensemble is not None:
+        write_wrapped("".join(f"{line}\n" for line in (*ensemble_lines(result.ensemble), *claim_lines(result))) + "\n")
+    else:
+        write_wrapped(f"{_stopped_text(result)}\n")
     return result

@@ -89,7 +89,7 @@ def write(text: str) -> None:
     _print(without_commands(text))
 
 
-UNWRAPPED: Final = "see it"  # label of a command, which is to be copied
+UNWRAPPED: Final = ("see it", "traceback")  # labels of a command, which is to be copied
 
 
 def write_wrapped(text: str) -> None:

@@ -103,7 +103,7 @@ class ScenarioItem(pytest.Item):
             to_accept = result.golden_failed and result.may_be_locked
             report = Report((result,), accept=accept if to_accept else "")
             told = dict(failure_lines(result))
-            summary = f"expected {told['expected']}, measured {told['measured']}" if "expected" in told else ""
+            summary = ", ".join(f"{label} {told[label]}" for label in ("expected", "measured") if label in told)
             raise MissedError(report_text(report), summary or "differs from its golden file")
 
     def _result(self) -> VariantResult:

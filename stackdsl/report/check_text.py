@@ -1,6 +1,5 @@
 """The report of a check as text: green runs in one line a file, failures as blocks, and one line of sums."""
 
-import shlex
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from os.path import dirname
@@ -20,7 +19,7 @@ from stackdsl.report.outline import (
     nearest,
     outline,
     result_text,
-    run_command,
+    see_line,
     status_of,
 )
 from stackdsl.report.text import (
@@ -233,8 +232,8 @@ def _several_failures(group: Group, failed: Sequence[CaseRow], width: int) -> Bl
 
 def _see(result: VariantResult) -> str:
     """Return the line of the command that shows a failure, which stays on one line to be copied."""
-    command = f"{run_command(result)} --html {shlex.quote(result.scenario + '.html')}"
-    return f"  {'see it':<{LABEL}}{command}"
+    label, command = see_line(result, f"{result.scenario}.html")
+    return f"  {label:<{LABEL}}{command}"
 
 
 # Notes: counted, and listed with -v.

@@ -14,6 +14,7 @@ from xml.etree import ElementTree as ET
 from stability.engines.protocol import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.quantities import number_or_word, quantity_of
+from stackdsl.report.outline import remedy_text, stop_text
 from stackdsl.report.text import TO_CLAIM, cause_text, closing_line, outcome_text, significant, unchecked_text
 from stackdsl.results import (
     UNCHECKED,
@@ -81,7 +82,7 @@ def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
     if result.mistake is not None:
         yield RankedFailure(Rank.INVALID, result.name, result.mistake.message, *_place(result.mistake.span))
     elif result.status not in (RunStatus.DONE, RunStatus.SKIPPED):
-        yield RankedFailure(Rank.STOPPED, result.name, f"{result.status}: {result.message}", result.file)
+        yield RankedFailure(Rank.STOPPED, result.name, f"{result.status}: {stop_text(result)}", result.file)
     for outcome in result.outcomes:
         if not outcome.passed:
             cause = cause_text(result.why) if result.why is not None else ""
@@ -377,6 +378,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "xfail": None if result.xfail is None else {"reason": result.xfail, "strict": result.strict},
         "set_aside": result.set_aside,
         "message": result.message,
+        "remedy": remedy_text(result) or None,
         "warnings": [{"message": w.message, "hint": w.hint, "span": _span(w.span)} for w in result.warnings],
         "mistake": _diagnostic(result.mistake) if result.mistake else None,
         "variables": {name: quantity_of(written) for name, written in result.parameters},

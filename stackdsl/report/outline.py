@@ -10,6 +10,7 @@ from math import isfinite
 from stackdsl.report.text import cause_text, margin_text, significant, unchecked_text
 from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
+from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.systems import SYSTEMS
 from stackdsl.wording import energy_fault, how_many, level_text
 
@@ -140,7 +141,7 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "expected", "; ".join(f"{outcome.name}: {outcome.expected}" for outcome in failed)
         yield "measured", "; ".join(dict.fromkeys(f"{outcome.measured}{margin_text(outcome)}" for outcome in failed))
     elif result.status is not RunStatus.DONE:
-        yield "measured", result_text(result)
+        yield from _stop_lines(result)
     elif result.unchecked:
         yield "expected", "at least one expectation under `expect`"
         yield "measured", unchecked_text(result)
@@ -160,11 +161,50 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "note", note
 
 
+def _stop_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
+    yield "measured", result_text(result)
+    if result.remedy:
+        line = "; to see the line that hangs, interrupt the command below with Ctrl-C"
+        yield "helps", f"{result.remedy}{line * _may_hang(result)}"
+
+
 def run_command(result: VariantResult) -> str:
     """Return the shell command that plays the case of a result again."""
     # No scenario names a system of another engine, so it has to be chosen.
     system = [] if result.system in SYSTEMS else ["--system", result.system]
     return shlex.join(["stackdsl", "run", result.file, *system, "-k", result.name])
+
+
+def see_line(result: VariantResult, page: str) -> tuple[str, str]:
+    """Return the label and the shell command of what shows a failure: the traceback of a crash, or a page of the run.
+
+    A run that takes too long has no page, but prints its events as they happen.
+    """
+    command = run_command(result)
+    if result.status is RunStatus.CRASHED:
+        return "traceback", f"STACKDSL_DEBUG=1 {command}"
+    if result.status is RunStatus.TIMED_OUT:
+        return "see it", f"STACKDSL_DEBUG=1 {command}" if _may_hang(result) else command
+    return "see it", f"{command} --html {shlex.quote(page)}"
+
+
+def stop_text(result: VariantResult) -> str:
+    """Return why a case did not end, and what helps, on one line."""
+    return "; ".join(filter(None, [result.message, remedy_text(result)]))
+
+
+def remedy_text(result: VariantResult) -> str:
+    """Return what helps a case that did not end, and the command that shows where it ended; empty for others."""
+    _, command = see_line(result, "")
+    shown = f"for the traceback: {command}" if result.status is RunStatus.CRASHED else ""
+    if _may_hang(result):
+        shown = f"to see the line that hangs, interrupt this with Ctrl-C: {command}"
+    return "; ".join(filter(None, [result.remedy, shown]))
+
+
+def _may_hang(result: VariantResult) -> bool:
+    """Return whether an engine of another package took too long, so that its author may look for an endless loop."""
+    return result.status is RunStatus.TIMED_OUT and result.system not in KNOWN
 
 
 def engine_warning(result: VariantResult) -> str:

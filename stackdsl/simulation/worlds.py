@@ -9,6 +9,7 @@ from stability.engines.scene_scale import SceneScale
 from stability.model import Brick
 from stability.stabilizers.protocol import Stabilizer
 from stability.stabilizers.rest import RestLimits
+from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.systems import Method, System
 from stackdsl.timeline import Timeline
 
@@ -33,8 +34,12 @@ def load(system: System) -> None:
     """Import the modules of a system before the run, so that the run time of the first case does not include it."""
     if system.method is Method.PROVEN:
         import stability.stabilizers.exact.stabilizer  # noqa: F401, PLC0415 -- other systems need no statics
-    else:
+    elif system.name in KNOWN:
         load_engine(system.engine)
+    else:
+        from stackdsl.simulation.plugins import world_class  # noqa: PLC0415 -- it reads the installed packages
+
+        world_class(system)
 
 
 def opened_world(timeline: Timeline, system: System) -> World:
@@ -42,7 +47,11 @@ def opened_world(timeline: Timeline, system: System) -> World:
     scene, settings, size = timeline.world, settings_for(timeline, system), system.modification.size
 
     def engine(settings: EngineSettings, heaviest: float) -> World:
-        return stepped_world(settings, size * scene.gravity, scene.friction, heaviest)
+        if system.name in KNOWN:
+            return stepped_world(settings, size * scene.gravity, scene.friction, heaviest)
+        from stackdsl.simulation.plugin_world import opened_plugin_world  # noqa: PLC0415 -- rare
+
+        return opened_plugin_world(system, settings, size * scene.gravity, scene.friction, heaviest)
 
     def settings_of(bricks: Collection[Brick]) -> EngineSettings:
         return system.engine.scaled(SceneScale.of(bricks, size * scene.gravity))

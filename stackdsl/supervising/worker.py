@@ -19,6 +19,7 @@ from time import monotonic
 from typing import Final
 
 from stability.process_settings import exclude_from_collection
+from stackdsl.entry_points import PluginError
 from stackdsl.exits import INTERRUPTS
 
 # Limits the memory of a worker, so that no task exhausts the memory of the machine.
@@ -287,7 +288,8 @@ def interrupts_held_back(start: WorkerStart = WorkerStart.COPY) -> Iterator[None
 
 def crash(error: BaseException) -> TaskResult:
     """Return the result of a task that raised an error."""
-    message = _shortened(traceback.format_exception_only(error)[-1].strip(), LONGEST_MESSAGE)
+    text = str(error) if isinstance(error, PluginError) else traceback.format_exception_only(error)[-1].strip()
+    message = _shortened(text, LONGEST_MESSAGE)
     details = _shortened("".join(traceback.format_exception(error)), 10 * LONGEST_MESSAGE)
     return TaskResult(TaskStatus.CRASHED, message=message, details=details)
 

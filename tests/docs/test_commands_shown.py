@@ -1,6 +1,9 @@
 """Every command that a page shows is run, in order, on the files that the page says to write."""
 
 import shlex
+import subprocess
+import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -20,7 +23,19 @@ def test_a_page_shows_what_its_commands_print(page: Path, stackdsl: Stackdsl, tm
         if (name := block.marked("file")) is not None:
             write(tmp_path, block.text, name)
         elif (command := block.marked("output of")) is not None:
-            _hold(block, command, stackdsl)
+            _hold(block, command, _with_package_of(tmp_path, stackdsl))
+
+
+def _with_package_of(folder: Path, stackdsl: Stackdsl) -> Stackdsl:
+    """Return the command, with the package installed that the page says to write, if there is one."""
+    if not (folder / "pyproject.toml").exists():
+        return stackdsl
+    site = folder / "site"
+    if not site.exists():
+        pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index")
+        subprocess.run([*pip, "--no-deps", "--no-build-isolation", "--target", str(site), "."], cwd=folder, check=True)
+    main = "from stackdsl.__main__ import main; main()"
+    return partial(stackdsl, program=f"import sys; sys.path.insert(0, {str(site)!r}); {main}")
 
 
 def _hold(block: Block, command: str, stackdsl: Stackdsl) -> None:

@@ -30,10 +30,10 @@ from stackdsl.report.outline import (
     nearest,
     outline,
     result_text,
-    run_command,
+    see_line,
 )
 from stackdsl.report.text import ending_text
-from stackdsl.results import GoldenResult, Report, VariantResult
+from stackdsl.results import GoldenResult, Report, RunStatus, VariantResult
 from stackdsl.shown_text import harmless
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.recording import Recorder
@@ -362,10 +362,14 @@ class ReportPage:
         links += [
             f"<span>no replay: {escape(self.unseen[each.name])}</span>"
             for each in row.results
-            if each.name in self.unseen
+            if each.name in self.unseen and each.status is RunStatus.DONE  # else the failure is told already
         ]
-        command = f"{run_command(row.first)} --html run.html"
-        return f'<p class="see">{"".join(links)}<code>{escape(command)}</code>{_copy(command)}</p>'
+        _, command = see_line(row.first, "run.html")
+        see = f'<p class="see">{"".join(links)}<code>{escape(command)}</code>{_copy(command)}</p>'
+        if not row.first.traceback:
+            return see
+        traceback = f"<summary>Traceback</summary><pre>{escape(row.first.traceback)}</pre>"
+        return f'{see}<details class="traceback">{traceback}</details>'
 
     def _notes(self) -> str:
         notes = [

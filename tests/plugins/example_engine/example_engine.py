@@ -1,7 +1,4 @@
-"""Engine in a package of its own: bricks fall straight down, and lie flat on the ground or on each other.
-
-No brick tips, slides or turns. The module shows the code that `stackdsl` needs from an engine.
-"""
+"""An engine whose bricks fall straight down, and lie flat where they land. No brick tips, slides or turns."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -10,17 +7,15 @@ from typing import ClassVar
 from stability.contact_law import GivenFriction
 from stability.engines.bodies import EngineWorld, OwnBodies
 from stability.engines.protocol import NOTHING_PRESCRIBED, EngineSettings, Package, PrescribedMotion, StepClock, World
-from stability.geometry.box_distance import reach_between
 from stability.geometry.placed_shape import corners_W
-from stability.geometry.vectors import add_scaled
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 from stackdsl.simulation.systems import System
+
+NEAR = 1e-6  # [m] a brick rests on another one if the gap is smaller
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExampleSettings(EngineSettings):
-    """Settings of the example."""
-
     package: ClassVar[Package] = Package("example_engine", "pip install example-engine")
     world: ClassVar[str] = "example_engine:ExampleWorld"
 
@@ -32,13 +27,11 @@ class ExampleSettings(EngineSettings):
 
 @dataclass
 class ExampleWorld(EngineWorld):
-    """Bricks over a level ground."""
-
     settings: ExampleSettings
     gravity: float  # [m/s2]
     clock: StepClock
     own: OwnBodies = field(default_factory=OwnBodies)
-    _states: dict[BodyId, BodyState] = field(default_factory=dict)
+    bricks: dict[BodyId, BodyState] = field(default_factory=dict)
 
     @classmethod
     def opened(
@@ -46,64 +39,59 @@ class ExampleWorld(EngineWorld):
     ) -> World:
         return cls(settings, gravity, StepClock(settings))
 
-    def close(self) -> None: ...
-
     def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
         if prescribed != NOTHING_PRESCRIBED:
             raise NotImplementedError("this engine has no prescribed motions")
         parts = self.clock.pass_step()
         for _ in range(parts):
-            for name in sorted(self._states, key=lambda name: self._bounds(name)[2]):
-                self._states[name] = self._fallen(name, self.settings.time_step / parts)
+            for name in sorted(self.bricks, key=lambda name: self.extent(name)[2]):  # the lowest brick first
+                self.bricks[name] = self.fallen(name, self.settings.time_step / parts)
 
-    def _fallen(self, name: BodyId, duration: float) -> BodyState:
-        before = self._states[name]
-        speed = before.velocity_W[2] - self.gravity * duration
-        room = self._bounds(name)[2][0] - max(self._tops_below(name))
-        if speed * duration >= -room:
-            return replace(before, pose=_lifted(before.pose, speed * duration), velocity_W=(0.0, 0.0, speed))
-        return replace(before, pose=_lifted(before.pose, -room), velocity_W=(0.0, 0.0, -self.settings.bounce * speed))
+    def fallen(self, name: BodyId, duration: float) -> BodyState:
+        state, (x, y, z) = self.bricks[name], self.bricks[name].pose.position_W
+        speed = state.velocity_W[2] - self.gravity * duration
+        rise, room = speed * duration, self.extent(name)[2][0] - max(self.tops_below(name))
+        if rise < -room:
+            rise, speed = -room, -self.settings.bounce * speed
+        return BodyState(Pose((x, y, z + rise), state.pose.orientation), (0.0, 0.0, speed))
 
-    def _tops_below(self, name: BodyId) -> Iterator[float]:
-        """Yield the heights of the planes, and of the tops of the bricks below a brick [m]."""
-        (x, y, z), reach = self._bounds(name), reach_between(self.own.bricks[name].shape.least_thickness)
+    def tops_below(self, name: BodyId) -> Iterator[float]:
         yield from (plane.point_W[2] for plane in self.own.planes.values())
-        for u, v, w in map(self._bounds, self._states.keys() - {name}):
-            if all(a[0] < b[1] and b[0] < a[1] for a, b in ((x, u), (y, v))) and w[1] <= z[0] + reach:
+        x, y, z = self.extent(name)
+        for u, v, w in (self.extent(other) for other in self.bricks if other != name):
+            if all(a[0] < b[1] and b[0] < a[1] for a, b in ((x, u), (y, v))) and w[1] <= z[0] + NEAR:
                 yield w[1]
 
-    def _bounds(self, name: BodyId) -> list[tuple[float, float]]:
-        """Return the least and the greatest x, y and z of a brick [m]."""
-        corners = corners_W(self.own.bricks[name].shape, self._states[name].pose)
-        return [(min(values), max(values)) for values in zip(*corners, strict=True)]
-
-    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
-        return sorted({*self.own.bricks, *self.own.planes} - {brick})
-
-    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
-        return {body: self._states.get(body) or BodyState(Pose(self.own.planes[body].point_W)) for body in bodies}
-
-    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
-        return ()  # the engine does not report contacts
+    def extent(self, name: BodyId) -> list[tuple[float, float]]:
+        corners = corners_W(self.own.bricks[name].shape, self.bricks[name].pose)
+        return [(min(values), max(values)) for values in zip(*corners, strict=True)]  # of x, y and z [m]
 
     def add_plane(self, plane: Plane) -> None:
         self.own.add_plane(plane)
 
     def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
         self.own.add_brick(brick)
-        self._states[brick.id] = BodyState(pose, velocity_W)
+        self.bricks[brick.id] = BodyState(pose, velocity_W)
 
     def remove_brick(self, brick: BodyId) -> None:
         self.own.remove_brick(brick)
-        del self._states[brick]
+        del self.bricks[brick]
 
     def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
-        velocity_W = add_scaled(self._states[brick].velocity_W, 1.0 / self.own.masses[brick], impulse_W)
-        self._states[brick] = replace(self._states[brick], velocity_W=velocity_W)
+        velocity_W = (0.0, 0.0, self.bricks[brick].velocity_W[2] + impulse_W[2] / self.own.masses[brick])
+        self.bricks[brick] = replace(self.bricks[brick], velocity_W=velocity_W)
 
+    def states(self, bodies: Collection[BodyId]) -> Mapping[BodyId, BodyState]:
+        return {body: self.bricks.get(body) or BodyState(Pose(self.own.planes[body].point_W)) for body in bodies}
 
-def _lifted(pose: Pose, by: float) -> Pose:
-    return replace(pose, position_W=add_scaled(pose.position_W, by, (0.0, 0.0, 1.0)))
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        return sorted({*self.bricks, *self.own.planes} - {brick})
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        return ()  # this engine does not report contacts
+
+    def close(self) -> None:
+        pass
 
 
 EXAMPLE = System("example", "bricks that only fall", ExampleSettings(time_step=0.002, bounce=0.0), method=None)
