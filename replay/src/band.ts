@@ -102,12 +102,6 @@ function table(claims: Claim[], truths: Claim[]): HTMLElement {
   return part("div", { class: "wide" }, part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
 }
 
-// The fall that statics prove, if no brick fell in the run; an engine can be wrong.
-export function predictedFall(run: Run): string {
-  const { fall, events } = run.told;
-  return fall && !events.some((event) => event.kind === "collapsed") ? `a fall at ${fall.time.toFixed(3)} s: ${fall.reason}` : "";
-}
-
 // What is said of one run.
 export function answerOf(run: Run, brief = false): Answer {
   const { told, name, system, fall, description, weakest, room, bricks } = run.told;
@@ -116,10 +110,10 @@ export function answerOf(run: Run, brief = false): Answer {
   const lead: [string, string][] = [];
   const why = facts.get("Why");
   if (why) lead.push(["Why", why]);
-  const predicted = predictedFall(run);
-  if (!why && predicted) lead.push(["This run", `no brick fell on ${system}`], ["Statics predict", predicted]);
+  const falls = fall ? `at ${fall.time.toFixed(3)} s: ${fall.reason}` : "";
+  if (!why && fall?.predicted) lead.push(["This run", `no brick fell on ${system}`], ["Statics predict", `a fall ${falls}`]);
   if (facts.get("After") && !brief) lead.push(["After", facts.get("After")!]);
-  if (!why && fall && !predicted) lead.push(["Falls", `at ${fall.time.toFixed(3)} s: ${fall.reason}`]);
+  if (!why && fall && !fall.predicted) lead.push(["Falls", falls]);
   const rest: [string, string][] = told.facts.filter(([name]) => name !== "Why" && (brief || name !== "After"));
   if (!why && !fall && weakest) lead.push(["Weakest", weakest.text.replace(/^weakest: /, "")]);
   if (!fall && room) rest.push(["Least room", `${bricks.name[room.brick]}, with its centre of mass ${room.depth} mm inside the support`]);

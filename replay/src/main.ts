@@ -1,6 +1,6 @@
 // The page: what can be seen and done on it.
 import { Quaternion, Vector3 } from "three";
-import { type Answer, answerOf, Band, predictedFall } from "./band";
+import { type Answer, answerOf, Band } from "./band";
 import { MODES, type Mode, token } from "./colours";
 import { Inspector } from "./inspector";
 import { type Heard, listen } from "./live";
@@ -146,7 +146,7 @@ function build(player: Player): Heard {
     weakest.hidden = weakest.disabled && (heard.file.hidden || run.told.fall !== null); // a live page hears of it later
     room.hidden = run.told.room === null;
     swing.hidden = run.told.fall === null;
-    const predicted = predictedFall(run);
+    const predicted = run.told.fall?.predicted;
     say(swing.querySelector("span")!, predicted ? "Predicted fall" : "How it falls");
     swing.title = predicted ? "m: play the initial motion of the fall that statics predict; it did not happen in this run" : SWING;
     for (const [name, one] of overlays) {
@@ -178,7 +178,7 @@ function build(player: Player): Heard {
     view.value = viewer.from;
     speed.value = String(player.speed);
     const faster = player.playing ? timeline.fasterAt(player.time) : 1;
-    say(news, player.swinging ? (predicted ? `Statics predict ${predicted}` : run.told.fall!.reason) : faster > 1.05 ? `The build plays ${faster.toPrecision(2)} times as fast.` : newsOf(run, player.time));
+    say(news, player.swinging ? `${predicted ? "Predicted by statics: " : ""}${run.told.fall!.reason}` : faster > 1.05 ? `The build plays ${faster.toPrecision(2)} times as fast.` : newsOf(run, player.time));
     viewer.canvas.setAttribute("aria-label", `${run.told.name} at ${seconds(player.time)}`);
     const called = shortNames(shown);
     heads.hidden = shown.length < 2;

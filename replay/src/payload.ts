@@ -33,6 +33,7 @@ export interface Proof {
 export interface Fall {
   time: number; // [s]
   reason: string;
+  predicted: boolean; // by statics, while all bricks of the run stand: an engine can be wrong
   bricks: number[];
   velocity: [number, number, number][];
   spin: [number, number, number][];

@@ -21,7 +21,7 @@ from stackdsl.checking.failure_cause import ARRIVALS
 from stackdsl.report.statics import weakest_json
 from stackdsl.simulation.recording import NUMBER, ORIENTATION, POSITION, TIME, Recording
 from stackdsl.timeline import Arrival, Placement
-from stackdsl.trace import EventKind
+from stackdsl.trace import EventKind, RunVerdict
 from stackdsl.viewing.drawing import VIEWS
 from stackdsl.viewing.pictures import heading_at, panels_at, picture
 from stackdsl.viewing.replay.verdict_band import verdict_json
@@ -224,6 +224,7 @@ def _fall(run: RunView, numbers: Mapping[BodyId, int]) -> Json | None:
     return {
         "time": fall.time,
         "reason": fall.reason,
+        "predicted": run.trace.verdict is RunVerdict.STANDS,
         "bricks": [numbers[name] for name in moving],
         "velocity": [list(velocity) for velocity, _ in moving.values()],
         "spin": [list(spin) for _, spin in moving.values()],

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from html import unescape
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -15,8 +16,13 @@ from stackdsl.checking.cache import portable_digest
 from stackdsl.entry_points import offered_systems
 from stackdsl.simulation.plugins import distributions_of
 from stackdsl.studies.sweep_plan import program_of
+from tests.chromium import opened, wait_for
 from tests.command_line import Result, Stackdsl, write
 from tests.paths import ROOT
+from tests.stackdsl.viewing.test_replay_in_chromium import press, text_of
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
 
 EXAMPLE = ROOT / "tests" / "plugins" / "example_engine"
 STANDS = "scenario: {name}\nbuild: [{{column: {{levels: 3, step: {step} mm}}}}]\nexpect: [stands: all]\n"
@@ -306,6 +312,22 @@ def test_an_engine_that_hangs_is_named_and_its_line_can_be_shown(
     assert "timed out: the engine of 'example', from faulty-engine 1.0, took longer than 1 s" in told
     assert "to see the line that hangs, interrupt the command below with Ctrl-C" in told
     assert "see it STACKDSL_DEBUG=1 stackdsl run scene.yaml --system example -k 'column[example]'" in told
+
+
+@pytest.mark.usefixtures("example")
+def test_a_replay_labels_a_fall_that_statics_predict_and_the_engine_does_not_show(
+    beside: Played, undrawn: "Chrome", tmp_path: Path
+) -> None:
+    write(tmp_path, column(70.0, "tips"))
+    told = beside("run", "scene.yaml", "--system", "example", "--html", "tips.html")
+    assert told.code == 0, told.text
+    opened(undrawn, tmp_path / "tips.html")
+    fall = "L2.1 tips over L1.1; L3.1 slides on L2.1"
+    wait_for(
+        lambda: f"no brick fell on example. Statics predict a fall at 0.000 s: {fall}" in text_of(undrawn, "header")
+    )
+    press(undrawn, "Predicted fall")
+    wait_for(lambda: f"Predicted by statics: {fall}" in text_of(undrawn, "footer"))
 
 
 @pytest.mark.usefixtures("example")
