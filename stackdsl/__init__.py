@@ -1,9 +1,96 @@
-"""StackDSL: checks scenarios of stacked bricks by proofs of statics, simulation and golden files."""
+"""StackDSL: checks scenarios of stacked bricks by proofs of statics, simulation and golden files.
 
+From Python::
+
+    from stackdsl import Scenario, claims, layouts, load, play
+
+Public names are loaded at their first use, so that importing the package is fast.
+"""
+
+from importlib import import_module
 from time import time
+from typing import TYPE_CHECKING
 
 from stability.process_settings import ask_for_one_thread
+
+if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same names
+    from stackdsl.api import claims, impacts, layouts
+    from stackdsl.api.cases import ScenarioError, load, loads
+    from stackdsl.api.fragility import fragility
+    from stackdsl.api.run import NotMeasuredError, Run, UncheckedWarning, play
+    from stackdsl.api.run_table import Table
+    from stackdsl.api.scenario import Scenario
+    from stackdsl.api.single_bricks import brick, bricks, imported
+    from stackdsl.api.studies import SearchError, find, sensitivities, survive
+    from stackdsl.api.sweep import sweep
+    from stackdsl.checking.cases import Case
 
 ask_for_one_thread(unless_set=True)  # before numpy is imported
 
 LOADED = time()  # [s] since 1970; this process does not run code that is written later
+
+__all__ = [
+    "Case",
+    "NotMeasuredError",
+    "Run",
+    "Scenario",
+    "ScenarioError",
+    "SearchError",
+    "Table",
+    "UncheckedWarning",
+    "brick",
+    "bricks",
+    "claims",
+    "find",
+    "fragility",
+    "impacts",
+    "imported",
+    "layouts",
+    "load",
+    "loads",
+    "play",
+    "sensitivities",
+    "survive",
+    "sweep",
+]
+
+_HOMES = {
+    "Case": "stackdsl.checking.cases",
+    "NotMeasuredError": "stackdsl.api.run",
+    "Run": "stackdsl.api.run",
+    "Scenario": "stackdsl.api.scenario",
+    "ScenarioError": "stackdsl.api.cases",
+    "SearchError": "stackdsl.api.studies",
+    "Table": "stackdsl.api.run_table",
+    "UncheckedWarning": "stackdsl.api.run",
+    "brick": "stackdsl.api.single_bricks",
+    "bricks": "stackdsl.api.single_bricks",
+    "find": "stackdsl.api.studies",
+    "fragility": "stackdsl.api.fragility",
+    "imported": "stackdsl.api.single_bricks",
+    "load": "stackdsl.api.cases",
+    "loads": "stackdsl.api.cases",
+    "play": "stackdsl.api.run",
+    "sensitivities": "stackdsl.api.studies",
+    "survive": "stackdsl.api.studies",
+    "sweep": "stackdsl.api.sweep",
+}
+_MODULES = ("claims", "impacts", "layouts")  # of `stackdsl.api`
+
+
+if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+    def __getattr__(name: str) -> object:
+        """Load a public name from its module at its first use."""
+        if name in _MODULES:
+            value = import_module(f"stackdsl.api.{name}")
+        elif name in _HOMES:
+            value = getattr(import_module(_HOMES[name]), name)
+        else:
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -151,15 +151,16 @@ class ClaimOutcome(Displayed):
     passed: bool
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
+    why: str = field(default="", compare=False)  # cause of a failure; a report of a run has it once for all claims
 
     def __bool__(self) -> bool:
         """Return whether the claim holds, so that `assert run.judge(claim)` fails if it does not."""
         return self.passed
 
     def __repr__(self) -> str:
-        """Return expected and measured value, which pytest shows where an assertion fails."""
-        word = "passed" if self.passed else "failed"
-        return f"<{word}: {self.name}: expected {self.expected}, measured {self.measured}>"
+        """Return expected and measured value and the cause, which pytest shows where an assertion fails."""
+        word, why = "passed" if self.passed else "failed", f", why: {self.why}" * bool(self.why)
+        return f"<{word}: {self.name}: expected {self.expected}, measured {self.measured}{why}>"
 
 
 @dataclass(frozen=True, slots=True)
@@ -394,6 +395,8 @@ class Report:
     interrupted: bool = False
     left: int = 0  # cases that did not run, since the call stops at the first failure
     accept: str = ""  # the command that accepts all differences from golden files, and removes obsolete ones
+    accept_failing: str = "--update --accept-failing"  # the options that also accept results that fail
+    review: str = "stackdsl golden review"  # the command that accepts differences one by one; empty if there is none
     wall_time: float = field(default=0.0, compare=False)  # [s]
 
     @property

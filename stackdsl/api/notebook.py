@@ -47,6 +47,7 @@ def _display(status: Status, title: str, lines: Iterable[tuple[str, str]]) -> Di
 @display_of.register
 def _(outcome: ClaimOutcome) -> Display:
     lines = {"expected": outcome.expected, "measured": f"{outcome.measured}{margin_text(outcome)}"}
+    lines |= {"why": outcome.why} if outcome.why else {}
     return _display(Status.PASSED if outcome.passed else Status.FAILED, outcome.name, lines.items())
 
 
@@ -85,7 +86,7 @@ def _replay(case: Case, trace: Trace) -> str:
 
     recorder = Recorder()
     again = play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), recorder=recorder)
-    page = replay_page([view_of(case, again, recorder.recording(), judged(case, again))], case.name)
+    page = replay_page([view_of(case, again, recorder.recording(), judged(case, again))], case.name, framed=True)
     if len(page) > LARGEST:
         return _none(f"its replay has {len(page) / 1e6:.0f} MB")
     frame = f'width="100%" height="{HEIGHT}" style="border: 1px solid #82827a; border-radius: 8px; margin-top: 8px"'

@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,8 +13,8 @@ import numpy.typing as npt
 
 from stability.model import Pose
 from stability.notebook import Display, Displayed, display_of
+from stackdsl.api.cases import OneCase, ScenarioError, one_case
 from stackdsl.api.notebook import Several, run_display
-from stackdsl.api.python_remedies import in_python
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import CELL, Written, copied, spans_of
 from stackdsl.checking.cases import Case, cases_of
@@ -21,16 +22,16 @@ from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.compiler.checks import requirements_of
-from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of
+from stackdsl.goldens.snapshot import Snapshot
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
 from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
-from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.text import cause_text
-from stackdsl.results import ClaimOutcome, GoldenResult
+from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult
 from stackdsl.trace import BrickTrack, Event, Trace
+from stackdsl.wording import MILLIMETRES, level_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,14 +39,6 @@ if TYPE_CHECKING:
 
 
 NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not affect the run
-
-
-class ScenarioError(ValueError):
-    """A scenario is invalid. The text has every mistake with its line of Python."""
-
-    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
-        self.diagnostics = tuple(map(in_python, diagnostics))
-        super().__init__("\n\n".join(map(diagnostic_text, self.diagnostics)))
 
 
 class NotMeasuredError(LookupError):
@@ -64,20 +57,23 @@ class Run(Displayed):
         self.trace = trace
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> "RunVerdict":
         """The verdict of the run, such as `stands`, `collapses`, `numerical-collapse` or `unreliable`."""
-        return self.trace.reported_verdict
+        return RunVerdict(self)
 
     @cached_property
     def outcomes(self) -> Several[ClaimOutcome]:
         """The outcome of each claim under `expect`, with the measured value and the margin to its threshold."""
-        case = self.case
-        return Several(judge(self.trace, case.scenario, case.variant, case.source, case.system))
+        return Several(self._judged(self.case))
 
     @cached_property
     def truths(self) -> Several[ClaimOutcome]:
         """The outcome of each claim under `truth`."""
         return Several(compare_with_truth(self.trace, self.case.scenario, self.case.variant, self.case.source))
+
+    def __bool__(self) -> bool:
+        """Return whether every expectation holds, so that `assert scenario.play()` fails if one does not."""
+        return self.passed
 
     @property
     def passed(self) -> bool:
@@ -107,7 +103,17 @@ class Run(Displayed):
             raise ScenarioError(mistakes)
         case = next(case for case in cases if case.identity == self.case.identity)
         self._refuse_unmeasured(case)
-        return judge(self.trace, case.scenario, case.variant, case.source, case.system)[0]
+        return self._judged(case)[0]
+
+    def _judged(self, case: Case) -> tuple[ClaimOutcome, ...]:
+        """Return the outcomes of the claims of a case on this run, each failure with its cause."""
+        outcomes = judge(self.trace, case.scenario, case.variant, case.source, case.system)
+        return tuple(each if each.passed else replace(each, why=cause_text(self.cause)) for each in outcomes)
+
+    @cached_property
+    def cause(self) -> FailureCause:
+        """The explanation of the outcome: what moves by the proof, the last action before, and what moved first."""
+        return failure_cause_of(self.case, self.trace)
 
     def _refuse_unmeasured(self, other: Case) -> None:
         """Raise NotMeasuredError if a run of the other case would have measured more, or for longer."""
@@ -125,6 +131,10 @@ class Run(Displayed):
                 f"{message}; add the claim to `expect` or `truth` of the scenario, and play it again"
             )
 
+    def snapshot(self) -> Snapshot:
+        """Return what a golden file records, for `assert snapshot == golden(snapshot.identity)` in pytest."""
+        return snapshot_of(self.case, self.trace)
+
     def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
         """Compare the run with its golden file in a directory; with `update`, write that file.
 
@@ -138,7 +148,7 @@ class Run(Displayed):
         scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
         file = self.case.source.file
         keeper = ELSEWHERE if file.startswith(CELL) else keeper_of(file, folder, scenarios)
-        return check_golden(replace(snapshot_of(self.case, self.trace), kept_by=keeper), folder, update)
+        return check_golden(replace(self.snapshot(), kept_by=keeper), folder, update)
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
         """Return one array per quantity, with one entry per brick in order of placement.
@@ -162,14 +172,18 @@ class Run(Displayed):
             "left_at": np.array([np.nan if t.left_at is None else t.left_at for t in tracks], dtype=float),
         }
 
-    def table(self) -> Table:
-        """Return one row per brick in order of placement: name, level, state, final pose, shift, tilt [m, rad, s]."""
-        return Table(_row(name, track) for name, track in self.trace.tracks.items())
+    def table(self, full: bool = False) -> Table:
+        """Return one row per brick in order of placement: name, level, state, final centre of mass, shift and tilt.
+
+        `full` adds the final orientation as a quaternion x, y, z, w, the time at which the brick left its place, None
+        if it did not, and whether it is frozen at the end. Columns with a unit end in it: `x_mm`, `tilt_deg`.
+        """
+        return Table(_row(name, track, full) for name, track in self.trace.tracks.items())
 
     def events(self) -> Table:
-        """Return one row per event: time [s], kind of event, bricks, reason."""
+        """Return one row per event: time, kind of event, bricks, reason."""
         return Table(
-            {"time": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
+            {"time_s": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
             for event in self.trace.events
         )
 
@@ -183,9 +197,36 @@ class Run(Displayed):
 
     def __repr__(self) -> str:
         """Return the failed expectations and their cause, or the verdict; pytest shows it where an assertion fails."""
-        failed = "; ".join(map(repr, (outcome for outcome in self.outcomes if not outcome.passed)))
-        cause = f", because {why}" if failed and (why := cause_text(failure_cause_of(self.case, self.trace))) else ""
-        return f"<Run of {self.case.name}: {failed or self.verdict}{cause}>"
+        failed = [outcome for outcome in self.outcomes if not outcome.passed]
+        told = "; ".join(f"{each.name}: expected {each.expected}, measured {each.measured}" for each in failed)
+        why = f", why: {cause}" if (failed or self.trace.collapse) and (cause := cause_text(self.cause)) else ""
+        return f"<{self.case.name} {'failed: ' * bool(told)}{told or self.verdict}{why}>"
+
+
+class RunVerdict(str):
+    """The verdict of a run. A comparison of it in a failed assertion of pytest has the cause."""
+
+    __slots__ = ("_run",)
+    _run: Run
+
+    def __new__(cls, run: Run) -> "RunVerdict":
+        """Return the verdict of a run."""
+        verdict = super().__new__(cls, run.trace.reported_verdict)
+        verdict._run = run
+        return verdict
+
+    def __reduce__(self) -> tuple[type[str], tuple[str]]:
+        """Return the text alone, since a run is large."""
+        return str, (str(self),)
+
+    def unlike(self, expected: object) -> Sequence[str]:
+        """Return the lines of a failed comparison: the case, expected, measured, why, after and first to move."""
+        collapse, cause = self._run.trace.collapse, self._run.cause
+        where = f" at {level_text(collapse.level, collapse.step)}" if collapse is not None else ""
+        lines = {"expected": str(expected), "measured": f"{self}{where}"}
+        if collapse is not None:
+            lines |= {"why": cause_text(cause), "after": cause.before, "first": cause.first}
+        return [self._run.case.name, *(f"  {label:<8}  {text}" for label, text in lines.items() if text)]
 
 
 @display_of.register
@@ -193,23 +234,25 @@ def _(run: Run) -> Display:
     return run_display(run.case, run.trace)
 
 
-def play(case: Case, on_event: Callable[[Event], None] = lambda event: None) -> Run:
+def play(case: OneCase, on_event: Callable[[Event], None] = lambda event: None) -> Run:
     """Play a case in this process; `on_event` is called with each event as it happens.
 
-    The case may come from `Scenario.cases` or from `gather`, which reads YAML. Raises BlockedPlacementError if a brick
-    has moved into the way of an action, and TypeError if `case` is not a Case.
+    The case comes from `load`, which reads YAML, or from `Scenario.cases`; a scenario with one case stands for it.
+    Raises BlockedPlacementError if a brick has moved into the way of an action, LookupError unless there is exactly one
+    case, and TypeError for other values.
     """
-    if not isinstance(case, Case):
-        hint = "call the `play` method of the scenario" if hasattr(case, "play_all") else "see `Scenario.cases`"
-        raise TypeError(f"expected a case from `Scenario.cases` or `gather`, not {type(case).__name__}; {hint}")
+    case = one_case(case)
     return Run(case, play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), on_event))
 
 
-def _row(name: str, track: BrickTrack) -> Row:
-    (x, y, z), (qx, qy, qz, qw) = track.final.position_W, track.final.orientation
-    place: Row = {"x": x, "y": y, "z": z, "qx": qx, "qy": qy, "qz": qz, "qw": qw}
-    end: Row = {"shift": track.shift, "tilt": track.tilt, "left_at": track.left_at, "frozen": track.frozen}
-    return {"name": name, "level": track.level, "state": track.state.value, **place, **end}
+def _row(name: str, track: BrickTrack, full: bool) -> Row:
+    place = dict(zip(("x_mm", "y_mm", "z_mm"), (MILLIMETRES * at for at in track.final.position_W), strict=True))
+    moved: Row = {"shift_mm": MILLIMETRES * track.shift, "tilt_deg": degrees(track.tilt)}
+    row: Row = {"name": name, "level": track.level, "state": track.state.value, **place, **moved}
+    if full:
+        row |= zip(("qx", "qy", "qz", "qw"), track.final.orientation, strict=True)
+        row |= {"left_at_s": track.left_at, "frozen": track.frozen}
+    return row
 
 
 def _seven(pose: Pose) -> tuple[float, ...]:

@@ -50,7 +50,7 @@ class Table(list[Row]):
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
         """Return the table as text and as HTML, for notebooks; of a long one its first and last rows."""
         few = self if len(self) <= MOST else Table([*self[: MOST // 2], *self[-MOST // 2 :]])
-        sides = ["left" if isinstance(value, str) else "right" for value in (self[0].values() if self else ())]
+        sides = self._sides
         cells = [[*map(_shown, row.values())] for row in few]
         lines = [_row("th", sides, self.columns), *(_row("td", sides, row) for row in cells)]
         left_out = [] if few is self else [f"{len(self) - MOST} of {len(self)} rows are left out in the middle"]
@@ -67,7 +67,20 @@ class Table(list[Row]):
         """Return the table as text, with one line per row."""
         cells = [self.columns, *([_shown(value) for value in row.values()] for row in self)]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in cells)
+        sides = self._sides
+        lines = (
+            [
+                cell.ljust(width) if side == "left" else cell.rjust(width)
+                for cell, width, side in zip(row, widths, sides, strict=True)
+            ]
+            for row in cells
+        )
+        return "\n".join("  ".join(line).rstrip() for line in lines)
+
+    @property
+    def _sides(self) -> Sequence[str]:
+        """The side to which each column is aligned; numbers stand below each other."""
+        return ["left" if isinstance(value, str) else "right" for value in (self[0].values() if self else ())]
 
 
 def _row(tag: str, sides: Sequence[str], texts: Sequence[str]) -> str:
@@ -78,4 +91,4 @@ def _row(tag: str, sides: Sequence[str], texts: Sequence[str]) -> str:
 
 
 def _shown(value: str | float | bool | None) -> str:
-    return "~" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    return "~" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)

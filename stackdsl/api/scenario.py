@@ -8,7 +8,8 @@ import yaml
 
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
-from stackdsl.api.run import Run, ScenarioError, play
+from stackdsl.api.cases import ScenarioError
+from stackdsl.api.run import Run, play
 from stackdsl.api.written import Written, copied, spans_of, written
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.importers.expansion import expand_file
@@ -121,7 +122,7 @@ class Scenario(Displayed):
     def _case(self, name: str) -> Case:
         if not isinstance(name, str):
             wanted = "a part of a variant, such as 'step=10mm,exact'"
-            raise TypeError(f"expected {wanted}, not {type(name).__name__}; `stackdsl.api.run.play` plays a case")
+            raise TypeError(f"expected {wanted}, not {type(name).__name__}; `stackdsl.play` plays a case")
         cases = self.cases
         matching = [case for case in cases if name in case.identity.variant]
         if len(matching) != 1:

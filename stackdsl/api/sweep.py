@@ -1,14 +1,14 @@
 """Sweeps in Python: one row for every case and sample, computed by local processes or any Executor."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 from stability.notebook import Display, display_of
+from stackdsl.api.cases import SomeCases, some_cases
 from stackdsl.api.notebook import Several, lines_display
-from stackdsl.checking.cases import Case
 from stackdsl.report.studies import sweep_lines
 from stackdsl.studies import sweep as swept
 from stackdsl.studies.sweep import SweptCase
@@ -18,7 +18,7 @@ from stackdsl.supervising.executors import TIME_LIMIT
 
 
 def sweep(
-    cases: Iterable[Case],
+    cases: SomeCases,
     out: Path | str,
     *,
     samples: int | None = None,
@@ -29,6 +29,7 @@ def sweep(
 ) -> Several[SweptCase]:
     """Judge every sample of all cases, play cases without samples, and write one row for each; return their counts.
 
+    `cases` is a scenario, or cases of `load` or of several scenarios.
     `out` is a file that ends in `.jsonl` or `.csv`, or a folder that ends in `.parquet`. Rows that it has already are
     not judged again.
     `samples` replaces the number of samples of each sampled case. `workers` is the number of local processes, by
@@ -45,7 +46,7 @@ def sweep(
             return own_processes(workers)
         return nullcontext(Workers(executor, lambda: workers or os.cpu_count() or 1))
 
-    return Several(swept.sweep(plan_of([*cases], samples, time_limit), Path(out), pool, on_rows))
+    return Several(swept.sweep(plan_of(some_cases(cases), samples, time_limit), Path(out), pool, on_rows))
 
 
 @display_of.register

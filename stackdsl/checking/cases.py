@@ -37,7 +37,7 @@ STDIN_SHOWN: Final = "<stdin>"
 MAX_BRICKS = 100_000  # in all variants of a scenario; takes some seconds and some hundred megabytes to compile
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Case:
     """One scenario in one variant on one system, ready to be played."""
 
@@ -104,6 +104,10 @@ class Case:
         """The displayed name: the scenario, then the variant in brackets."""
         return f"{self.identity.scenario}[{self.identity.variant}]"
 
+    def __repr__(self) -> str:
+        """Return the name; all fields would fill pages."""
+        return f"<Case {self.name}>"
+
 
 @cache
 def identity_of(scenario: str, parameters: tuple[tuple[str, str], ...], system: str) -> Identity:
@@ -134,7 +138,7 @@ def gather(paths: Iterable[Path]) -> GatheredCases:
         compiled, mistakes = cases_of(loaded)
         diagnostics += mistakes
         diagnostics += [
-            _shared_name(source, first[name])
+            shared_name(source, first[name])
             for source in loaded.sources
             if (name := _name(source)) in first and first[name] is not source
         ]
@@ -298,9 +302,10 @@ def _name(source: Source) -> str:
     return name if isinstance(name, str) else ""
 
 
-def _shared_name(source: Source, first: Source) -> Diagnostic:
+def shared_name(source: Source, first: Source) -> Diagnostic:
+    """Return the mistake of a scenario with the name of another, `first`."""
     there = first.span_of(("scenario",))
-    message = f"two scenarios are called '{_name(source)}', so neither is played; the other one is at {there}"
+    message = f"two scenarios are called '{_name(source)}'; the other one is at {there}"
     hint = "rename this one, since -k and golden files identify scenarios by name"
     return Diagnostic("SD203", source.span_of(("scenario",)), message, hint)
 

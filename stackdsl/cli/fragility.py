@@ -1,7 +1,6 @@
 """`stackdsl fragility`: share of samples that fall, over friction, shaking, tilt, placement errors or a variable."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from math import radians
 from pathlib import Path
@@ -26,19 +25,22 @@ from stackdsl.cli.options import (
 )
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
-from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import InputError
 from stackdsl.report.studies import fragility_lines, fragility_table
-from stackdsl.simulation.known_systems import system_named
-from stackdsl.simulation.systems import Method
 from stackdsl.studies.fragility import CurveResult, FragilityPlan
 from stackdsl.studies.fragility import draw as draw_samples
-from stackdsl.studies.fragility_curve import Fragility, spaced
-from stackdsl.studies.fragility_intensity import Intensity, IntensityKind, NoIntensityError, intensity_of
+from stackdsl.studies.fragility_curve import FEWEST_POINTS, Fragility
+from stackdsl.studies.fragility_request import (
+    LEAST_CONFIDENCE,
+    MOST_CONFIDENCE,
+    MOST_POINTS,
+    POINTS,
+    FragilityRequest,
+    FragilityRequestError,
+    NotProvenError,
+    plan_of,
+)
 from stackdsl.viewing.plots import drawn_fragility as drawn_plot
 
-MOST_POINTS = 1000
-USUAL = 1000  # most samples at each point without --samples
 RANDOM = """so all runs would be the same. Add these lines:
 
   samples: 1000
@@ -47,21 +49,6 @@ RANDOM = """so all runs would be the same. Add these lines:
       jitter: {position: 1 mm}     # placement errors of this step
   expect:
     - stands: {share: '>= 95 %'} # in place of claims without a share"""
-AROUND = 4.0  # ratio of the ends of the default range to the value in the file
-
-
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """The options of `fragility`."""
-
-    over: str
-    first: str | None
-    last: str | None
-    points: int
-    samples: int | None
-    seed: int | None
-    confidence: float | None
-    bearing: float | None
 
 
 @click.command("fragility", cls=ExplainedCommand)
@@ -74,13 +61,21 @@ class _Asked:
 )
 @click.option("--from", "first", help="Least intensity, such as '0.5 mm'. Default: a quarter of the value in FILE.")
 @click.option("--to", "last", help="Largest intensity. Default: four times the value in FILE.")
-@click.option("--points", type=click.IntRange(2, MOST_POINTS), default=11, show_default=True, help="Number of points.")
+@click.option(
+    "--points",
+    type=click.IntRange(FEWEST_POINTS, MOST_POINTS),
+    default=POINTS,
+    show_default=True,
+    help="Number of points.",
+)
 @click.option(
     "--samples", type=click.IntRange(1), help="Samples at each point. Default: `samples` of the scenario, at most 1000."
 )
 @click.option("--seed", type=click.IntRange(0), help="Random seed. Default: that of the scenario.")
 @click.option(
-    "--confidence", type=Number(0.5, 0.999999), help="Confidence of all intervals. Default: that of the scenario."
+    "--confidence",
+    type=Number(LEAST_CONFIDENCE, MOST_CONFIDENCE),
+    help="Confidence of all intervals. Default: that of the scenario.",
 )
 @click.option(
     "--bearing", type=float, help="Direction of acceleration or tilt [deg]. Default: the worst of each sample."
@@ -111,7 +106,8 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     plot: Path | None,
 ) -> None:
     """Compute the share of samples of FILE that fall at each intensity, and fit a lognormal curve."""
-    asked = _Asked(over, first, last, points, samples, seed, confidence, bearing)
+    direction = None if bearing is None else radians(bearing)
+    asked = FragilityRequest(over, first, last, points, samples, seed, confidence, direction)
     gathered, selected = selected_of(file, Selection(systems, keyword))
     plans = list(_plans(selected, asked))
     refuse_several(plot, len(plans))
@@ -138,7 +134,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
 # --- requested curves -------------------------------------------------------------------------------------------------
 
 
-def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, FragilityPlan]]:
+def _plans(cases: Sequence[Case], asked: FragilityRequest) -> Iterator[tuple[str, FragilityPlan]]:
     """Yield the requested curves. Variants that differ only in the varied value share one."""
     seen: set[str] = set()
     sampled = [case for case in cases if case.is_sampled]
@@ -147,75 +143,15 @@ def _plans(cases: Sequence[Case], asked: _Asked) -> Iterator[tuple[str, Fragilit
         raise click.UsageError(f"the scenario '{name}' has no samples and no random quantities, {RANDOM}")
     for case in sampled:
         try:
-            intensity = intensity_of(asked.over, case.variant, case.timeline)
-        except NoIntensityError as error:
-            raise click.UsageError(f"--over {asked.over}: {error}") from error
-        shakes = intensity.is_shaking
-        if shakes and system_named(case.system).method is not Method.PROVEN:
-            tell(f"{case.name}: skipped: only statics computes survived intensities, '{case.system}' does not")
+            plan = plan_of(case, asked)
+        except NotProvenError as error:
+            tell(f"{case.name}: skipped: {error}")
             continue
-        chosen = [f"{key}={text}" for key, text in case.variant.parameters if key != intensity.name]
-        name = f"{case.scenario.scenario}[{','.join([*chosen, case.system])}]"
-        if name not in seen:
-            seen.add(name)
-            yield name, _plan(case, intensity, asked)
-
-
-def _plan(case: Case, intensity: Intensity, asked: _Asked) -> FragilityPlan:
-    written = case.scenario
-    if asked.bearing is not None and not intensity.is_shaking:
-        raise click.UsageError("--bearing applies only to acceleration and tilt; remove it")
-    return FragilityPlan(
-        case,
-        intensity,
-        _values(intensity, asked),
-        asked.points,
-        asked.samples or min(USUAL, written.samples or USUAL),
-        written.seed if asked.seed is None else asked.seed,
-        asked.confidence or written.confidence,
-        None if asked.bearing is None else radians(asked.bearing),
-    )
-
-
-def _values(intensity: Intensity, asked: _Asked) -> tuple[float, ...]:
-    """Return the values of the points in SI; none if they follow from the survived capacities."""
-    ends = [_end(key, text, intensity) for key, text in (("--from", asked.first), ("--to", asked.last))]
-    if ends == [None, None] and intensity.is_shaking:
-        return ()
-    written = intensity.written
-    if intensity.is_shaking and ends[0] is None:
-        ends[0] = 0.0
-    if None in ends and (written is None or written <= 0.0):
-        raise click.UsageError(f"--over {asked.over}: give --from and --to, since the file has no value above zero")
-    assert written is not None or None not in ends
-    first, last = (
-        end if end is not None else (written or 0.0) * times
-        for end, times in zip(ends, (1 / AROUND, AROUND), strict=True)
-    )
-    if first >= last:
-        raise click.UsageError(f"--from {asked.first or first} is not less than --to {asked.last or last}")
-    if intensity.kind is IntensityKind.JITTER and first <= 0.0:
-        raise click.UsageError("--from: jitter must be above zero; without errors, all samples are the same")
-    return tuple(float(f"{value:.15g}") for value in spaced(first, last, asked.points))
-
-
-def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
-    if text is None:
-        return None
-    try:
-        amount = constant(text)
-    except InputError as mistake:
-        raise click.UsageError(f"{key}: {mistake.message}; {mistake.hint}") from mistake
-    value = float(amount.magnitude)
-    if unit_text(amount) != intensity.unit and value != 0.0:
-        if not unit_text(amount):
-            raise click.UsageError(f"{key}: {text} has no unit; write, for example, '{text} {intensity.shown_unit}'")
-        wanted = f"a quantity in {intensity.unit}" if intensity.unit else "a number"
-        wanted += ", in units of g" if intensity.kind is IntensityKind.ACCELERATION else ""
-        raise click.UsageError(f"{key}: {text} has the wrong unit: {intensity.name} is {wanted}")
-    if value < 0.0 and intensity.kind is not IntensityKind.VARIABLE:
-        raise click.UsageError(f"{key}: {intensity.name} must not be negative")
-    return value
+        except FragilityRequestError as error:
+            raise click.UsageError(str(error)) from error
+        if plan.name not in seen:
+            seen.add(plan.name)
+            yield plan.name, plan
 
 
 def _memory(file: Path, used: bool) -> ResultCache:

@@ -11,7 +11,6 @@ from stability.analysis.building_order import OrderSearch
 from stability.analysis.removal_order import LongestSearch, Pull, carrying, single_pulls, soonest_fall
 from stability.analysis.subset_search import Subsets, props_of
 from stability.model import BodyId
-from stability.name_order import names_text
 from stability.problem import Stability
 from stability.statics.assembly import Assembly
 from stability.work_limit import TooMuchWorkError
@@ -21,7 +20,7 @@ from stackdsl.cli.options import Number
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import expected_of
-from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of, survival_of
+from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
@@ -42,6 +41,7 @@ from stackdsl.report.studies import (
     survival_table,
 )
 from stackdsl.report.study_table import Part
+from stackdsl.studies import survival
 from stackdsl.studies.find_limit import (
     ACCURACY,
     FINEST,
@@ -60,19 +60,24 @@ from stackdsl.wording import how_many
 # `stackdsl survive`: acceleration and tilt that a structure survives, by bearing, and the part that fails first.
 
 
-FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
 SURVIVAL = Writing[tuple[str, Survival]](lambda each: survival_lines(*each), survival_table)
 
 
 @statics_command("survive", plot=True)
 @click.option(
     "--bearings",
-    type=click.IntRange(FEWEST_BEARINGS, MOST_BEARINGS),
-    default=72,
+    type=click.IntRange(survival.FEWEST_BEARINGS, survival.MOST_BEARINGS),
+    default=survival.BEARINGS,
     show_default=True,
     help="Number of directions, evenly spaced.",
 )
-@click.option("--accuracy", type=Number(1e-6, 0.5), default=0.01, show_default=True, help="Relative accuracy.")
+@click.option(
+    "--accuracy",
+    type=Number(survival.FINEST, survival.COARSEST),
+    default=survival.ACCURACY,
+    show_default=True,
+    help="Relative accuracy.",
+)
 def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCode:
     """Compute the acceleration and tilt that the structure of FILE survives, and the part that fails first."""
     cases = request.variants()
@@ -80,8 +85,8 @@ def survive_command(request: Request, bearings: int, accuracy: float) -> ExitCod
     questions = ((name, _survival(name, case, bearings, accuracy)) for name, case in cases.items())
     found, code = request.answer(questions, SURVIVAL, "use fewer --bearings or fewer bricks")
     if request.plot is not None and found:
-        name, survival = found[0]
-        draw(partial(drawn_survival, name, survival, expected=_expected(cases[name])), request.plot)
+        name, worst = found[0]
+        draw(partial(drawn_survival, name, worst, expected=_expected(cases[name])), request.plot)
     return code
 
 
@@ -95,27 +100,16 @@ def _expected(case: Case) -> float | None:
 
 
 def _survival(name: str, case: Case, bearings: int, accuracy: float) -> Iterator[tuple[str, Survival]]:
-    """Yield the accelerations that a case survives; report why they are unknown."""
-    proofs = proofs_of(case.timeline)
-    verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
-    pulled = [brick for brick in case.timeline.pulled_out if brick not in proofs.assembly.bricks]
-    count = sum(not placement.hits for placement in case.timeline.placements) - len(pulled)
-    if standing == 0:
-        tell(f"{name}: no brick is set down at rest, so statics has nothing to judge")
-        return
-    if verdict.reason:
-        tell(f"{name}: {verdict.stability.upper()}: {verdict.reason}; only a stable structure has margins")
-        return
-    if standing < count:
-        tell(f"{name}: computed for {standing} of {count} bricks; the later ones depend on the engine")
-    if pulled:
-        tell(f"{name}: judged without {names_text(pulled)}, which an impact pulls out")
-    with counted(bearings, f"{name}: bearings") as known:
-        survival = survival_of(proofs.assembly, bearings, accuracy, known)
-    if survival is None:
-        tell(f"{name}: unknown: no contact forces were found that are far enough inside the friction cones")
+    """Yield the accelerations that a case survives; report why they are unknown, and what is not judged."""
+    try:
+        with counted(bearings, f"{name}: bearings") as known:
+            found = survival.survive_in(case, name, bearings, accuracy, known)
+    except SearchError as error:
+        tell(f"{name}: {error}")
     else:
-        yield name, survival
+        for note in found.notes:
+            tell(f"{name}: {note}")
+        yield name, found
 
 
 # `stackdsl find`: the largest or the least value with which a scenario stands, with proofs on both sides.

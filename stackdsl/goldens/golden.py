@@ -266,7 +266,7 @@ def _why_not(text: str, error: Exception) -> str:
     """Return the reason why a text is no snapshot."""
     if marker := CONFLICT.search(text):
         line = text.count("\n", 0, marker.start()) + 1
-        return f"it has a merge conflict at line {line}; keep one version, or write the file again with --update"
+        return f"it has a merge conflict at line {line}; keep one version, or accept the result to write the file again"
     return f"it is not a valid snapshot: {error}"
 
 
@@ -309,7 +309,7 @@ def _parsed(text: str) -> Mapping[str, object]:
         )
     if was is True or was != FORMAT:
         raise MalformedSnapshotError(
-            f"it has format {was}, and this version reads {FORMAT}; write it again with --update"
+            f"it has format {was}, and this version reads {FORMAT}; accept the result to write it again"
         )
     return value
 

@@ -13,6 +13,7 @@ from stability.analysis.uniqueness import outcome
 from stability.analysis.weakest import Weakest, first_tipping, weakest, weakest_at
 from stability.dynamics.onset import as_it_begins
 from stability.model import BodyId
+from stability.notebook import Displayed
 from stability.problem import Motion, Placed, Problem, Stability, Stage, Tolerances, Verdict
 from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import separating_motion
@@ -269,12 +270,14 @@ class BearingSurvival:
 
 
 @dataclass(frozen=True, slots=True)
-class Survival:
+class Survival(Displayed):
     """Bearings all around, from +x on, and the weakest mechanism over all bearings, also those in between."""
 
     along: Sequence[BearingSurvival]
     weakest: Weakest | None  # None if nothing gives way, or with more bricks than `MOST_FOR_WEAKEST`
     tips: Weakest | None = None  # if all bricks slide together first: the mechanism that opens if they cannot
+    name: str = ""  # of the case
+    notes: tuple[str, ...] = ()  # parts of the case that are not judged
 
     @property
     def worst(self) -> BearingSurvival:

@@ -7,6 +7,7 @@ of `stackdsl check`.
 If stackdsl is installed, every run of pytest loads this plugin. So it imports other modules only when they are needed.
 """
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,6 +62,18 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "ScenarioF
     from stackdsl.pytest_plugin.scenario_file import ScenarioFile  # noqa: PLC0415 -- only for scenarios
 
     return ScenarioFile.from_parent(parent, path=file_path)
+
+
+def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, right: object) -> list[str] | None:
+    """Explain `assert run.verdict == "stands"`: expected, measured and why."""
+    if op != "==" or "stackdsl.api.run" not in sys.modules:  # nothing has a verdict then
+        return None
+    from stackdsl.api.run import RunVerdict  # noqa: PLC0415 -- only for tests with runs
+
+    for verdict, expected in ((left, right), (right, left)):
+        if isinstance(verdict, RunVerdict):
+            return [f"{str(left)!r} == {str(right)!r}", *verdict.unlike(expected)]
+    return None
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 from warnings import warn
@@ -11,13 +12,15 @@ import pytest
 from _pytest._code.code import ReprFileLocation, TerminalRepr
 from _pytest._io import TerminalWriter
 
-from stackdsl.checking.cases import Case, gather
+from stackdsl.checking.cases import Case, gather, shared_name
 from stackdsl.checking.check import unused_goldens
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, blocked_result, compare_with_golden, judged, snapshot_of
+from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
 from stackdsl.judging.judge import stop_condition_of
+from stackdsl.language.yaml.source import Source
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning, ScenarioWarning
 from stackdsl.report.check_text import report_text
@@ -32,8 +35,12 @@ from stackdsl.simulation.systems import SYSTEMS
 if TYPE_CHECKING:
     from _pytest._code.code import ExceptionInfo, TracebackStyle
 
-Name = pytest.StashKey[dict[str, Path]]()  # file of each scenario, by name
+Name = pytest.StashKey[dict[str, Source]]()  # the first scenario of each name
 Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without a scenario, by their directory
+
+
+ACCEPT_FAILING = "pytest --snapshot-update --accept-failing"
+NEEDS_SYRUPY = " (after: pip install 'stackdsl[pytest]')"
 
 
 class MissedError(Exception):
@@ -62,18 +69,42 @@ class _Failure(TerminalRepr):
 class ScenarioFile(pytest.File):
     """Scenarios of one YAML file."""
 
-    def collect(self) -> Iterable["ScenarioItem"]:
+    def collect(self) -> Iterable[pytest.Item]:
         """Yield one item per case. Raises CollectError with all diagnostics if the file is invalid."""
-        gathered = gather([self.path])
+        here = Path.cwd()
+        gathered = gather([self.path.relative_to(here) if self.path.is_relative_to(here) else self.path])
         if gathered.diagnostics:
             raise self.CollectError("\n\n".join(map(diagnostic_text, gathered.diagnostics)))
-        names = self.config.stash.setdefault(Name, {})
-        for case in gathered.cases:
-            name = case.scenario.scenario
-            if (other := names.setdefault(name, self.path)) != self.path:
-                why = f"{self.path} and {other} both have a scenario '{name}'"
-                raise self.CollectError(f"{why}; rename one, since golden files identify scenarios by name")
-            yield ScenarioItem.from_parent(self, name=case.name, case=case)
+        firsts = self.config.stash.setdefault(Name, {})
+        for name, cases in groupby(gathered.cases, lambda case: case.scenario_name):
+            case, *others = cases
+            first = firsts.setdefault(name, case.written)
+            if first.file == case.file:
+                yield from (ScenarioItem.from_parent(self, name=each.name, case=each) for each in (case, *others))
+            else:
+                yield NamesakeItem.from_parent(self, name=name, mistake=shared_name(case.written, first))
+
+
+class NamesakeItem(pytest.Item):
+    """A scenario with the name of another: fails, and the other scenarios run."""
+
+    def __init__(self, *, mistake: Diagnostic, **others: object) -> None:
+        super().__init__(**others)  # type: ignore[arg-type]  # pytest's own arguments
+        self.mistake = mistake
+
+    def runtest(self) -> None:
+        """Raise MissedError with the place of both scenarios."""
+        raise MissedError(diagnostic_text(self.mistake), f"{self.mistake.code} {self.mistake.message}")
+
+    def repr_failure(
+        self, excinfo: "ExceptionInfo[BaseException]", style: "TracebackStyle | None" = None
+    ) -> "str | TerminalRepr":
+        """Return the diagnostic."""
+        return _Failure(str(excinfo.value), str(self.path), getattr(excinfo.value, "summary", ""))
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return the place of the scenario."""
+        return self.path, self.mistake.span.line - 1, self.name
 
 
 class ScenarioItem(pytest.Item):
@@ -98,13 +129,18 @@ class ScenarioItem(pytest.Item):
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:
-            renamed = result.golden is not None and result.golden.status is GoldenStatus.RENAMED
-            accept = ("" if renamed else "pytest --snapshot-update (with syrupy), or: ") + "stackdsl check --update"
-            to_accept = result.golden_failed and result.may_be_locked
-            report = Report((result,), accept=accept if to_accept else "")
+            report = Report((result,), accept=self._accept(result), accept_failing=ACCEPT_FAILING, review="")
             told = dict(failure_lines(result))
             summary = ", ".join(f"{label} {told[label]}" for label in ("expected", "measured") if label in told)
             raise MissedError(report_text(report), summary or "differs from its golden file")
+
+    def _accept(self, result: VariantResult) -> str:
+        """Return the command that accepts the difference of a result from its golden file; empty if none may."""
+        if not (result.golden_failed and result.may_be_locked):
+            return ""
+        if result.golden is not None and result.golden.status is GoldenStatus.RENAMED:
+            return "stackdsl check --update"
+        return "pytest --snapshot-update" + NEEDS_SYRUPY * (not self.config.pluginmanager.has_plugin("syrupy"))
 
     def _result(self) -> VariantResult:
         case = self.case

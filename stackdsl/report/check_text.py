@@ -102,7 +102,7 @@ def _parts(report: Report, width: int, style: TextStyle) -> Iterator[Block]:
     for group in groups:
         yield from _failure_blocks(group, width)
     for result in report.results:
-        yield _differences(result, width)
+        yield _differences(result, width, report.review)
     yield titled("Unexpected passes (xfail)", list(_xpassed(report)))
     yield titled("Changes at half the time step and twice the iterations", list(_moved(report)))
     yield titled("Golden files", list(_golden_files(report)))
@@ -433,7 +433,7 @@ def _missed_truths(report: Report) -> Iterator[str]:
                 yield f"{truth.span}: {result.name}: {outcome_text(truth)}"
 
 
-def _differences(result: VariantResult, width: int) -> Block:
+def _differences(result: VariantResult, width: int, review: str) -> Block:
     """Return the differences from a golden file: each brick once for an observation, equal changes together."""
     golden = result.golden
     if golden is None or not golden.differences:
@@ -442,7 +442,8 @@ def _differences(result: VariantResult, width: int) -> Block:
     if golden.status is GoldenStatus.WRITTEN:
         return [line(f"Rewritten {golden.file}", "bold"), *map(line, told)]
     head = _head(Status.DIFFERS, result.name, golden.file, width)
-    return [head, *map(line, [*told, f"  {'decide':<{LABEL}}stackdsl golden review"])]
+    decide = [f"  {'decide':<{LABEL}}{review}"] if review else []
+    return [head, *map(line, [*told, *decide])]
 
 
 UNWRITABLE = "cannot be written"  # in the note on a golden file that no option would write
@@ -461,7 +462,7 @@ def _golden_files(report: Report) -> Iterator[str]:
     yield from (f"{visible(file)}: obsolete, no variant uses this file" for file in report.obsolete)
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):
         what = "1 of these results fails" if failing == 1 else f"{failing} of these results fail"
-        yield f"{what} expectations; only --update --accept-failing would accept {'it' if failing == 1 else 'them'}"
+        yield f"{what} expectations; only {report.accept_failing} would accept {'it' if failing == 1 else 'them'}"
     if report.accept and not any(UNWRITABLE in (golden.note or "") for golden in goldens):
         others, unused = " the others" * bool(failing), ", and remove obsolete files," * bool(report.obsolete)
         yield f"accept{others}{unused} with: {report.accept}"

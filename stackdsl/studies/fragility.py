@@ -90,6 +90,12 @@ class FragilityPlan:
     bearing: float | None = None  # of the shaking [rad]; None for the worst of each sample
 
     @property
+    def name(self) -> str:
+        """The name of the curve: that of the case, without the varied value."""
+        chosen = [f"{key}={text}" for key, text in self.case.variant.parameters if key != self.intensity.name]
+        return f"{self.case.scenario_name}[{','.join([*chosen, self.case.system])}]"
+
+    @property
     def shakes(self) -> bool:
         """Whether each sample has a capacity, as the intensity is a tilt or an acceleration."""
         return self.intensity.is_shaking
@@ -148,7 +154,7 @@ class CurveResult:
         terms = CurveSettings(plan.intensity, plan.seed, plan.confidence)
         curve = _curve_of_capacities(self, terms) if plan.shakes else _curve_of_outcomes(self, terms)
         cpu_time = sum(chunk.cpu_time for chunk in self.chunks.values())
-        return None if curve is None else replace(curve, cpu_time=cpu_time)
+        return None if curve is None else replace(curve, name=plan.name, cpu_time=cpu_time)
 
 
 def _curve_of_outcomes(result: CurveResult, terms: CurveSettings) -> Fragility | None:

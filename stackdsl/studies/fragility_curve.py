@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 from scipy.special import bdtr, chdtri, log_ndtr, ndtr, ndtri, stdtrit
 
 from stability.geometry.rows import Array
+from stability.notebook import Displayed
 from stackdsl.judging.statistics import Interval, interval
 from stackdsl.sampling.sample_outcomes import SampleOutcome
 from stackdsl.studies.fragility_intensity import Capacity, Intensity
@@ -173,7 +174,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Fragility:
+class Fragility(Displayed):
     """A fragility curve, its points, and the settings."""
 
     intensity: Intensity
@@ -187,6 +188,7 @@ class Fragility:
     fell_built: int = 0  # samples that fell during the build, before they could be shaken
     left_out: int = 0  # samples that the curve leaves out: undecided, or with no known upper bound of their capacity
     cpu_time: float = field(default=0.0, compare=False)  # [s], of all processes together
+    name: str = ""  # of the case
 
     def share(self, value: float) -> float | None:
         """Return the share that falls by the curve, including the samples that fell during the build."""

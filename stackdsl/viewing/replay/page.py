@@ -262,10 +262,20 @@ LOADER: Final = (
 LIVE_POLICY: Final = "; connect-src 'self'"
 
 
-def replay_page(runs: Sequence[RunView], title: str) -> str:
-    """Return the page that replays these runs; it can show two of them side by side."""
+# Within a notebook, which tells the verdict above the page, the band keeps only the remedy and the details.
+FRAMED: Final = """
+.band h1, .band .image, .band .who, .band .lead > span:not(.help) { display: none; }
+.band .words { display: flex; flex-wrap: wrap; gap: 4px 16px; align-items: baseline; }
+"""
+
+
+def replay_page(runs: Sequence[RunView], title: str, framed: bool = False) -> str:
+    """Return the page that replays these runs; it can show two of them side by side.
+
+    A `framed` page does not tell the verdict, since the page around it does.
+    """
     shown = [shown_run(run) for run in runs]
-    return page_of([run.json for run in shown], title, stills=[run.still for run in shown])
+    return page_of([run.json for run in shown], title, stills=[run.still for run in shown], framed=framed)
 
 
 def live_page(title: str) -> str:
@@ -296,9 +306,12 @@ def _line_of(payload: Json) -> str:
     return json.dumps(payload, separators=(",", ":"), allow_nan=False)
 
 
-def page_of(runs: Sequence[str], title: str, live: bool = False, stills: Sequence[str] = ()) -> str:
+def page_of(
+    runs: Sequence[str], title: str, live: bool = False, stills: Sequence[str] = (), framed: bool = False
+) -> str:
     """Return the page of runs, each given as `run_json`, with what shows them without the program."""
     program, style = program_and_style()
+    style += FRAMED * framed
     return Template(_packaged("replay.html")).substitute(
         title=escape(title),
         policy=policy_of((LOADER, program), (style, dark_rules())) + (LIVE_POLICY if live else ""),

@@ -6,9 +6,11 @@ from typing import Any
 import pytest
 
 from stackdsl.api import claims, impacts, layouts
-from stackdsl.api.run import ScenarioError, play
+from stackdsl.api.cases import ScenarioError, load, loads
+from stackdsl.api.run import play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
+from stackdsl.api.studies import find, sensitivities, survive
 from stackdsl.api.written import Written
 
 NOTHING: Any = None  # which a type checker would refuse
@@ -64,8 +66,14 @@ SCENARIO = Scenario("column", build=[column()])
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: play("column.yaml"), "expected a case from `Scenario.cases` or `gather`, not str"),  # type: ignore[arg-type]
-        (lambda: play(SCENARIO), "call the `play` method of the scenario"),  # type: ignore[arg-type]
+        (lambda: play("a.yaml"), r"expected a Scenario, or .* not a str; read a file with stackdsl.load\('a.yaml'\)"),  # type: ignore[arg-type]
+        (lambda: find({"scenario": "a"}, largest="step"), r"not a dict; write Scenario\(name, build="),  # type: ignore[arg-type]
+        (lambda: survive(SCENARIO.play()), "not a Run; a run has its case as `run.case`"),  # type: ignore[arg-type]
+        (lambda: sensitivities([SCENARIO]), "one of them is a Scenario; give the cases of a scenario"),  # type: ignore[list-item]
+        (lambda: survive(SCENARIO, bearings="many"), "bearings must be a whole number from 4 to 3600"),  # type: ignore[arg-type]
+        (lambda: find(SCENARIO, largest="step", to=5), "to must be a text with a unit, such as '5 mm', not 5"),  # type: ignore[arg-type]
+        (lambda: load("scenario: a\nbuild:"), "not its text; `stackdsl.loads` reads a text"),
+        (lambda: loads("a.yaml"), r"not the path of a file; write stackdsl.load\('a.yaml'\)"),
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
         (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as stands\(.all.\)"),  # type: ignore[arg-type]
     ],
@@ -75,11 +83,18 @@ def test_what_is_of_another_kind_is_refused_with_what_was_expected(call: Callabl
         call()
 
 
+def test_a_function_of_one_case_takes_a_scenario_of_one_case_and_names_the_cases_of_others() -> None:
+    assert find(SCENARIO, largest="levels").case == "column[exact]"
+    several = Scenario("several", build=[column()], matrix={"friction": [0.3, 0.5]}, friction="${friction}")
+    with pytest.raises(LookupError, match=r"there are 2: several\[.*\]; choose one, such as `scenario.cases\[0\]`"):
+        survive(several)
+
+
 def test_a_table_has_columns_and_prints() -> None:
     table = SCENARIO.play().table()
     assert table.columns[:3] == ["name", "level", "state"]
     assert table.column("level").tolist() == [1, 2, 3]
-    assert table.column("z") * 1000 == pytest.approx([3.9, 11.7, 19.5])
+    assert table.column("z_mm") == pytest.approx([3.9, 11.7, 19.5])
     assert str(table).splitlines()[1].split()[:3] == ["L1.1", "1", "frozen"]
     with pytest.raises(LookupError, match="unknown column 'height'; the columns are name, level"):
         table.column("height")

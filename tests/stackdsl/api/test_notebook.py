@@ -9,10 +9,11 @@ import pytest
 
 from stability import Assembly, Box, Brick, Pose, margins
 from stackdsl.api.claims import drift, stands
-from stackdsl.api.find import find, sensitivities
+from stackdsl.api.fragility import fragility
 from stackdsl.api.layouts import column
 from stackdsl.api.run_table import Table
 from stackdsl.api.scenario import Scenario
+from stackdsl.api.studies import find, sensitivities, survive
 from stackdsl.api.sweep import sweep
 from stackdsl.goldens.golden import ELSEWHERE, keeper_in
 from tests.engines_at_hand import needs_pybullet
@@ -70,13 +71,15 @@ def test_studies_show_the_lines_of_their_commands(tmp_path: Path) -> None:
     found = text_of(find(case, largest="step"))
     assert found.startswith("leaning[exact]: largest step 9.799 mm stands, 9.801 mm falls")  # 117.6 mm / 12
     assert "  falls      L2.1 to L12.1 (11 bricks) tip over L1.1" in found
-    assert "if 1 % more" in html_of(sensitivities(leaning(3).cases[0]))
+    assert "if 1 % more" in html_of(sensitivities(leaning(3)))
+    assert "leaning[exact] survives 0.5 g in every direction" in html_of(survive(leaning(3)))  # friction is 0.5
     shaky = [column(levels=5, step="20 mm", jitter={"position": "4 mm"})]
     scenario = Scenario("shaky", build=shaky, samples=20, seed=1, expect=[stands(share=">= 50 %")])
     (swept,) = sweep(scenario.cases, tmp_path / "rows.jsonl", workers=1)
     assert "shaky[exact]: 20 of 20 samples, seed 1: " in html_of(swept)
     assert "share that stands: " in html_of(swept)
     assert "of 20 stand" in text_of(scenario.draw())
+    assert "shaky[exact]: half of the samples fall at jitter" in html_of(fragility(scenario, "jitter", workers=1))
 
 
 def test_a_verdict_and_margins_of_statics_show_themselves() -> None:

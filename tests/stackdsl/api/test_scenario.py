@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stackdsl.api import claims, impacts, layouts
-from stackdsl.api.run import NotMeasuredError, ScenarioError, UncheckedWarning, play
+from stackdsl.api.cases import ScenarioError
+from stackdsl.api.run import NotMeasuredError, UncheckedWarning, play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
 from stackdsl.api.written import Written
@@ -186,6 +187,6 @@ def test_a_claim_that_fails_is_false_and_a_run_without_claims_is_told_to_be_unch
     run = Scenario("claimed", build=[falls], expect=[claims.stands("all")]).play()
     assert not run.judge(claims.stands("all"))
     assert run.judge(claims.collapses("any"))
-    assert "because L2.1 to L10.1 (9 bricks) tip over L1.1" in repr(run)
+    assert "why: L2.1 to L10.1 (9 bricks) tip over L1.1" in repr(run)
     with pytest.warns(UncheckedWarning, match=r"bare\[exact\] has no expectations, so nothing is checked"):
         assert Scenario("bare", build=[falls]).play().passed

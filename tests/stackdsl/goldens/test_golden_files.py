@@ -76,7 +76,10 @@ UNREADABLE = {
     "not UTF-8": (b"\xff\xfe{}", "not UTF-8"),
     "no object": (b"[1]", "is not a JSON object"),
     "no format": (b"{}", "it has format none, and this version reads 1"),
-    "another format": (b'{"format": 0}', "it has format 0, and this version reads 1; write it again with --update"),
+    "another format": (
+        b'{"format": 0}',
+        "it has format 0, and this version reads 1; accept the result to write it again",
+    ),
     "a format that is no number": (b'{"format": true}', "it has format True, and this version reads 1"),
     "a key that nobody reads": (b'{"format": 1, "verdicts": "stands"}', "the file has an unknown key 'verdicts'"),
     "one of a brick": (b'{"format": 1, "bricks": {"a": {"stat": 1}}}', "'a' has an unknown key 'stat'"),

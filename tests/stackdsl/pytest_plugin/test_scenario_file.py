@@ -84,7 +84,7 @@ def test_a_failing_scenario_is_locked_only_with_accept_failing(scenarios: Path, 
         result = pytester.runpytest(*options, "-k", "column and 3", "scenarios")
         result.assert_outcomes(failed=1)
         result.stdout.fnmatch_lines(
-            ["*1 of these results fails expectations; only --update --accept-failing would accept it*"]
+            ["*1 of these results fails expectations; only pytest --snapshot-update --accept-failing would accept it*"]
         )
         assert not locked.exists()
     pytester.runpytest("--snapshot-update", "--accept-failing", "-k", "column and 3", "scenarios")
@@ -122,9 +122,45 @@ def test_a_mistake_is_told_with_its_place_and_the_rest_of_the_tests_is_not_run(
 
 def test_two_scenarios_of_one_name_are_told(scenarios: Path, pytester: pytest.Pytester) -> None:
     (scenarios / "more.yaml").write_text(COLUMN, encoding="utf-8")
-    result = pytester.runpytest("scenarios")
-    result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*more.yaml and *columns.yaml both have a scenario 'column'*"])
+    result = pytester.runpytest("--no-golden", "scenarios")
+    result.assert_outcomes(passed=2, failed=3)  # one of them falls
+    result.stdout.fnmatch_lines(
+        [
+            "scenarios/more.yaml:2:11: SD203 two scenarios are called 'column'; *at scenarios/columns.yaml:2:11",
+            "*= rename this one, since -k and golden files identify scenarios by name",
+        ]
+    )
+
+
+def test_a_failed_comparison_of_a_verdict_has_expected_measured_and_why(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
+    pytester.makepyfile(
+        """
+        from stackdsl import Scenario, claims, layouts
+
+        RUN = Scenario("high", build=[layouts.column(levels=3, step="44 mm")]).play()
+
+        def test_verdict():
+            verdict = RUN.verdict
+            assert verdict == "stands"
+
+        def test_claim():
+            assert RUN.judge(claims.stands("all")).passed
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=2)
+    why = "L2.1, L3.1 tip over L1.1, towards +x, its weight 7.2 mm beyond the edge"
+    result.stdout.fnmatch_lines(
+        [
+            "E * assert 'collapses' == 'stands'",
+            "E * high[[]exact[]]",
+            "E * expected  stands",
+            "E * measured  collapses at level 3",
+            f"E * why       {why}",
+            f"E * where False = <failed: stands: expected all, measured 1 of 3 bricks fell: L3.1, why: {why}>.passed",
+        ]
+    )
 
 
 def test_yaml_elsewhere_is_no_test_unless_it_is_named(scenarios: Path, pytester: pytest.Pytester) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from stackdsl.api.find import find
+from stackdsl.api.studies import find
 from stackdsl.checking.cases import Case, cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.studies.find_limit import End, FoundLimit, SearchError

@@ -5,7 +5,7 @@ from math import radians, sin
 
 import pytest
 
-from stackdsl.api.find import sensitivities
+from stackdsl.api.studies import sensitivities
 from stackdsl.checking.cases import cases_of
 from stackdsl.language.yaml.source import parse
 from stackdsl.report.studies import HOW, sensitivity_lines, sensitivity_table

@@ -1,0 +1,99 @@
+"""Studies of one case by statics: limits of its numbers, survived accelerations, sensitivities."""
+
+from typing import Final
+
+from stability.notebook import Display, display_of
+from stackdsl.api.arguments import refuse_other_types, refuse_outside
+from stackdsl.api.cases import OneCase, one_case
+from stackdsl.api.notebook import lines_display
+from stackdsl.judging.proofs import Survival
+from stackdsl.report.studies import limit_lines, sensitivity_lines, survival_lines
+from stackdsl.studies import survival
+from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
+from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
+
+__all__ = [
+    "FoundLimit",
+    "SearchError",
+    "Sensitivities",
+    "Survival",
+    "find",
+    "sensitivities",
+    "survive",
+]
+
+
+def find(
+    case: OneCase,
+    *,
+    largest: str | None = None,
+    least: str | None = None,
+    most: str | None = None,
+    from_: str = "",
+    to: str = "",
+    within: float = ACCURACY,
+    bearing: float | None = None,
+) -> FoundLimit:
+    """Find the limit of one number of a case, like `stackdsl find`, without simulation.
+
+    Exactly one of `largest`, `least` and `most` (the largest whole number) is the name of the number. `from_` and `to`
+    are the ends of the search, as in YAML, such as "5 mm". `within` is the relative distance of both sides of the
+    limit. `bearing` is the direction of a tilt or an acceleration [rad].
+
+    Raises SearchError, a ValueError, if the case has no number of this name, or no limit of it can be searched for.
+    """
+    requested = [(want, name) for want, name in zip(Want, (largest, least, most), strict=True) if name is not None]
+    if len(requested) != 1:
+        raise TypeError("find needs exactly one of largest, least and most, such as largest='step'")
+    ((want, name),) = requested
+    refuse_other_types(str, "the name of a number, such as 'step'", **{want.value: name})
+    refuse_other_types(str, "a text with a unit, such as '5 mm'", from_=from_, to=to)
+    refuse_outside("within", within, FINEST, 1.0)
+    known = one_case(case)
+    return find_in(known, known.name, LimitRequest(want, name, from_, to, within, bearing))
+
+
+def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int = CHECKED) -> Sensitivities:
+    """Return the effects of all numbers of a case on its margin, the largest first, like `stackdsl sensitivities`.
+
+    `of` is "acceleration" or "friction". `check` is the number of effects that are verified by finite differences.
+
+    Raises SearchError, a ValueError, if the case has no such margin.
+    """
+    if of not in [*MarginKind]:
+        raise ValueError(f"of must be 'acceleration' or 'friction', not {of!r}")
+    known = one_case(case)
+    return sensitivities_of(known, known.name, MarginKind(of), check)
+
+
+def survive(case: OneCase, *, bearings: int = survival.BEARINGS, accuracy: float = survival.ACCURACY) -> Survival:
+    """Return the acceleration and tilt that a case survives, and the part that fails first, like `stackdsl survive`.
+
+    `bearings` is the number of directions, evenly spaced; `accuracy` is relative. `worst` of the result has `survived`
+    [g], `tilt` [rad] and `bearing` [rad] of the weakest of these directions; `along` has all of them, and `weakest` is
+    the weakest spot over all directions. `notes` names the parts of the case that are not judged.
+
+    Raises SearchError, a ValueError, if the case is not proven to stand.
+    """
+    refuse_outside("bearings", bearings, survival.FEWEST_BEARINGS, survival.MOST_BEARINGS, int)
+    refuse_outside("accuracy", accuracy, survival.FINEST, survival.COARSEST)
+    known = one_case(case)
+    return survival.survive_in(known, known.name, bearings, accuracy)
+
+
+MOST: Final = 20  # effects that a notebook shows
+
+
+@display_of.register
+def _(found: FoundLimit) -> Display:
+    return lines_display(limit_lines(found))
+
+
+@display_of.register
+def _(found: Sensitivities) -> Display:
+    return lines_display(sensitivity_lines(found, MOST))
+
+
+@display_of.register
+def _(found: Survival) -> Display:
+    return lines_display([*survival_lines(found.name, found), *found.notes])
