@@ -45,6 +45,11 @@ def fragility(
     refuse_outside("points", points, FEWEST_POINTS, request.MOST_POINTS, int)
     if confidence is not None:
         refuse_outside("confidence", confidence, request.LEAST_CONFIDENCE, request.MOST_CONFIDENCE)
+    refuse_other_types(float | int | None, "a number of radians", bearing=bearing)
+    refuse_other_types(int | None, "a whole number", samples=samples, seed=seed, workers=workers)
+    for name, count, least in (("samples", samples, 1), ("seed", seed, 0), ("workers", workers, 1)):
+        if count is not None and count < least:
+            raise ValueError(f"{name} must be at least {least}, not {count}")
     known = one_case(case)
     if not known.is_sampled:
         remedy = 'give the scenario samples=1000, and a step jitter={"position": "1 mm"}'

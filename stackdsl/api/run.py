@@ -91,7 +91,7 @@ class Run(Displayed):
         not have.
         """
         if not isinstance(claim, Mapping):
-            wanted = 'a claim, such as stands("all") from stackdsl.api.claims'
+            wanted = 'a claim, such as claims.stands("all")'
             raise TypeError(f"expected {wanted}, not {type(claim).__name__}: {claim!r}")
         source = self.case.written
         values = {key: value for key, value in source.values.items() if key not in NOT_OF_THE_RUN}

@@ -49,6 +49,7 @@ def find(
     refuse_other_types(str, "the name of a number, such as 'step'", **{want.value: name})
     refuse_other_types(str, "a text with a unit, such as '5 mm'", from_=from_, to=to)
     refuse_outside("within", within, FINEST, 1.0)
+    refuse_other_types(float | int | None, "a number of radians", bearing=bearing)
     known = one_case(case)
     return find_in(known, known.name, LimitRequest(want, name, from_, to, within, bearing))
 
@@ -62,6 +63,7 @@ def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int =
     """
     if of not in [*MarginKind]:
         raise ValueError(f"of must be 'acceleration' or 'friction', not {of!r}")
+    refuse_outside("check", check, 0, MOST_CHECKED, int)
     known = one_case(case)
     return sensitivities_of(known, known.name, MarginKind(of), check)
 
@@ -81,6 +83,7 @@ def survive(case: OneCase, *, bearings: int = survival.BEARINGS, accuracy: float
     return survival.survive_in(known, known.name, bearings, accuracy)
 
 
+MOST_CHECKED: Final = 100_000
 MOST: Final = 20  # effects that a notebook shows
 
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel, TypeAdapter
 
 from stackdsl.api.python_remedies import python_name
 from stackdsl.api.written import HERE, Written, written
+from stackdsl.diagnostics import did_you_mean
 from stackdsl.language.claims.claim import Expectation, Truth
 from stackdsl.language.claims.claim_kind import CLAIMS
 from stackdsl.language.impacts import IMPACTS, Impact
@@ -46,7 +47,8 @@ class Words:
         if name not in self._made:
             key = next((key for key in self._kinds if python_name(key) == name), None)
             if key is None:
-                raise AttributeError(f"module '{__package__}.{self.name}' has no attribute '{name}'")
+                hint = did_you_mean(name, self.names())
+                raise AttributeError(f"{self.name} has no '{name}'{'; ' * bool(hint)}{hint}")
             self._made[name] = self._function(key)
         return self._made[name]
 

@@ -48,7 +48,9 @@ def plain(value: object, called: str) -> Plain:
         return [plain(item, f"{called}[{number}]") for number, item in enumerate(value)]
     if callable(number := getattr(value, "item", None)):  # a numpy scalar or array
         return plain(getattr(value, "tolist", number)(), called)
-    raise TypeError(f"`{called}` must be a string, number, list or mapping, not {type(value).__name__}: {value!r}")
+    call = f"; call it: {getattr(value, '__name__', 'it')}(...)" if callable(value) else ""
+    kind = type(value).__name__
+    raise TypeError(f"`{called}` must be a string, number, list or mapping, not {kind}: {value!r}{call}")
 
 
 def callers_place() -> Span:

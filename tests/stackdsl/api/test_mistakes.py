@@ -72,10 +72,12 @@ SCENARIO = Scenario("column", build=[column()])
         (lambda: sensitivities([SCENARIO]), "one of them is a Scenario; give the cases of a scenario"),  # type: ignore[list-item]
         (lambda: survive(SCENARIO, bearings="many"), "bearings must be a whole number from 4 to 3600"),  # type: ignore[arg-type]
         (lambda: find(SCENARIO, largest="step", to=5), "to must be a text with a unit, such as '5 mm', not 5"),  # type: ignore[arg-type]
+        (lambda: sensitivities(SCENARIO, check="all"), "check must be a whole number from 0"),  # type: ignore[arg-type]
+        (lambda: Scenario("a", build=[layouts.column]), r"call it: column\(\.\.\.\)"),  # type: ignore[list-item]
         (lambda: load("scenario: a\nbuild:"), "not its text; `stackdsl.loads` reads a text"),
         (lambda: loads("a.yaml"), r"not the path of a file; write stackdsl.load\('a.yaml'\)"),
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
-        (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as stands\(.all.\)"),  # type: ignore[arg-type]
+        (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_of_another_kind_is_refused_with_what_was_expected(call: Callable[[], object], told: str) -> None:

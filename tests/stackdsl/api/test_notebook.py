@@ -49,7 +49,9 @@ def test_a_run_that_fails_shows_expected_measured_and_why() -> None:
     lines = text_of(run).splitlines()
     assert lines[0] == "✗ failed  leaning[exact]"
     assert [line.split()[0] for line in lines[1:]] == ["expected", "measured", "why", "after", "first"]
-    assert "L2.1 to L10.1 (9 bricks) tip over L1.1" in html_of(run)
+    html = html_of(run)
+    assert "L2.1 to L10.1 (9 bricks) tip over L1.1" in html
+    assert ".band h1, .band .image" in html  # the replay hides its headline, since the notebook has it above
     assert "failed: stands: expected all, measured the structure collapsed at level 10" in repr(run)
 
 
