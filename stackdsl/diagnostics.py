@@ -70,6 +70,12 @@ class Span:
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
 
+    @property
+    def text(self) -> str:
+        """The text of the stretch, as far as the excerpt has it."""
+        start = self.column - self.excerpt_column
+        return self.excerpt[start : start + self.end_column - self.column]
+
     def seen_from(self, other: "Span") -> str:
         """Return the place, without the file name if `other` is in the same file, and the repetition."""
         place = f"{self.line}:{self.column}" if self.file == other.file else str(self)

@@ -1,8 +1,8 @@
 """Checks of a compiled scenario: names, levels, neighbours, overlaps, slivers, contradictory claims, large margins."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import ceil, inf
 from typing import Final, Self
 
 from stability.geometry.box_distance import reach_between
@@ -20,7 +20,7 @@ from stackdsl.language.claims.claim_kind import ClaimKind
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import NameReference, named_in
 from stackdsl.language.yaml.source import KeyPath, Source
-from stackdsl.wording import mm
+from stackdsl.wording import MILLIMETRES, mm, rounded_up
 from stackdsl.work import HINT, most_bricks, most_points
 
 # Names and levels.
@@ -249,7 +249,7 @@ def _bits(bricks: Collection[BodyId], places: Mapping[BodyId, int]) -> int:
 USUAL_DIGITS, ALL_DIGITS = 4, 17  # digits of a length in a message, and enough to distinguish any two lengths
 
 
-def misfits(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
+def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iterator[Diagnostic]:
     """Report bricks inside others or in the air; once per code and position, since a layout has one position."""
     reported: set[tuple[str, KeyPath]] = set()
     bricks = built.in_order
@@ -260,7 +260,7 @@ def misfits(built: ResolvedScenario, _scenario: Scenario, source: Source) -> Ite
         return
     is_crowded = sum(fit.overlaps for fit in results) > MOST_INSIDE  # then supports may be missing from the index
     for brick, fit in zip(bricks, results, strict=True):
-        mistake = _misfit(fit, brick, bricks, built) if fit.overlaps or not is_crowded else None
+        mistake = _misfit(fit, brick, bricks, built, scenario) if fit.overlaps or not is_crowded else None
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
@@ -292,20 +292,30 @@ AXES: Final[Mapping[str, Vec3]] = {
     **{"+x": (1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "+z": (0.0, 0.0, 1.0)},
     **{"-x": (-1.0, 0.0, 0.0), "-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)},
 }
+SPACINGS: Final = ("spacing", "gap")  # keys of layouts for the distance between bricks
+TIDY: Final = 0.01  # [m] suggested origins beside others are multiples of this
 ON_AXIS: Final = 0.9999  # cosine of a direction that counts as that of an axis
 
 
 def _misfit(
-    fit: Fit, brick: ResolvedBrick, bricks: Sequence[ResolvedBrick], built: ResolvedScenario
+    fit: Fit, brick: ResolvedBrick, bricks: Sequence[ResolvedBrick], built: ResolvedScenario, scenario: Scenario
 ) -> tuple[str, str, str] | None:
     of_layout = brick.written.of_layout
     if fit.overlaps:
-        other = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
+        other = bricks[fit.overlaps_box].written if fit.overlaps_box is not None else None
+        name = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
         plane = built.planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
-        message = f"brick '{brick.name}' is {mm(fit.depth)} inside {other or plane}"
+        message = f"brick '{brick.name}' is {mm(fit.depth)} inside {name or plane}"
         towards = next((f" towards {name}" for name, axis in AXES.items() if dot(axis, fit.way_out_W) > ON_AXIS), "")
-        elsewhere = ", or place the layout elsewhere with `origin`" * of_layout
-        return "SD201", message, f"move it by at least {mm(fit.depth)}{towards}{elsewhere}"
+        hint = f"move it by at least {mm(fit.depth)}{towards}"
+        if not of_layout:
+            aside = _apart(brick.written, other) if other is not None and towards == " towards +z" else ""
+            return "SD201", message, f"move it aside, by {aside}, or {hint.removeprefix('move it ')}" if aside else hint
+        if other is None or brick.written.step >= len(scenario.build):
+            return "SD201", message, f"{hint}, or place the layout elsewhere with `origin`"
+        if other.path == brick.written.path:
+            return "SD201", f"{message}, of the same layout", _wider(brick.written, other, scenario)
+        return "SD201", message, _elsewhere(brick.written, other, bricks, scenario)
     if fit.in_the_air and not brick.written.drop:
         above = "" if fit.clearance == inf else f"; the nearest body below is {_distances(fit.clearance, fit.reach)}"
         hint = "place it on a support, or write `drop: true` to let it fall"
@@ -313,6 +323,51 @@ def _misfit(
             hint = "change the dimensions or the `origin` of the layout so that every brick has a support"
         return "SD202", f"brick '{brick.name}' has no support{above}", hint
     return None
+
+
+def _apart(brick: WrittenBrick, other: WrittenBrick) -> str:
+    """Return a horizontal shift that ends the overlap of two bricks: `94.2 mm towards +x`."""
+    (low, high), (other_low, other_high) = _bounds((brick,)), _bounds((other,))
+    ways = [
+        (way, towards)
+        for axis, (plus, minus) in enumerate((("+x", "-x"), ("+y", "-y")))
+        for way, towards in ((other_high[axis] - low[axis], plus), (high[axis] - other_low[axis], minus))
+    ]
+    shift, towards = min(ways, key=lambda each: (round(each[0], 9), each[1]))
+    return f"{rounded_up(MILLIMETRES * shift, USUAL_DIGITS)} mm towards {towards}"
+
+
+def _wider(brick: WrittenBrick, other: WrittenBrick, scenario: Scenario) -> str:
+    """Return the remedy for a layout whose own bricks overlap."""
+    layout = scenario.build[brick.step].layout
+    keys = [key for key in SPACINGS if layout is not None and key in type(layout[1]).model_fields]
+    apart = _apart(brick, other).partition(" towards")[0]
+    if keys:
+        return f"increase `{keys[0]}` by at least {apart}"
+    return f"place its bricks at least {apart} further apart, or use fewer of them"
+
+
+def _elsewhere(brick: WrittenBrick, other: WrittenBrick, bricks: Sequence[ResolvedBrick], scenario: Scenario) -> str:
+    """Return the remedy for a layout inside bricks of another step: beside these, or on top of them."""
+    layout = scenario.build[brick.step].layout
+    assert layout is not None  # the caller knows that the brick is of a layout
+    x, y, z = layout[1].origin
+    own = _bounds([each.written for each in bricks if each.written.path == brick.path])
+    others = _bounds([each.written for each in bricks if each.written.step == other.step])
+    beside = TIDY * ceil((x + others[1][0] - own[0][0]) / TIDY + 1e-9)
+    on_top = z + others[1][2] - own[0][2]
+    return (
+        f"to place the layout beside, write `origin: [{mm(beside)}, {mm(y)}, {mm(z)}]`; "
+        f"to place it on top, `origin: [{mm(x)}, {mm(y)}, {mm(on_top, 9)}]`"
+    )
+
+
+def _bounds(bricks: Iterable[WrittenBrick]) -> tuple[Vec3, Vec3]:
+    """Return the least and largest coordinates of bricks."""
+    lows, highs = zip(*(bounds_W(brick.shape, brick.pose) for brick in bricks), strict=True)
+    low = [min(each[axis] for each in lows) for axis in range(3)]
+    high = [max(each[axis] for each in highs) for axis in range(3)]
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 def _distances(clearance: float, reach: float) -> str:
@@ -341,10 +396,15 @@ def missing_neighbours(built: ResolvedScenario, _scenario: Scenario, source: Sou
             return
         elif error.name in later:
             there = source.span_of(later[error.name].path)
+            if later[error.name].path == brick.written.path:
+                yield Diagnostic(
+                    "SD204", span, f"brick '{error.name}' is placed on or beside itself", "name another brick"
+                )
+                continue
             message = f"brick '{error.name}' is placed later, at {there.seen_from(span)}"
             yield Diagnostic("SD204", span, message, "refer to an earlier brick, or place that brick first")
         else:
-            hint = did_you_mean(error.name, names) or "refer to an earlier brick"
+            hint = did_you_mean(error.name, [*names, GROUND]) or "refer to an earlier brick"
             yield Diagnostic("SD204", span, f"no earlier brick has the name '{error.name}'", hint)
 
 

@@ -310,6 +310,17 @@ class Prism(AuthorModel):
         return self
 
 
+_SIZE: Final = re.compile(r"([\d.]+)\s*(\w*)\s*[x×*]\s*([\d.]+)\s*(\w*)\s*[x×*]\s*([\d.]+)\s*([^\W\d]\w*)")
+
+
+def _as_size(text: str) -> str:
+    """Return the remedy for a size in one text, such as `117 x 23 x 8 mm`; empty for other texts."""
+    if (match := _SIZE.fullmatch(text.strip())) is None:
+        return ""
+    x, x_unit, y, y_unit, z, unit = match.groups()
+    return f"write {{size: [{x} {x_unit or unit}, {y} {y_unit or unit}, {z} {unit}], density: 500 kg/m3}}"
+
+
 class BrickKind(Shorthand, ExactlyOneKey):
     """A brick from the catalogue, or a box or convex solid with its size and mass."""
 
@@ -334,6 +345,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
 
     one_of: ClassVar[tuple[str, ...]] = ("density", "mass")
     also_one_of: ClassVar[tuple[str, ...]] = ("size", "prism", "points", "file")
+    examples: ClassVar[Mapping[str, str]] = {"density": "500 kg/m3", "size": "[120 mm, 24 mm, 8 mm]"}
 
     @property
     def form(self) -> Form:
@@ -357,7 +369,7 @@ class BrickKind(Shorthand, ExactlyOneKey):
             made._form, made._kind_name = box_form(CATALOGUE[name].size), name
             return made
         message = f"there is no brick {shown(scalar)} in the catalogue or under `brick_types`"
-        raise InputError("SD104", message, did_you_mean(str(scalar), (*known, *CATALOGUE)))
+        raise InputError("SD104", message, _as_size(name) or did_you_mean(str(scalar), (*known, *CATALOGUE)))
 
     @classmethod
     def scalar_schema(cls, _properties: dict[str, t.JsonSchema]) -> t.JsonSchema:

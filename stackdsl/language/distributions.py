@@ -151,6 +151,9 @@ def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
     if keys == {"uniform"}:
         return _uniform(written["uniform"])
     if keys == {"normal"}:
+        if QUANTITY.fullmatch(str(written["normal"]).strip()):
+            hint = f"write, for example, normal {written['normal']} ± 5 %"
+            raise InputError("SD103", "a normal distribution needs a standard deviation", hint)
         middle, width = _pair(written["normal"], _AROUND)
         return _made("normal", middle, width, positive=True)
     if keys == {"lognormal", "dispersion"}:
@@ -162,6 +165,9 @@ def _of_keys(written: Mapping[str, Plain], whole: Plain) -> Distribution:
             raise InputError("SD104", "median and dispersion must be greater than zero", EXAMPLE)
         numbers = (float(median.magnitude), float(dispersion.magnitude))
         return Distribution("lognormal", unit_text(median), numbers)
+    if keys == {"lognormal"}:
+        hint = f"write, for example, lognormal {written['lognormal']} dispersion 0.2"
+        raise InputError("SD103", "a lognormal distribution needs a dispersion", hint)
     if keys == {"table"}:
         return _table(written["table"])
     raise InputError("SD103", f"{shown(whole)} is not a distribution", EXAMPLE)

@@ -364,7 +364,8 @@ def values_of(written: Plain, most: int) -> list[Plain]:
     if isinstance(written, str) and (match := _RANGE.fullmatch(written.strip())):
         return list(_between(match, written, most))
     if not isinstance(written, list) or not written:
-        raise InputError("SD103", f"expected a list of values or a range, not {shown(written)}", _ADVICE)
+        what = "an empty list" if written == [] else shown(written)
+        raise InputError("SD103", f"expected a list of values or a range, not {what}", _ADVICE)
     _check_count(most, len(written), "the list")
     return written
 

@@ -1,7 +1,7 @@
 """Base classes of the language: validated mappings, registries of keywords, and times tied to events."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
@@ -43,6 +43,12 @@ class ExactlyOneKey(AuthorModel):
 
     one_of: ClassVar[tuple[str, ...]]
     also_one_of: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[Mapping[str, str]] = {}  # values of keys, for remedies
+
+    @classmethod
+    def example_of(cls, keys: Iterable[str]) -> str:
+        """Return the first of these keys that has an example, with its value."""
+        return next((f", such as {key}: {cls.examples[key]}" for key in keys if key in cls.examples), "")
 
     @property
     def kind(self) -> str:
@@ -58,7 +64,9 @@ class ExactlyOneKey(AuthorModel):
                 message = (
                     f"exactly one of the keys {', '.join(needed)} is required, not {' and '.join(present) or 'none'}"
                 )
-                hint = "keep one of them, or begin another item" if written else "add one of them"
+                hint = (
+                    "keep one of them, or begin another item" if written else f"add one of them{self.example_of(keys)}"
+                )
                 raise InputError("SD108", message, hint)
         return self
 

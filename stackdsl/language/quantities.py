@@ -257,6 +257,18 @@ def _everyday_unit(unit: str, magnitude: Fraction | float) -> str:
     return small if abs(float(magnitude)) < limit else unit
 
 
+# Units that are not read -> value in a unit that is, for remedies.
+FOREIGN: Final[Mapping[str, tuple[float, str]]] = {
+    "in": (25.4, "mm"),
+    "inch": (25.4, "mm"),
+    "ft": (0.3048, "m"),
+    "lb": (0.45359237, "kg"),
+    "oz": (28.349523, "g"),
+    "km/h": (1 / 3.6, "m/s"),
+    "mph": (0.44704, "m/s"),
+}
+
+
 @lru_cache(maxsize=REMEMBERED)
 def exact_quantity(text: str, dimension: Dimension) -> Fraction:
     """Read a quantity into SI, as an exact fraction."""
@@ -272,6 +284,8 @@ def exact_quantity(text: str, dimension: Dimension) -> Fraction:
         if dimension.gravities and unit == "kg":
             raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", grams)
         hint = did_you_mean(unit if unit.isalpha() else "", dimension.units) or advice(dimension)
+        if (factor := FOREIGN.get(unit)) is not None and factor[1] in dimension.units:
+            hint = f"write {float(match['number']) * factor[0]:.6g} {factor[1]}"
         raise InputError("SD106", f"{shown(unit)} is not a unit of {dimension.noun}", hint)
     return Fraction(match["number"]) * in_si(unit)
 

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from stackdsl.diagnostics import Diagnostic, capped, did_you_mean, meant_choice, reading_order
 from stackdsl.entry_points import offered_systems
-from stackdsl.language.bricks import known_bricks, laid
+from stackdsl.language.bricks import BrickKind, known_bricks, laid
 from stackdsl.language.distributions import sampled
 from stackdsl.language.layouts.registry import place
 from stackdsl.language.quantities import ConsequentialError, InputError, shown, without_comma
@@ -136,7 +136,9 @@ RANGES: Final = {
     "too_long": "the list has {actual_length} items; the maximum is {max_length}",
 }
 
-MISWRITTEN: Final = re.compile(r"\$[A-Za-z]\w*|\$?\{[^{}]*\}")  # an expression in the syntax of other languages
+MISWRITTEN: Final = re.compile(
+    r"\$[A-Za-z]\w*|\$?\{{1,2}[^{}]*\}{1,2}"
+)  # an expression in the syntax of other languages
 # Limits in the JSON schema: keys of the lower and the upper limit, and the counted noun.
 LIMITS: Final = (
     ("minimum", "maximum", ""),
@@ -220,8 +222,14 @@ def _is_echo(detail: ErrorDetails) -> bool:
 
 def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     """Convert an error of pydantic. `span_of` handles parts of its path that are not in the file."""
+    from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
+
     path = detail["loc"]
     code, message, hint = _explain(detail)
+    if code in ("SD105", "SD106") and "${" in source.span_of(path).text:
+        message, hint = _of_expression(code, message, hint, detail["input"])
+    elif code != "SD101" and isinstance(detail["input"], list) and f"{path[-1]}s" in keys_at(path[:-1]):
+        hint = f"write `{path[-1]}s` in place of `{path[-1]}`"
     if path[-1:] == ("[key]",):  # pydantic's path to the key of a mapping
         return Diagnostic(code, source.key_span_of(path[:-1]), message, hint)
     if code == "SD102" and detail["type"] == "missing":
@@ -229,6 +237,15 @@ def _diagnostic(source: Source, detail: ErrorDetails) -> Diagnostic:
     else:
         span = source.key_span_of(path) if code == "SD101" else source.span_of(path)
     return Diagnostic(code, span, message, hint)
+
+
+def _of_expression(code: str, message: str, hint: str, value: object) -> tuple[str, str]:
+    """Return message and remedy for an expression whose value has no unit, or a wrong one."""
+    gives = f"the expression gives {shown(value)}"
+    if code == "SD105":
+        return f"{gives}, without a unit; {message.partition('; ')[2]}", "multiply it by a unit, such as `* 1 mm`"
+    units = hint.removeprefix("choose from: ")
+    return f"{gives}, and {message}", f"change the expression; its unit must be one of {units}"
 
 
 def _explain(detail: ErrorDetails) -> _Explanation:
@@ -245,7 +262,7 @@ def _explain(detail: ErrorDetails) -> _Explanation:
         terms = {**terms, "more": "; write decimals with a point instead of a comma"}
     match kind:
         case "extra_forbidden":
-            return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), path[:-1]))
+            return _Explanation("SD101", f"unknown key '{last}'", _known_key(str(last), written, path[:-1]))
         case "missing" if isinstance(last, int):
             return _Explanation("SD103", "the list has too few items", f"write all items: {description_at(path[:-1])}")
         case "missing":
@@ -264,6 +281,8 @@ def _explain(detail: ErrorDetails) -> _Explanation:
     )
 
 
+NUMBER: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)\s*([%;]?)")
+REST: Final = {"": "quotes", "%": "'%'", ";": "';'"}  # what follows a number as text
 SYNONYMS: Final = {
     **dict.fromkeys(("pull", "take", "pull_out"), "remove"),
     **dict.fromkeys(("hit", "shoot"), "throw"),
@@ -281,7 +300,7 @@ BRAKES: Final = (
 )
 
 
-def _known_key(key: str, path: KeyPath) -> str:
+def _known_key(key: str, written: object, path: KeyPath) -> str:
     """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
 
@@ -292,6 +311,9 @@ def _known_key(key: str, path: KeyPath) -> str:
     siblings = keys_at(path)
     if SYNONYMS.get(key) in siblings:
         return f"write `{SYNONYMS[key]}`"
+    first, _, rest = key.partition(" ")
+    if rest and first in siblings:
+        return f"put a colon after it: `{first}: {{{rest}: {shown(written)}}}`".replace("'", "")
     parents = [sibling for sibling in siblings if key in keys_at((*path, sibling))]
     return f"this key belongs in `{parents[0]}`" if len(parents) == 1 else did_you_mean(key, siblings)
 
@@ -304,6 +326,8 @@ def _as_mapping(written: object, path: KeyPath) -> str:
     from stackdsl.language.json_schema import description_at, keys_at, nodes_at  # noqa: PLC0415 -- only mistakes need it
 
     keys = keys_at(path)
+    if isinstance(written, list) and any(isinstance(item, dict) for item in written):
+        return "write the mapping itself, without the list around it: remove its '- ' or its brackets"
     if written in keys:
         return _with_value(str(written), path)
     if isinstance(written, int) and not isinstance(written, bool):
@@ -311,9 +335,11 @@ def _as_mapping(written: object, path: KeyPath) -> str:
         if len(counts) == 1:
             return f"write {{{counts[0]}: {written}}}: {description_at((*path, counts[0]))}"
     key, text = _key_for(written, path, keys), _quoted(written)
+    companion = f", density: {BrickKind.examples['density']}" * (key == "size" and "density" in keys)
     if path[-1:] == ("margin",) and key and isinstance(written, str) and written[:1] not in "<>":
         text = f'">= {written}"'
-    entry = f"{{{key}: {text}{SINE if path[-1:] == ('shake',) and key == 'acceleration' else ''}}}"
+    companion = SINE if path[-1:] == ("shake",) and key == "acceleration" else companion
+    entry = f"{{{key}: {text}{companion}}}"
     example = f"write {entry}; " if key else ""
     if len(keys) > MOST_EXPLAINED:
         return f"{example}the keys are {', '.join(keys)}"
@@ -400,7 +426,10 @@ def _form(detail: ErrorDetails) -> str:
         case "tuple_type" if isinstance(written, str | int | float):
             return _list_of(written, detail["loc"])
         case "int_type" | "float_type" if isinstance(written, str) and MISWRITTEN.fullmatch(written):
-            return f"write ${{{written.strip('${}')}}} if it is an expression"
+            return f"write ${{{written.strip('${} ')}}} if it is an expression"
+        case "int_type" | "float_type" if isinstance(written, str) and (number := NUMBER.fullmatch(written.strip())):
+            bare = f"{float(number[1]) / 100:g}" if number[2] == "%" else number[1]
+            return f"write {bare}, without {REST[number[2]]}"
         case "int_type" | "float_type":
             return _within(detail["loc"]) or f"write {WANTED[detail['type']]}"
         case "string_type":

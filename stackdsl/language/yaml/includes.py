@@ -254,7 +254,9 @@ class _Composer:
         message = f"circular reference between files: {files}"
         if not circle:
             message = f"the references are nested more than {MAX_TRAIL} deep: {files}"
-        raise _InvalidImportError(Diagnostic("SD113", _named_at(trail[-1]), message, "shorten the chain of references"))
+        itself = circle and trail[-1].file == source.file
+        hint = "name another file, or remove the key" if itself else "shorten the chain of references"
+        raise _InvalidImportError(Diagnostic("SD113", _named_at(trail[-1]), message, hint))
 
     # --- include ------------------------------------------------------------------------------------------------------
 

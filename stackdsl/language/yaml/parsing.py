@@ -105,7 +105,12 @@ def _blamed(page: Page, error: yaml.MarkedYAMLError, description: str) -> tuple[
 
 UNQUOTED: Final = re.compile(r"""(?<![\w"'$])\$\{[^}"']*\}""")  # an expression outside of quotes
 NO_SPACE: Final = re.compile(r"\s*(?:- )?([\w-]+):([^\s:/].*)")
+EQUALS: Final = re.compile(r"\s*(?:- )?([\w-]+\s*)=\s*([^\s=].*)")
+NO_COLON: Final = re.compile(r"([\w-]+)\s*([{\[].*)")
 KEY_BEFORE: Final = re.compile(r".*?[^\s,{\[]\s+([\w-]+)\s*$")
+WIDE_SPACE: Final = re.compile("[\u00a0\u1680\u2000-\u200a\u202f\u205f\u3000]")  # blank, but no separator in YAML
+SEPARATES: Final = re.compile(f"^{WIDE_SPACE.pattern}|[:-]{WIDE_SPACE.pattern}")  # where YAML expects a space
+SPACE_REMEDY: Final = "replace it by an ordinary space"
 TYPOGRAPHIC: Final = re.compile("[\u201c\u201d\u201e\u2018\u2019]")
 
 
@@ -115,10 +120,14 @@ def _typical_slip(
     """Return place, message and hint of a slip that the text shows; None for other syntax errors."""
     text, in_brackets = page.lines[line], re.search("a flow (mapping|sequence):", description)
     problem = (error.problem_mark.line, error.problem_mark.column) if error.problem_mark else (line, column)
+    if wide := WIDE_SPACE.search(text):
+        return (line, wide.start()), f"{_name(wide[0])} does not count as a space", SPACE_REMEDY
     if quote := TYPOGRAPHIC.search(text):
         return (line, quote.start()), f"{quote[0]} is not a quote of YAML", 'write "'
     if "simple key" in description and (key := NO_SPACE.match(text)):
         return (line, key.end(1)), "a space is missing after ':'", f"write `{key[1]}: {key[2].strip()}`"
+    if "simple key" in description and (key := EQUALS.match(text)):
+        return (line, key.end(1)), "'=' in place of ':'", f"write `{key[1].strip()}: {key[2].strip()}`"
     if in_brackets and (expression := UNQUOTED.search(text)):
         message = f"{expression[0]} needs quotes in braces or brackets"
         return (line, expression.start()), message, f'write "{expression[0]}"'
@@ -374,6 +383,8 @@ def document(reading: Reading, start: yaml.DocumentStartEvent) -> Map | None:
         span = reading.page.span(*_start(start))
         reading.report("SD005", span, "the document is empty", "write a scenario here, or delete the '---'")
         return None
+    if isinstance(root, yaml.ScalarEvent) and not root.style and SEPARATES.search(root.value):
+        raise StopReadingError(_wide_space(reading, root))
     if isinstance(root, yaml.ScalarEvent):
         hint = "put a space after the colon" if ":" in root.value else BEGIN
         if reading.page.file.lower().endswith(IMPORTED):
@@ -460,6 +471,8 @@ def _leaf(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> Leaf
         _report_commands(reading, event.value, span)
         _report_swallowed_comparison(reading, event, span)
         return Leaf(span, event.value)
+    if SEPARATES.search(event.value):
+        raise StopReadingError(_wide_space(reading, event))
     value = plain_value(event.value)
     if not isinstance(value, Trap):
         return Leaf(span, value)
@@ -476,6 +489,14 @@ def _report_commands(reading: Reading, value: str, span: Span) -> None:
         reading.report("SD004", span, f"an escape sequence encodes the control character {name}", "remove it")
 
 
+def _wide_space(reading: Reading, event: yaml.ScalarEvent) -> Diagnostic:
+    """Return the diagnostic for the first blank of a text that is no space for YAML, such as a no-break space."""
+    (line, column), wide = _start(event), WIDE_SPACE.search(event.value)
+    assert wide is not None  # the caller has found it
+    message = f"{_name(wide[0])} does not count as a space"
+    return Diagnostic("SD004", reading.page.span(line, column + wide.start()), message, SPACE_REMEDY)
+
+
 def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | None) -> None:
     """Point at the key without a value, or at the dash of an empty item."""
     line, column = _start(event)
@@ -485,9 +506,7 @@ def _report_missing(reading: Reading, event: yaml.ScalarEvent, owner: Span | Non
 
 def _remedy_of_missing(span: Span) -> str:
     """Return the remedy for a missing value, from the text around the place."""
-    start = span.column - span.excerpt_column
-    end = start + span.end_column - span.column
-    key = span.excerpt[start:end]
+    key, end = span.text, span.end_column - span.excerpt_column
     if ":" in key:
         return "put a space after the colon"
     if "=" in key:
@@ -566,6 +585,12 @@ def _key(reading: Reading, event: yaml.Event, depth: int) -> tuple[str | None, S
             _node(reading, event, depth + 1, None)
         return None, span
     _report_tag(reading, event, span)
+    if not event.style and WIDE_SPACE.search(event.value):
+        raise StopReadingError(_wide_space(reading, event))
+    if not event.style and (key := NO_COLON.match(event.value)):
+        rest = span.excerpt[span.column - span.excerpt_column + key.start(2) :].strip()
+        message, hint = f"a ':' is missing after '{key[1]}'", f"write `{key[1]}: {rest}`"
+        raise StopReadingError(Diagnostic("SD004", span, message, hint))
     if event.anchor is not None:
         reading.report(
             "SD010", span, "anchors on keys are not supported", f"move &{shown(event.anchor)} behind the colon"

@@ -1,5 +1,6 @@
 """Messages on first attempts of a new user name the form to write."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -18,16 +19,31 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
         ("build: [{import: cartons.csv}]", "write {file: cartons.csv}; the keys are file"),
         (
             "brick: [117 mm, 23 mm, 8 mm]\nbuild: [{column: {levels: 2}}]",
-            "write {size: [117 mm, 23 mm, 8 mm]}; the",
+            "write {size: [117 mm, 23 mm, 8 mm], density: 500 kg/m3}; the",
         ),
         (
             "build: [{column: {levels: 2}}]\nexpect: [{margin: '>= 3 deg'}]",
             'write {tilt: ">= 3 deg"}; the keys are acceleration',
         ),
+        ("brick: 117 x 23 x 8 mm\nbuild: [{column: {levels: 2}}]", "write {size: [117 mm, 23 mm, 8 mm], density: 500"),
+        ("build: [{column: {levels: 2, step: 0.5 in}}]", "write 12.7 mm"),
+        ("friction: 50 %\nbuild: [{column: {levels: 2}}]", "write 0.5, without '%'"),
+        ('build: [{column: {levels: "2"}}]', "write 2, without quotes"),
+        ("friction = 0.4\nbuild: [{column: {levels: 2}}]", "write `friction: 0.4`"),
+        ("build:\n  - column {levels: 2}", "write `column: {levels: 2}`"),
+        ("build:\n  - column levels: 2", "put a colon after it: `column: {levels: 2}`"),
+        ("build:\n  - - column: {levels: 2}", "write the mapping itself, without the list around it"),
+        ("build: [{bricks: [{on: grond}]}]", "did you mean 'ground'?"),
+        ("build: [{column: {levels: 2}}]\nimpacts: [{remove: {brick: [L1.1]}}]", "write `bricks` in place of `brick`"),
+        ("build: [{four_stack: {levels: 2, spacing: 10 mm}}]", "increase `spacing` by at least 13.4 mm"),
+        ("friction: lognormal 0.5\nsamples: 9\nbuild: [{column: {levels: 2}}]", "lognormal 0.5 dispersion 0.2"),
+        ("build:\u00a0[{column: {levels: 2}}]", "replace it by an ordinary space"),
+        ("build:\n  - column: {levels:\u00a02}", "replace it by an ordinary space"),
+        ("build:\n \u00a0- column: {levels: 2}", "replace it by an ordinary space"),
         ("samples: 1,000\nbuild: [{column: {levels: 2}}]", "write 1000, without commas"),
         (
             "build: [{bricks: [{name: a, at: [0 m, 0 m, 3.9 mm]}, {name: b, at: [50 mm, 0 m, 3.9 mm]}]}]",
-            "move it by at least 7.8 mm towards +z",
+            "move it aside, by 23.4 mm towards +y, or by at least 7.8 mm towards +z",
         ),
         (
             "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
@@ -71,3 +87,12 @@ def test_columns_of_a_warehouse_have_one_message_with_the_headers_to_write(stack
     assert told.err.endswith("  stackdsl import wms.csv --ignore SSCC --length mm --point corner\n")
     write(tmp_path, "SSCC,length [mm],width [mm],height [mm],mass [kg],x,y,z\n003001,400,300,200,5,0,0,0\n", "wms.csv")
     assert stackdsl(*told.err.splitlines()[-1].split()[1:]).code == 0
+
+
+@pytest.mark.parametrize("way", ["beside", "on top"])
+def test_the_origins_that_are_told_for_a_second_layout_at_one_place_leave_it_free(way: str) -> None:
+    text = "scenario: two\nbuild:\n  - column: {levels: 3}\n  - column: {levels: 3}\n"
+    _, mistakes = cases_of(parse(text, "two.yaml"))
+    origin = re.findall(rf"{way},.*?`(origin: [^`]*)`", mistakes[0].hint)[0]
+    cases, mistakes = cases_of(parse(text.removesuffix("}\n") + f", {origin}}}\n", "two.yaml"))
+    assert (len(cases), mistakes) == (1, [])

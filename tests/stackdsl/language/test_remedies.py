@@ -46,7 +46,7 @@ def only(text: str) -> Diagnostic:
         (COLUMN.replace("3", "$n"), "not '$n'", "write ${n} if it is an expression"),
         (COLUMN.replace("3", "'{n}'"), "not '{n}'", "write ${n} if it is an expression"),
         (COLUMN.replace("3}", "3, step: 1 m}"), "brick 'L2.1' has no support", "change the dimensions"),
-        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "elsewhere with `origin`"),
+        (COLUMN + "  - column: {levels: 3}\n", "'L1.2' is 7.8 mm inside", "write `origin: [120 mm,"),
         ("a: &a {b: 1}\n<<: *a\n", "merge keys are not supported", "repeat the keys here"),
         (COLUMN + "expect: stands\n", "expected a list, not 'stands'", "write `- stands: all`: expected"),
         (COLUMN + "expect: [stands]\n", "expected a mapping, not 'stands'", "write `stands: all`"),

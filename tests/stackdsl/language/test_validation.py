@@ -191,7 +191,7 @@ def test_the_value_of_an_expression_is_checked_where_it_is_written() -> None:
     text = HEAD + 'let: {n: 3}\nbuild: [{column: {levels: "${n / 2}", step: "${n * 2}"}}]'
     assert told(text) == [
         ("SD103", '"${n / 2}"', "expected a whole number, not 1.5"),
-        ("SD105", '"${n * 2}"', "'6' has no unit; expected a length"),
+        ("SD105", '"${n * 2}"', "the expression gives 6, without a unit; expected a length"),
     ]
 
 
