@@ -19,6 +19,7 @@ from stackdsl.cli.check import goldens_and_state, project_around
 from stackdsl.cli.command_help import ExplainedCommand
 from stackdsl.cli.options import FilePath
 from stackdsl.cli.terminal import paper, tell, write
+from stackdsl.diagnostics import did_you_mean
 from stackdsl.disk import is_stream, leads_outside
 from stackdsl.exits import ExitCode
 from stackdsl.goldens.golden import (
@@ -111,7 +112,24 @@ class OfCases(ExplainedCommand):
 ON_CASES = click.option("-k", "keyword", default="", help="Select cases whose name contains this word, as for check.")
 
 
-@click.group("golden")
+class GoldenGroup(click.Group):
+    """The commands on golden files; an unknown one gets an error that names the one that is meant."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the called command. Raises click.UsageError with the name that may be meant."""
+        if args[0] not in self.commands and not args[0].startswith("-") and not ctx.resilient_parsing:
+            meant = MEANT.get(args[0])
+            remedy = f"write `stackdsl golden {meant}`" if meant else did_you_mean(args[0], list(self.commands))
+            raise click.UsageError(f"unknown command 'golden {args[0]}'; {remedy}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+MEANT: Final = {"list": "status", "ls": "status", "diff": "review", "show": "review", "update": "accept"}
+
+
+@click.group("golden", cls=GoldenGroup)
 @click.option("--golden", type=FilePath, help="Directory of golden files. Default: that of the project.")
 @click.pass_context
 def golden_command(context: click.Context, golden: Path | None) -> None:
@@ -132,7 +150,8 @@ def status(context: click.Context, keyword: str) -> None:
     for each in pending:
         told = visible(why_not(each, place.waiting)) if each.golden in gone else _summary(each, place)
         write(f"{visible(each.status)}: {_named(each)}: {told}")
-    write(f"{len(pending)} pending{'; stackdsl golden review shows them' if pending else ''}")
+    after = "golden review shows them" if pending else "check compares with the golden files"
+    write(f"{len(pending)} pending; stackdsl {after}")
     context.exit(ExitCode.GOLDEN if pending else ExitCode.OK)
 
 

@@ -391,9 +391,14 @@ def remove_obsolete(files: Iterable[str]) -> tuple[str, ...]:
         with suppress(OSError):
             remove_file(Path(file), directory_of(Path(file)))
             removed.append(file)
-        with suppress(OSError):  # a directory that is not empty stays
-            remove_folder(Path(file).parent, directory_of(Path(file)))
+        _remove_if_empty(Path(file).parent, directory_of(Path(file)))
     return tuple(removed)
+
+
+def _remove_if_empty(folder: Path, within: Path) -> None:
+    """Remove the directory of a scenario that has no golden files any more."""
+    with suppress(OSError):  # a directory that is not empty stays
+        remove_folder(folder, within)
 
 
 # Snapshots that differ from their golden files, kept until they are accepted or rejected.
@@ -543,6 +548,7 @@ class PendingStore:
         write_golden(self.home / pending.golden, pending.text, self.folder)
         if pending.renamed_from:
             remove_file(self.home / pending.renamed_from, self.folder)
+            _remove_if_empty((self.home / pending.renamed_from).parent, self.folder)
         self.reject(pending)
 
     def reject(self, pending: Pending) -> None:

@@ -40,7 +40,7 @@ def test_a_difference_waits_is_accepted_and_then_the_same(stackdsl: Stackdsl, tm
     assert stackdsl("golden", "accept").code == 0
     assert locked.read_text() != was
     assert stackdsl("check", CI="true").code == 0
-    assert stackdsl("golden", "status").out.strip() == "0 pending"
+    assert stackdsl("golden", "status").out.strip() == "0 pending; stackdsl check compares with the golden files"
 
 
 def test_a_case_that_is_named_without_an_option_is_answered_by_the_option(stackdsl: Stackdsl) -> None:
@@ -81,7 +81,7 @@ def test_a_renamed_case_is_not_accepted_under_its_old_name(stackdsl: Stackdsl, t
     assert "has no case good[exact]" in stackdsl("golden", "review", keys="a").err
     assert locked.read_text() == was
     assert stackdsl("check").code == 3  # the old golden file is obsolete
-    assert stackdsl("golden", "status").out.strip() == "0 pending"
+    assert stackdsl("golden", "status").out.strip() == "0 pending; stackdsl check compares with the golden files"
 
 
 def test_a_known_failure_is_accepted_without_accept_failing(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
@@ -276,3 +276,22 @@ def test_two_that_accept_at_once_lose_nothing(tmp_path: Path) -> None:
         process.communicate()
     assert all(golden.read_text() == new for golden, (_, new) in texts.items())
     assert [process.returncode for process in both] == [0, 0]
+
+
+def test_an_accepted_rename_leaves_no_empty_directory(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
+    was = GOOD.partition("scenario: ")[2].partition("\n")[0]
+    change(tmp_path, GOOD.replace(f"scenario: {was}", "scenario: better", 1))
+    assert "renamed" in stackdsl("check").out
+    assert stackdsl("golden", "accept").code == 0
+    assert [folder.name for folder in (tmp_path / "golden").iterdir()] == ["better"]
+    assert not locked.exists()
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"), [("list", "write `stackdsl golden status`"), ("acept", "did you mean 'accept'?")]
+)
+def test_an_unknown_golden_command_is_answered_by_the_one_that_is_meant(
+    stackdsl: Stackdsl, written: str, meant: str
+) -> None:
+    refused = stackdsl("golden", written)
+    assert (refused.code, meant in refused.err) == (4, True)
