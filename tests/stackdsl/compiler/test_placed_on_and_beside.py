@@ -83,7 +83,7 @@ def test_a_tower_of_bricks_each_on_the_one_before() -> None:
     [
         ("- bricks: [{on: bean}, {name: beam, on: ground}]", "no earlier brick has the name 'bean'", "'beam'?"),
         ("- bricks: [{on: beam}, {name: beam, on: ground}]", "is placed later, at 3:26", "place that brick first"),
-        ("- bricks: [{name: beam, on: beam}]", "is placed later", "earlier"),
+        ("- bricks: [{name: beam, on: beam}]", "is placed on or beside itself", "name another brick"),
         (
             "- bricks: [{name: beam, on: ground}, {on: baem}]",
             "no earlier brick has the name 'baem'",

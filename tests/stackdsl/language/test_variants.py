@@ -82,7 +82,7 @@ def test_values_are_rounded_in_reports_only() -> None:
         ("matrix: 5", ["SD103 5: expected a mapping of variables to values"]),
         ("let: []", ["SD103 []: expected a mapping of variables to values"]),
         ("matrix: {n: 5}", ["SD103 5: expected a list of values or a range, not 5"]),
-        ("matrix: {n: []}", ["SD103 []: expected a list of values or a range, not a list"]),
+        ("matrix: {n: []}", ["SD103 []: expected a list of values or a range, not an empty list"]),
         ("matrix: {n: [1, 1 one]}", ["SD109 1 one: '1 one' is neither a number nor a quantity"]),
         ("matrix: {n: [1, true]}", ["SD109 true: true is neither a number nor a quantity"]),
         ("matrix: {n: [1, 2, 1]}", ["SD104 1: the list contains 1 twice"]),
