@@ -8,7 +8,7 @@ import { OVERLAYS, type Overlay, type Which } from "./overlays";
 import { button, choice, kept, offer, part, renew, say, swatch } from "./page";
 import type { Claim, Payload } from "./payload";
 import { Player, shortNames, SPEEDS } from "./player";
-import { marksOf, Run } from "./run";
+import { failed, marksOf, Run } from "./run";
 import { Tools } from "./tools";
 import type { From } from "./viewer";
 import { eventText, howMany, names, seconds, WORDS } from "./wording";
@@ -99,14 +99,17 @@ function build(player: Player): Heard {
     ["Show", overlays.flatMap(([name, one]) => (name === "forces" ? [one, which] : [one]))],
     ["Explain", [swing, weakest, room]],
   ]);
-  band.runs.append(part("label", {}, "Run ", first), part("label", {}, "Beside ", second));
+  const counted = part("span");
+  band.runs.append(part("label", {}, counted, first), part("label", {}, "Beside ", second));
   let offered = "";
   const changed = (): void => {
-    const key = [...runs.map((run) => run.told.name), player.shown].join();
+    const key = [...runs.map((run) => [run.told.name, run.told.told.status]), player.shown].join();
     band.runs.hidden = runs.length < 2;
     if (key !== offered) {
       offered = key;
-      const all = runs.map((run, number): [string, string] => [String(number), run.told.name]);
+      const all = runs.map((run, number): [string, string] => [String(number), `${failed(run) ? "✗ " : ""}${run.told.name}`]);
+      const played = runs.filter((run) => !run.told.marks); // a golden file is none
+      counted.textContent = played.some(failed) ? `Run (${played.filter(failed).length} of ${played.length} failed) ` : "Run ";
       offer(first, all, String(player.shown[0] ?? 0));
       offer(second, [["", "none"], ...all], String(player.shown[1] ?? ""));
     }
@@ -184,7 +187,7 @@ function build(player: Player): Heard {
     heads.hidden = shown.length < 2;
     captions.forEach((caption, place) => {
       const its = shown[place];
-      if (its) renew(caption, its.told.name + its.told.told.headline, () => [part("b", { text: called[place] }), part("span", { text: kept(its.told.told.headline) })]);
+      if (its) renew(caption, called[place] + its.told.told.headline, () => [part("b", { text: called[place] }), part("span", { text: kept(its.told.told.headline) })]);
       if (its) caption.dataset.status = its.told.told.status;
     });
     if (!viewer.draws) renew(undrawn, run.told.name, () => drawingOf(run.told.name));

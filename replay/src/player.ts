@@ -2,7 +2,7 @@
 import { Vector3 } from "three";
 import { MODES, type Mode, OF_PROOFS } from "./colours";
 import { NEED_PROOF, type Overlay, type Which } from "./overlays";
-import { goldenOf, type Run } from "./run";
+import { failed, goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
 import { type From, Viewer } from "./viewer";
@@ -109,10 +109,10 @@ export class Player {
     this.sought = false;
   }
 
-  // Begin with the run of this name, or the first.
+  // Begin with the run of this name, or the first that failed, or the first.
   start(name: string): void {
     const named = this.runs.findIndex((run) => run.told.name === name);
-    if (this.runs.length) this.open(Math.max(0, named));
+    if (this.runs.length) this.open(Math.max(0, named < 0 ? this.runs.findIndex(failed) : named));
     const frame = (now: number): void => {
       this.frame(now);
       requestAnimationFrame(frame);
@@ -295,11 +295,12 @@ export class Player {
   }
 }
 
-// What two runs are called beside each other: by their systems if only these differ.
+// What two runs are called beside each other: by what differs of scenario, variables and system.
 export function shortNames(runs: Run[]): string[] {
-  const systems = new Set(runs.map((run) => run.told.system));
   if (runs.some((run) => run.told.marks)) return runs.map((run) => (run.told.marks ? "golden file" : "this run"));
-  return runs.map((run) => (systems.size === runs.length ? run.told.system : run.told.name));
+  const parts = runs.map((run) => run.told.name.replace(/\]$/, "").split(/[[,]/)); // scenario, variables, system
+  const own = parts.map((of) => of.filter((part) => !parts.every((other) => other.includes(part))).join(", "));
+  return own.includes("") ? runs.map((run) => run.told.name) : own;
 }
 
 const known = new WeakMap<Run, Map<string, number>>();

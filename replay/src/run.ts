@@ -209,6 +209,11 @@ export function marksOf(one: Run, other: Run | undefined): Map<string, string[]>
   return new Map(Object.entries(golden.told.marks));
 }
 
+// True for a run, and not for a golden file.
+export function failed(run: Run): boolean {
+  return !run.told.marks && run.told.told.status === "failed";
+}
+
 // What the golden file of a run is called.
 export function goldenOf({ told }: Run): string {
   return `${told.name}, golden file`;

@@ -288,7 +288,7 @@ PULLS = """
     systems: [exact]
     expect: [{stands: all}]
 """
-SIZES = ((1280, 800), (1000, 800), (420, 900))
+SIZES = ((1280, 800), (1000, 800), (360, 900))
 
 OVERLAPS = """
 const found = [];
@@ -347,9 +347,6 @@ BOXES = """
 """.replace("NAMED", ", ".join(f"{{name: box{number}, at: [0 mm, {number} m, 4 mm]}}" for number in range(1, 10)))
 
 
-THROW = "{at: 1 s, throw: {at: L3.1, from: {bearing: 90 deg, distance: 200 mm}, speed: 2 m/s}}"
-
-
 def test_events_name_bricks_as_the_terminal_does(undrawn: "Chrome", fallen: RunView, tmp_path: Path) -> None:
     (boxes,) = views_of(BOXES)
     for view in (fallen, boxes):
@@ -363,15 +360,6 @@ def test_events_name_bricks_as_the_terminal_does(undrawn: "Chrome", fallen: RunV
             if event.kind is EventKind.REMOVED:
                 assembly -= set(event.bricks)
     assert "L1.10 to L4.4 (14 bricks), box1, box2, box3, box4, box5 and 4 more" in text_of(undrawn, ".events")
-
-
-def test_the_brick_that_is_hit_is_named_apart_from_those_that_move(undrawn: "Chrome", tmp_path: Path) -> None:
-    (view,) = views_of(BOXES.replace("expect:", f"impacts: [{THROW}]\n    expect:"))
-    (tmp_path / "replay.html").write_text(replay_page([view], "replay"), encoding="utf-8")
-    opened(undrawn, tmp_path / "replay.html")
-    hit = next(event for event in view.trace.events if " hit by " in event.reason)
-    asked(undrawn, f"replay.seek({hit.time})")
-    assert re.search(r"L2\.1 is hit by thrown-1 at [\d.]+ m/s; L2\.1, .* move", text_of(undrawn, ".events"))
 
 
 def test_a_failed_run_opens_just_before_it_falls_and_one_that_stands_at_its_end(
@@ -601,3 +589,20 @@ def test_two_runs_beside_each_other_share_one_time_line_with_a_lane_each(page: "
     assert "First to differ no brick" in text_of(page, ".lead")
     names = asked(page, "[...document.querySelectorAll('.lane .name')].map(n => n.textContent)")
     assert names == ["Hands", "slant-tower[exact]", "slant-tower[exact]", "Claims"]
+
+
+def test_a_page_of_several_runs_opens_with_one_that_failed_and_counts_these(
+    undrawn: "Chrome", tower: RunView, fallen: RunView, tmp_path: Path
+) -> None:
+    (tmp_path / "runs.html").write_text(replay_page([tower, fallen], "runs"), encoding="utf-8")
+    opened(undrawn, tmp_path / "runs.html")
+    wait_for(lambda: text_of(undrawn, "h1").startswith("Failed: stands: expected all"))
+    assert text_of(undrawn, ".runs label span") == "Run (1 of 2 failed)"
+    options = asked(undrawn, "[...document.querySelector('.runs select').options].map(o => o.textContent)")
+    assert options == ["slant-tower[exact]", "✗ pulls[exact]"]
+    choose = (
+        "const s = document.querySelector('select[title=beside]');s.value = '0'; s.dispatchEvent(new Event('change'))"
+    )
+    undrawn.execute_script(choose)
+    heads = "[...document.querySelectorAll('.caption b')].map(b => b.textContent)"
+    wait_for(lambda: asked(undrawn, heads) == ["pulls", "slant-tower"])
