@@ -177,12 +177,11 @@ MOST_ROWS = 6  # lines of cases in one block
 
 
 def _failure_blocks(group: Group, width: int) -> Iterator[Block]:
-    """Yield a block for a failed case, or one for several failed cases of a scenario."""
+    """Yield a block for a failed case, or one for several cases of a scenario that failed, crashed or timed out."""
     failed = [row for row in group.rows if row.status is Status.FAILED and row.first.status is not RunStatus.BLOCKED]
-    if len(failed) == 1:
-        yield _one_failure(failed[0], width)
-    elif failed:
-        yield _several_failures(group, failed, width)
+    for status in dict.fromkeys(row.first.status for row in failed):  # each has its own command that shows it
+        rows = [row for row in failed if row.first.status is status]
+        yield _one_failure(rows[0], width) if len(rows) == 1 else _several_failures(group, rows, width)
 
 
 def _head(status: Status, name: str, place: str, width: int) -> Line:
