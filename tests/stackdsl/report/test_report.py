@@ -418,3 +418,10 @@ print(report_text(FULL), report_json(FULL))
     environment = {"PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True)
     assert done.stdout.decode("utf-8") == f"{report_text(FULL)} {report_json(FULL)}\n"
+
+
+def test_a_crash_beside_failures_of_its_scenario_has_a_block_with_the_command_for_its_traceback() -> None:
+    other = replace(FAILED, variant="step=12mm,thesis")
+    text = report_text(report(FAILED, other, replace(CRASHED, scenario=FAILED.scenario, file=FAILED.file)))
+    assert "\n  traceback STACKDSL_DEBUG=1 stackdsl run " in text
+    assert "2 of 3 cases" in text
