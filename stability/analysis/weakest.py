@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from stability.model import BodyId
 from stability.name_order import in_order, natural_key
-from stability.problem import Problem
+from stability.problem import Contact, Problem
 from stability.statics.fall_description import described, really_moving, sliding_supports
 
 if TYPE_CHECKING:
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
 
-NO_SLIDING = 10.0  # Coulomb coefficient that no material exceeds
+STEEP = 0.5**0.5  # z of a unit normal at 45 deg
+NO_SLIDING = 1000.0  # Coulomb coefficient in place of infinity; with 10, limits would be lower by up to about 1 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +59,20 @@ def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None
     return Weakest(lowest, tuple(bricks), margin.value, margin.upper, bearing, words, supports, friction)
 
 
+def _carries(contact: Contact) -> bool:
+    """Return whether the normals of a contact are closer to the vertical than to the horizontal."""
+    return all(abs(normal[2]) > STEEP for normal in contact.normals_W)
+
+
 def first_tipping(problem: Problem, gravity: float | None = None) -> Weakest | None:
-    """Return the first mechanism if no brick slid, by a very large friction; None if that mechanism slides, too."""
-    laws = [replace(contact, law=contact.law.with_friction(NO_SLIDING)) for contact in problem.contacts]
-    first = weakest(replace(problem, contacts=tuple(laws)), gravity)
+    """Return the first mechanism if no brick could slide on the one below; None if that mechanism slides, too.
+
+    Contacts between neighbours get no friction: bricks that cannot slide could wedge their neighbours with arbitrarily
+    large forces, which would keep them from tipping, and nothing makes sure that these forces exist.
+    """
+    contacts = [
+        replace(contact, law=contact.law.with_friction(NO_SLIDING if _carries(contact) else 0.0))
+        for contact in problem.contacts
+    ]
+    first = weakest(replace(problem, contacts=tuple(contacts)), gravity)
     return None if first is None or first.slides_on else first

@@ -146,7 +146,10 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         for mistake in error.diagnostics:
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
         if error.proposed:
-            edits = any(mistake.code != OPEN or "headers by" in mistake.hint for mistake in error.diagnostics)
+            edits = any(
+                "headers by" in mistake.hint or (mistake.code != OPEN and "`ignore`" not in mistake.hint)
+                for mistake in error.diagnostics
+            )
             when = "when the file is corrected, this command" if edits else "this command"
             tell(f"\n{when} answers the open questions; change its values where they are wrong:")
             tell(f"  {_command(error.proposed)}")

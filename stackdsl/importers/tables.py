@@ -48,6 +48,7 @@ UNIT: Final = re.compile(r"[\[(/].*|[_\s](?:mm|cm|m|in|g|kg|t|lb|deg)$", re.IGNO
 _POSITION: Final = re.compile(r"pos(?:ition)?|[ck]oord(?:inate)?|cent(?:er|re)|corner")
 
 
+NAME_TWICE: Final = "give each a different name; or leave the column out with `ignore`"
 INVALID_NAME: Final = " is not a valid name"
 
 
@@ -122,6 +123,8 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
     rows = _with_decimal_points(reading, rows)
     columns = _columns(reading, rows, options) if rows else {}
     boxes_only = _only_boxes(reading, rows)
+    if "name" in columns and _unusable_name(boxes_only, columns["name"].header):
+        reading.proposed["ignore"] = [columns["name"].header]
     if rows and options.point is None:
         _ask_for_point(reading, boxes_only, options)
     if not columns:
@@ -600,5 +603,5 @@ def _refuse_duplicate_names(reading: LoadReading, rows: Sequence[_Row], columns:
         if cell is None or not (name := cell.text.strip()):
             continue
         if name in seen:
-            reading.wrong(cell.span, f"two boxes have the name '{name}'", "give each a different name")
+            reading.wrong(cell.span, f"two boxes have the name '{name}'", NAME_TWICE)
         seen.add(name)

@@ -275,7 +275,7 @@ class Survival(Displayed):
 
     along: Sequence[BearingSurvival]
     weakest: Weakest | None  # None if nothing gives way, or with more bricks than `MOST_FOR_WEAKEST`
-    tips: Weakest | None = None  # if all bricks slide together first: the mechanism that opens if they cannot
+    tips: Weakest | None = None  # if all bricks slide together first: the mechanism that opens if none can slide
     name: str = ""  # of the case
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
 

@@ -486,7 +486,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     if survival.tips is not None:
         tips = survival.tips
         where = f"{survived_text(tips.acceleration)} g towards {_towards(tips.bearing)}"
-        yield f"  If nothing could slide: above {where}, {_tipping(tips, survival)}."
+        yield f"  If no brick slides on the one below, tipping begins above {where}: {_tipping(tips, survival)}."
     yield "  Bearings count from +x towards +y."
 
 
@@ -494,7 +494,7 @@ def _tipping(tips: Weakest, survival: Survival) -> str:
     """Describe the mechanism that opens if nothing slides; if the whole structure tips, by the number of bricks."""
     first, (bricks, tip, rest) = survival.weakest, tips.gives_way.partition(" tip ")
     whole = first is not None and slides_together(first) and tips.bricks == first.bricks and PARTS not in rest
-    return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else tips.gives_way
+    return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else _in_short(tips.gives_way)
 
 
 def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:

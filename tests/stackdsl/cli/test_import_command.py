@@ -179,3 +179,11 @@ def test_a_long_import_shows_its_progress_in_a_terminal(tmp_path: Path) -> None:
     ).err
     assert "importing load.csv: percent" in shown
     assert "left" in shown
+
+
+def test_names_that_cannot_be_used_are_left_out_by_the_proposed_command(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    rows = "".join(f"box {n},400,300,200,9,0,0,{200 * n}\n" for n in range(2))
+    write(tmp_path, f"name,length_mm,width_mm,height_mm,mass_kg,x_mm,y_mm,z_mm\n{rows}", "load.csv")
+    asked = stackdsl("import", "load.csv").err
+    assert "'box 0' is not a valid name" in asked
+    assert stackdsl(*shlex.split(asked.splitlines()[-1])[1:]).code == ExitCode.OK

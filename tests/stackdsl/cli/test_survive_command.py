@@ -80,6 +80,7 @@ def test_survive_plots_the_limit_that_the_scenario_expects(stackdsl: Stackdsl, t
     assert "expected" not in (tmp_path / "tall.svg").read_text(encoding="utf-8")
 
 
+IF_NOTHING_SLIDES = "If no brick slides on the one below, tipping begins above"
 # Two cartons of 0.4 x 0.3 x 0.5 m on each other: the pair slides at 0.2 g, and tips at g * 0.15 m / 0.5 m = 0.3 g.
 PAIR = """
 scenario: pair
@@ -99,7 +100,7 @@ def test_a_load_that_slides_as_a_whole_names_its_support_and_what_would_tip(stac
     lines = stackdsl("survive", "pair.yaml").out.splitlines()
     assert lines[0].startswith("pair survives 0.2 g in every direction")
     assert re.split(r" {2,}", lines[3].strip())[2] == "both bricks slide on ground (coefficient of friction 0.2)"
-    tips = re.fullmatch(r"  If nothing could slide: above (\S+) g towards (\d+) deg .*, (.*)\.", lines[5])
+    tips = re.fullmatch(f"  {IF_NOTHING_SLIDES} (\\S+) g towards (\\d+) deg .*: (.*)\\.", lines[5])
     assert tips is not None
     assert float(tips[1]) == pytest.approx(0.15 / 0.5, rel=1e-3)
     assert int(tips[2]) in {90, 270}
@@ -113,4 +114,14 @@ def test_a_load_that_slides_in_part_names_the_part(stackdsl: Stackdsl, tmp_path:
     write(tmp_path, PAIR.replace("friction: 0.6", "friction: 0.1"), "pair.yaml")
     told = stackdsl("survive", "pair.yaml").out
     assert "top slides on low" in told
-    assert "If nothing could slide" not in told
+    assert IF_NOTHING_SLIDES not in told
+
+
+def test_neighbours_that_would_tip_do_not_hold_each_other(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    # Beside each other along y, each tips as if it were alone, at g * 0.15 m / 0.25 m = 0.6 g, and not as a pair.
+    beside = PAIR.replace("[0 m, 0 m, 0.75 m]", "[0 m, 0.3 m, 0.25 m]").replace("[0.4 m, 0.3 m", "[1 m, 0.3 m")
+    write(tmp_path, beside, "pair.yaml")
+    (line,) = [line for line in stackdsl("survive", "pair.yaml").out.splitlines() if IF_NOTHING_SLIDES in line]
+    tips = re.search(rf"{IF_NOTHING_SLIDES} (\S+) g", line)
+    assert tips is not None
+    assert float(tips[1]) == pytest.approx(0.15 / 0.25, rel=1e-3)
