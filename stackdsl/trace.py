@@ -1,7 +1,7 @@
 """Trace of a run, as plain data: events, measurements, proof margins, counts of samples."""
 
 from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import atan2, hypot, inf
 from typing import TypeAlias
@@ -9,9 +9,11 @@ from typing import TypeAlias
 from stability.analysis.weakest import Weakest
 from stability.engines.protocol import WrongFriction
 from stability.model import BodyId, Brick, Pose
+from stability.name_order import MOST_NAMES, in_order, names_text
 from stability.problem import Motion, Verdict
 from stability.statics.assembly import Assembly
 from stackdsl.timeline import Action, FixedWorld, Removal
+from stackdsl.wording import broke_text, how_many, level_text
 
 # Margins of a proof.
 
@@ -48,6 +50,7 @@ class EventKind(StrEnum):
     PLACED = "placed"
     FROZEN = "frozen"
     WOKEN = "woken"
+    HIT = "hit"  # a thrown or dropped brick first touches another body
     REMOVED = "removed"
     PUSHED = "pushed"
     SHAKEN = "shaken"  # the ground, without bricks
@@ -57,7 +60,7 @@ class EventKind(StrEnum):
 
 
 # Events that are actions of the scenario; all others are consequences.
-ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.COLLAPSED}
+ACTIONS = frozenset(EventKind) - {EventKind.FROZEN, EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +73,15 @@ class Event:
     reason: str = ""
     margin: float | None = None  # least tipping margin of the stack after it [m]; None if the model has none
     riding: tuple[BodyId, ...] = field(default=(), compare=False)  # bricks that now move with others as one rigid body
+    flying: tuple[BodyId, ...] = field(default=(), compare=False)  # placed bricks that are thrown or dropped
+
+    @property
+    def parts(self) -> "tuple[Event, ...]":
+        """Return the placement of bricks at rest and that of flying ones as two events; any other event as it is."""
+        resting = tuple(brick for brick in self.bricks if brick not in self.flying)
+        if not self.flying or not resting:
+            return (self,)
+        return replace(self, bricks=resting, flying=()), replace(self, bricks=self.flying)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,6 +141,21 @@ class Collapse:
     gave_way: BodyId | None = None  # the brick whose support test failed, if the model names it
     step: str = ""  # of the build, such as `step 5`, if several steps build that level
     broke: int | None = None  # level of the brick that gave way, if the last action placed no brick
+    # If the build was finished before: bricks that fell by the end of the run, and the size of the structure.
+    fallen: tuple[BodyId, ...] = field(default=(), compare=False)
+    bricks: int = field(default=0, compare=False)
+
+    @property
+    def text(self) -> str:
+        """Return where and when it fell; of a finished structure, how many bricks fell, and which if they are few."""
+        broke = broke_text(self.broke, self.gave_way)
+        if not self.fallen:
+            return f"collapses at {level_text(self.level, self.step)} after {self.time:.3f} s{broke}"
+        fell, at = f"{len(self.fallen)} of {how_many(self.bricks, 'brick')} fell after the build", f"{self.time:.3f} s"
+        if len(self.fallen) == 1:
+            return f"{fell}: {self.brick} at {at}{broke}"
+        named = f": {names_text(in_order(self.fallen))}" if len(self.fallen) <= MOST_NAMES else ""
+        return f"{fell}{named}, first {self.brick} at {at}{broke}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,6 +97,7 @@ function hands(run: Run): Mark[] {
 
 function handText(run: Run, event: Told): string {
   if (event.kind === "shaken") return "shaken";
+  if (event.kind === "hit") return eventText(run, event);
   if (event.bricks.length > 1) return event.kind === "placed" && event.time === 0 ? "built" : `${event.bricks.length} ${TOGETHER[event.kind]}`;
   return names(run, event.bricks, event.time);
 }
@@ -111,10 +112,12 @@ function claimMarks(run: Run, who: string): Mark[] {
 }
 
 function moves(run: Run): Span[] {
-  const starts = run.told.events.filter((event) => event.kind === "woken");
+  const { events } = run.told;
+  const starts = events.filter((event) => event.kind === "woken");
   return run.motions().map(([begin, end]): Span => {
     const during = starts.filter((event) => event.time >= begin - 0.01 && event.time <= end);
-    const first = during[0];
+    const hit = events.find((event) => event.kind === "hit" && event.time >= begin - 0.01 && event.time <= end);
+    const first = hit ?? during[0];
     const count = new Set(during.flatMap((event) => event.bricks)).size;
     return { begin, end, kind: "moves", texts: [first && 2 * first.bricks.length > count ? eventText(run, first) : "", count ? `${howMany(count, "brick")} move` : "", count ? String(count) : ""] };
   });

@@ -103,7 +103,7 @@ export function eventText(run: Run, event: Told): string {
     case "let go":
       return `a hand lets go of ${who}`;
     case "hit":
-      return `${who} hits the structure`;
+      return event.reason || `${who} hits the structure`; // before a run, only the planned time is known
     case "woken":
       return wokenText(event.reason, who, one);
     case "frozen":
@@ -118,10 +118,8 @@ export function eventText(run: Run, event: Told): string {
 // That bricks begin to move, and why: the reason often names another brick, such as the one of them that is hit.
 function wokenText(reason: string, who: string, one: boolean): string {
   const moves = `${who} ${one ? "moves" : "move"}`;
-  if (reason.includes(" hit by ")) {
-    const hit = reason.split(/, |: /)[0].replace(" hit by ", " is hit by ");
-    return one && hit.startsWith(`${who} `) ? hit : `${hit}; ${moves}`;
-  }
+  // Bricks wake ahead of a hit, and do not move yet.
+  if (reason.includes(" is about to hit ")) return `${reason.split(/, |: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
   if (!reason || reason.includes("; ")) return moves;
   return reason.startsWith(`${who} `) ? reason : `${moves}: ${reason}`;
 }

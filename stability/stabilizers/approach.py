@@ -41,6 +41,19 @@ class Hit:
     normal_W: Vec3  # unit, from the hitting brick towards the hit one
 
 
+IMMINENT = "is about to hit"  # in the reason of an update: its bricks wake before the hit
+
+
+def about_to_hit(by: BodyId, brick: BodyId) -> str:
+    """Return the reason why a brick wakes before a hit."""
+    return f"{by} {IMMINENT} {brick}"
+
+
+def as_hit(reason: str) -> str:
+    """Return the reason in words for a time after the hit."""
+    return reason.replace(IMMINENT, "hits")
+
+
 @dataclass(frozen=True, slots=True)
 class _Solid:
     id: BodyId

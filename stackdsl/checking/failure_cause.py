@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from stability.name_order import in_order, names_text
 from stability.problem import Placed, Stability, Verdict
+from stability.stabilizers.approach import IMMINENT, as_hit
 from stability.statics.fall_description import FallSide, fall_side
 from stackdsl.checking.cases import STDIN_SHOWN, Case
 from stackdsl.compiler.compile import origin_of
@@ -25,7 +26,7 @@ from stackdsl.timeline import (
     Timeline,
     time_of_arrival,
 )
-from stackdsl.trace import Event, Trace
+from stackdsl.trace import Event, EventKind, Trace
 from stackdsl.wording import mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
@@ -79,7 +80,17 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         return f"numerical, not physical: {trace.numerical}"
     if verdict is not None:
         return verdict.reason
-    return woken.reason if woken is not None else ""
+    return _hit_text(trace, woken) if woken is not None else ""
+
+
+def _hit_text(trace: Trace, woken: Event) -> str:
+    """Return why bricks woke; of bricks that woke ahead of a hit, the hit that followed."""
+    if IMMINENT not in woken.reason or trace.collapse is None:
+        return woken.reason
+    hits = (event for event in trace.events if event.kind is EventKind.HIT)
+    during = (event for event in hits if woken.time <= event.time <= trace.collapse.time)
+    told = (event.reason for event in during if f"{event.bricks[0]} {IMMINENT}" in woken.reason)
+    return next(told, as_hit(woken.reason))
 
 
 def _before(case: Case, trace: Trace, woken: Event | None) -> str:

@@ -54,7 +54,7 @@ def falls_before_impacts(
     }
     if any(claim.expects_fall_of(fallen) for claim in expected):
         return
-    where = f"{level_text(fell.level, fell.step)} at {gave_way:.3f} s"
+    where = f"{gave_way:.3f} s" if fell.fallen else f"{level_text(fell.level, fell.step)} at {gave_way:.3f} s"
     named = names_text(in_order(fallen), among=trace.tracks)
     measured = (
         f"it gave way at {where}, before {first.name} at {first.begins:g} s: {named}; claims "

@@ -2,14 +2,31 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from operator import itemgetter
 
 from stability.name_order import MOST_NAMES, names_text, natural_key
 from stackdsl.report.blocks import GAP, hanging
 from stackdsl.report.text import significant
 from stackdsl.results import GoldenDifference
+from stackdsl.trace import BrickState
 
 MOST_ALIKE = 3  # different changes of one observation that are listed one by one
 MOST_LINES = 100  # of one golden file; a fallen tower has ten thousand differences
+STATES = {  # in words
+    BrickState.FROZEN.value: "stands, proven",
+    BrickState.STANDING.value: "stands, not proven",
+    BrickState.DISPLACED.value: "stands, displaced",
+    BrickState.FALLEN.value: "fell",
+    BrickState.THROWN.value: "thrown or dropped",
+    BrickState.UNSETTLED.value: "still moving",
+    BrickState.REMOVED.value: "pulled out",
+    BrickState.UNPLACED.value: "never placed",
+    BrickState.UNWATCHED.value: "not simulated",
+}
+PROVEN_OR_NOT = {BrickState.FROZEN.value, BrickState.STANDING.value}  # it stands in both cases
+FELL = BrickState.FALLEN.value
+EXACT = "exact"  # no tolerance
+STATE, STRUCTURE, PLACES = "state", "structure", ("x", "y", "z")  # in differences
 
 
 def difference_lines(differences: Sequence[GoldenDifference], width: int) -> list[str]:
@@ -23,22 +40,50 @@ def difference_lines(differences: Sequence[GoldenDifference], width: int) -> lis
 
 
 def folded_differences(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
-    """Yield each observation with the bricks that changed alike, or with the largest change of many bricks."""
-    by_quantity: defaultdict[str, list[GoldenDifference]] = defaultdict(list)
-    for difference in differences:
-        by_quantity[difference.quantity].append(difference)
-    for quantity, unsorted in by_quantity.items():
-        found = sorted(unsorted, key=lambda difference: natural_key(difference.subject))
-        alike: defaultdict[tuple[str, str], list[str]] = defaultdict(list)
-        for each in found:
-            alike[each.expected, each.got].append(each.subject)
-        if len(alike) > MOST_ALIKE:
-            yield quantity, f"{_subjects([each.subject for each in found])}{_largest(found)}"
-            continue
-        for (expected, got), subjects in alike.items():
-            tolerance = next(each.tolerance for each in found if each.expected == expected)
-            within = f" (tolerance {tolerance})" if tolerance else ""
-            yield quantity, f"{_subjects(subjects)}: {expected} -> {got}{within}"
+    """Yield each observation with the bricks that changed alike, or with the largest change of many bricks.
+
+    The verdict comes first, then the bricks that fell, other changes of their states, and what moved most.
+    """
+    alike: defaultdict[tuple[str, str, str], list[GoldenDifference]] = defaultdict(list)
+    for each in sorted(differences, key=_rank):
+        # All changes of a state are listed one by one, as they are few.
+        change = (each.expected, each.got) if each.quantity == STATE else ("", "")
+        alike[each.quantity, *change].append(each)
+    for (quantity, _, _), unsorted in alike.items():
+        yield from ((quantity, text) for text in _changes(sorted(unsorted, key=_by_name)))
+
+
+def _rank(difference: GoldenDifference) -> tuple[int, float]:
+    """Return the sort key of a difference: smaller is more important."""
+    if difference.quantity == "verdict":
+        return 0, 0.0
+    if difference.quantity == STATE:
+        changed = {difference.expected, difference.got}
+        return (6 if changed <= PROVEN_OR_NOT else 1 if FELL in changed else 2), 0.0
+    if difference.subject == STRUCTURE:
+        return 3, 0.0
+    return (4, -(_size(difference) or 0.0)) if difference.quantity in PLACES else (5, 0.0)
+
+
+def _by_name(difference: GoldenDifference) -> tuple[tuple[tuple[str, int], ...], str]:
+    return natural_key(difference.subject)
+
+
+def _changes(found: Sequence[GoldenDifference]) -> Iterator[str]:
+    """Yield the changes of one observation: a line for bricks that changed alike, or one line for all."""
+    alike: defaultdict[tuple[str, str], list[GoldenDifference]] = defaultdict(list)
+    for each in found:
+        alike[each.expected, each.got].append(each)
+    if len(alike) > MOST_ALIKE:
+        yield f"{_subjects([each.subject for each in found])}{_largest(found)}"
+        return
+    for (expected, got), equal in alike.items():
+        is_state = equal[0].quantity == STATE
+        change = [STATES.get(text, text) if is_state else text for text in (expected, got)]
+        tolerance = equal[0].tolerance
+        within = f" (tolerance {tolerance})" if tolerance not in ("", EXACT) else ""
+        subjects = _subjects([each.subject for each in equal])
+        yield f"{f'{subjects}: ' * (subjects != STRUCTURE)}{' -> '.join(change)}{within}"
 
 
 def _subjects(names: Sequence[str]) -> str:
@@ -48,8 +93,14 @@ def _subjects(names: Sequence[str]) -> str:
 
 def _largest(found: Sequence[GoldenDifference]) -> str:
     """Return the largest change of numbers."""
-    sizes = [(abs(b - a), each.unit) for each in found for a, b in [each.numbers] if a is not None and b is not None]
+    sizes = [(size, each) for each in found if (size := _size(each)) is not None]
     if not sizes:
         return ": changed"
-    size, unit = max(sizes)
-    return f": by up to {significant(size)} {unit}".rstrip()
+    size, most = max(sizes, key=itemgetter(0))
+    return f": by up to {significant(size)} {most.unit}".rstrip() + f" ({most.subject})"
+
+
+def _size(difference: GoldenDifference) -> float | None:
+    """Return the size of a change of a number, in its unit."""
+    before, after = difference.numbers
+    return abs(after - before) if before is not None and after is not None else None

@@ -124,8 +124,10 @@ def result_text(result: VariantResult) -> str:
     if result.ensemble is not None:
         return result.ensemble.summary
     if result.collapse is not None:
-        where = f"collapses at {level_text(result.collapse.level, result.collapse.step)}"
         cause = cause_text(result.why) if result.why is not None else ""
+        if result.collapse.fallen:
+            return f"{result.collapse.text}; {cause}" if cause else result.collapse.text
+        where = f"collapses at {level_text(result.collapse.level, result.collapse.step)}"
         return f"{where}: {cause}" if cause else f"{where}, first {result.collapse.brick}"
     return unchecked_text(result) if result.unchecked and result.fell else result.verdict
 

@@ -5,6 +5,7 @@ from math import degrees, isfinite
 
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
+from stability.stabilizers.approach import IMMINENT
 from stability.statics.fall_description import FallSide
 from stackdsl.report.warnings import (
     modified_text,
@@ -21,8 +22,8 @@ from stackdsl.results import (
     Seen,
     VariantResult,
 )
-from stackdsl.trace import UNRELIABLE, BrickState, Collapse, Event, EventKind, Trace
-from stackdsl.wording import broke_text, energy_fault, how_many, level_text, mm, shortened, touching_text
+from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
+from stackdsl.wording import energy_fault, how_many, level_text, mm, shortened, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
@@ -39,10 +40,24 @@ def outcome_text(outcome: ClaimOutcome) -> str:
 
 
 def margin_text(outcome: ClaimOutcome) -> str:
-    """Return the margin of an outcome in parentheses; empty if it has none, or a count that the measured text tells."""
-    if not isfinite(outcome.margin) or outcome.unit == "bricks":
+    """Return the margin of an outcome in parentheses; empty if there is none to tell."""
+    margin = margin_words(outcome)
+    return f" ({'margin ' if outcome.margin >= 0.0 else ''}{margin})" if margin else ""
+
+
+def margin_words(outcome: ClaimOutcome) -> str:
+    """Return the margin of an outcome; empty if it has none, or if the measured text says all.
+
+    A number of bricks is in the measured text. Where a brick fell although it should stand, or none fell although one
+    should, the distance to the limit of a fall is of no use.
+    """
+    of_fall = not outcome.passed and outcome.name in ("stands", "collapses") and outcome.unit in ("mm", "deg")
+    if not isfinite(outcome.margin) or outcome.unit == "bricks" or of_fall:
         return ""
-    return f" (margin {significant(outcome.margin)} {outcome.unit}".rstrip() + ")"
+    unit = "deg of tilt" if outcome.name == "stands" and outcome.unit == "deg" else outcome.unit
+    number = significant(abs(outcome.margin))
+    size = f"{number} {'level' if (number, unit) == ('1', 'levels') else unit}".rstrip()
+    return size if outcome.margin >= 0.0 else f"misses by {size}"
 
 
 def unchecked_text(result: VariantResult) -> str:
@@ -52,6 +67,8 @@ def unchecked_text(result: VariantResult) -> str:
     if result.collapse is None:
         return "no expectations"
     fell = result.collapse
+    if fell.fallen:
+        return f"{fell.text}; no expectations"
     where = level_text(fell.level, fell.step)
     return f"it fell at {where} ({fell.brick} at {fell.time:.3f} s), without expectations"
 
@@ -91,8 +108,11 @@ def _seen(value: Seen, unit: str) -> str:
 WORDS = {
     EventKind.FROZEN: "at rest",
     EventKind.WOKEN: "moves",
+    EventKind.HIT: "hits",
     EventKind.COLLAPSED: "fallen",
 }  # in place of their names
+IN_FLIGHT = "in flight"  # of bricks that are thrown or dropped
+SIMULATED = "simulated"  # of bricks that are about to be hit, and do not move yet
 MOST_HITS = 2  # hits told of one event
 
 
@@ -112,38 +132,46 @@ class EventLines:
             self._assembly -= set(event.bricks)
         placed, self._placed = self._placed, None
         if placed is not None and _is_proof_of(event, placed):
-            yield self._line(placed, f", proven to stand: {event.reason}")
+            yield from self._placed_lines(placed, f", proven to stand: {event.reason}")
             return
         if placed is not None:
-            yield self._line(placed)
+            yield from self._placed_lines(placed)
         if event.kind is EventKind.PLACED and not event.reason:
             self._placed = event
         else:
             yield self._line(event)
 
     def rest(self) -> Iterator[str]:
-        """Yield the line of the last event, if it was held back."""
+        """Yield the lines of the last event, if it was held back."""
         if self._placed is not None:
-            yield self._line(self._placed)
+            yield from self._placed_lines(self._placed)
             self._placed = None
+
+    def _placed_lines(self, placed: Event, proof: str = "") -> Iterator[str]:
+        for part in placed.parts:
+            yield self._line(part, "" if part.flying else proof)
 
     def _line(self, event: Event, more: str = "") -> str:
         bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
         named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1, among=self._assembly)
         reason = _few_hits(event.reason) if not self._all_names else event.reason
-        begins = event.kind is EventKind.WOKEN and reason.startswith(f"{named} ")  # not a brick called `load` at rest
-        told = reason if begins else f"{named}: {reason}" if reason else named
-        return f"{event.time:9.3f} s  {WORDS.get(event.kind, event.kind.value):<9}  {told}{more}"
+        imminent = event.kind is EventKind.WOKEN and IMMINENT in reason
+        word = SIMULATED if imminent else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
+        # The reason of a proof does not begin with a name, even if a brick is called `load`.
+        begins = event.kind in (EventKind.WOKEN, EventKind.HIT) and not imminent and reason.startswith(f"{named} ")
+        link = ", proven to stand: " if event.kind is EventKind.FROZEN else ": "
+        told = reason if begins else f"{named}{link}{reason}" if reason else named
+        return f"{event.time:9.3f} s  {word:<9}  {told}{more}"
 
 
 def _is_proof_of(event: Event, placed: Event) -> bool:
-    same = event.time == placed.time and set(event.bricks) == set(placed.bricks)
+    same = event.time == placed.time and set(event.bricks) == set(placed.bricks) - set(placed.flying)
     return event.kind is EventKind.FROZEN and same
 
 
 def _few_hits(reason: str) -> str:
     parts = reason.split(", ")
-    hits = [part for part in parts if " hit by " in part]
+    hits = [part for part in parts if IMMINENT in part]
     if len(hits) < len(parts) or len(hits) <= MOST_HITS:
         return reason
     return f"{', '.join(hits[:MOST_HITS])} and {how_many(len(hits) - MOST_HITS, 'more hit')}"
@@ -224,7 +252,7 @@ def run_text(trace: Trace, result: VariantResult, all_names: bool = False) -> st
 
 
 def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str]:
-    fell = "" if trace.collapse is None else _collapse(trace.collapse)
+    fell = "" if trace.collapse is None else trace.collapse.text
     cost = f"{trace.cost.simulated_time:.4g} s simulated in {trace.cost.wall_time:.3g} s, {trace.cost.steps} steps"
     came = f"{UNRELIABLE}: " * trace.unreliable + (fell or trace.verdict)
     yield f"{came}; {cost}" + (f"; a numerical collapse: {trace.numerical}" * bool(trace.numerical))
@@ -250,11 +278,6 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
     if trace.passed_through is not None:
         yield passed_text(trace.passed_through)
     yield from claim_lines(result)
-
-
-def _collapse(collapse: Collapse) -> str:
-    at = f"collapses at {level_text(collapse.level, collapse.step)} after {collapse.time:.3f} s"
-    return at + broke_text(collapse.broke, collapse.gave_way)
 
 
 def claim_lines(result: VariantResult) -> Iterator[str]:

@@ -3,14 +3,15 @@
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, replace
-from math import hypot, inf
+from math import dist, hypot, inf
 from typing import Final, TypeAlias
 
 from stability.engines.lazy_world import RestingWorld
 from stability.engines.protocol import PrescribedMotion, World, WrongFriction
 from stability.engines.scene_scale import SAMPLING
 from stability.geometry.vectors import add_scaled, dot, subtract
-from stability.model import AT_REST, BodyId, BodyState, Brick, Plane, Vec3
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Vec3
+from stability.name_order import in_order
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
 from stability.stabilizers.protocol import Stabilizer
@@ -37,7 +38,7 @@ from stackdsl.timeline import (
     ShakeAction,
     Timeline,
 )
-from stackdsl.trace import Updates, WrongEdges
+from stackdsl.trace import Event, EventKind, Updates, WrongEdges
 
 # Split of a timeline into groups of bricks so far apart that they can only affect each other after an approach that the
 # runner sees.
@@ -189,6 +190,71 @@ def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> l
     return [Placed(present[name].placement.brick, present[name].last) for name in names]
 
 
+# The first contact of each thrown or dropped brick. The stabilizer wakes bricks before a hit, and misses hits on bricks
+# that move already, so only the contacts of the engine tell when a hit takes place, and which brick is hit first.
+
+
+AT_ONCE: Final = 1e-4  # [m] bodies hit within this distance of the nearest one are hit together
+
+
+@dataclass
+class FirstContacts:
+    """Logs the first contact of each flying brick, after the step of the engine in which it changes the motion."""
+
+    world: World
+    log: EventLog
+    gravity: float  # [m/s2]
+    _flying: dict[BodyId, Vec3] = field(default_factory=dict)  # velocity before the next step [m/s]
+
+    def add(self, brick: BodyId, velocity_W: Vec3) -> None:
+        """Follow a thrown or dropped brick until it touches another body."""
+        self._flying[brick] = velocity_W
+
+    def stepped(self) -> None:
+        """Look at the contacts after a step of the engine."""
+        for brick, state in self.world.states(list(self._flying)).items() if self._flying else ():
+            before_W = self._flying[brick]
+            touching = self._touching(brick, dist(state.velocity_W, before_W))
+            if not touching:
+                self._flying[brick] = state.velocity_W
+                continue
+            speeds = {_other(brick, point): _speed_onto(brick, point, before_W) for point in touching}
+            named = " and ".join(in_order(speeds))
+            reason = f"{brick} hits {named} at {max(speeds.values()):.3g} m/s"
+            self.log.add(Event(self.world.time(), EventKind.HIT, (brick,), reason))
+            del self._flying[brick]
+
+    def _touching(self, brick: BodyId, change: float) -> Sequence[ContactPoint]:
+        """Return the points at which a brick touches others, as its velocity has changed in the step [m/s]."""
+        points = self.world.contacts(brick)
+        if pressed := [point for point in points if point.normal_force > 0.0]:
+            return pressed
+        # A body that has bounced off within the step presses no longer.
+        if change <= 2.0 * self.gravity * self.world.settings.time_step:
+            return []
+        least = min((point.gap for point in points), default=0.0)
+        return [point for point in points if point.gap <= least + AT_ONCE]
+
+    def removed(self, bricks: Iterable[BodyId]) -> None:
+        """Follow removed bricks no longer."""
+        for brick in bricks:
+            self._flying.pop(brick, None)
+
+    def absorb(self, other: "FirstContacts") -> None:
+        """Follow the flying bricks of another island, which are now in this world."""
+        self._flying |= other._flying
+
+
+def _other(brick: BodyId, point: ContactPoint) -> BodyId:
+    return point.b if point.a == brick else point.a
+
+
+def _speed_onto(brick: BodyId, point: ContactPoint, velocity_W: Vec3) -> float:
+    """Return the speed of a brick along the normal of a contact, towards the other body [m/s]."""
+    away = dot(velocity_W, point.normal_BA_W)
+    return max(0.0, -away if point.a == brick else away)
+
+
 # An island: bricks far from all others, with their own world, extension and clock.
 #
 # Actions and motions elsewhere do not affect it. It is stepped, looked at and judged as if there were no others, so its
@@ -221,6 +287,7 @@ class Island:
         self.edges = NormalErrorMonitor(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
         self.stabilizer = StabilizerDriver(self.extension, self.world, self.measures, self.log, self.falling)
+        self.first_contacts = FirstContacts(self.world, self.log, scene.gravity)
         self.hands = HandMover(self.world, self.measures.watch, self.stabilizer, self.log, scene.planes)
 
     # --- clock --------------------------------------------------------------------------------------------------------
@@ -263,6 +330,7 @@ class Island:
             return
         self.world.step(PrescribedMotion(acceleration_W or AT_REST, self.hands.guided()))
         self.steps += 1
+        self.first_contacts.stepped()
         self.stabilizer.judge()
 
     def look(self, states: Mapping[BodyId, BodyState]) -> None:
@@ -289,6 +357,8 @@ class Island:
         """Add a brick."""
         came = placement.came or placement.pose
         self.world.add_brick(placement.brick, came, placement.velocity_W)
+        if placement.hits:
+            self.first_contacts.add(placement.brick.id, placement.velocity_W)
         self.space.takes(placement.brick, BodyState(came, placement.velocity_W), self.scene.gravity)
 
     def moving(self) -> Mapping[BodyId, BodyState]:
@@ -312,6 +382,7 @@ class Island:
         self.to_come = deque(sorted([*self.to_come, *other.to_come]))
         self.space.joins(other.space)
         self.edges.absorb(other.edges)
+        self.first_contacts.absorb(other.first_contacts)
 
     def rest(self) -> None:
         """Close the engine if it is no longer needed."""

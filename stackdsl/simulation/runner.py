@@ -28,7 +28,7 @@ from stackdsl.timeline import (
     ShakeAction,
     Timeline,
 )
-from stackdsl.trace import STAND, BrickState, Collapse, Cost, EarlyEnd, Event, EventKind, Trace
+from stackdsl.trace import NO_PART, STAND, BrickState, Collapse, Cost, EarlyEnd, Event, EventKind, Trace
 from stackdsl.wording import level_text, shaking_text
 
 if TYPE_CHECKING:
@@ -156,6 +156,7 @@ class _Run:
     one_by_one: int = 0
     shift_before: float = 0.0  # largest shift of any brick at the last action before a collapse [m]
     passed: int = 0  # number of moments that are over
+    built: bool = False  # whether the build was finished when it fell
     before_fault: Trace | None = None  # the trace until the engine first added a notable share of energy
 
     def __post_init__(self) -> None:
@@ -250,7 +251,8 @@ class _Run:
                 island.hands.bring(placement.brick.id)
         placed = tuple(placement.brick.id for placement in group if placement.arrival is not Arrival.BY_HAND)
         if placed:
-            self.log.add(Event(group[0].time, EventKind.PLACED, placed))
+            flying = tuple(placement.brick.id for placement in group if placement.hits)
+            self.log.add(Event(group[0].time, EventKind.PLACED, placed, flying=flying))
         for island, _ in pieces:
             self.islands.look(island, {})
         for island, piece in self.islands.pieces(tuple(group)):
@@ -262,6 +264,7 @@ class _Run:
             self.islands.of(brick).world.remove_brick(brick)
         for island, _ in pieces:
             island.hands.removed(removal.bricks)
+            island.first_contacts.removed(removal.bricks)
         self.measures.remove(removal.time, removal.bricks)
         self.forces = ForceMeter()  # the forces so far belong to the structure before the removal
         self.log.add(Event(removal.time, EventKind.REMOVED, removal.bricks))
@@ -348,8 +351,9 @@ class _Run:
     def _collapsed(self, now: float, first: BodyId) -> None:
         last, gave_way = self.watch.last_built(), self.islands.of(first).stabilizer.gave_way
         self.collapse = Collapse(now, last.level, first, gave_way, last.step, self._broke(gave_way))
-        level = f"{level_text(last.level, last.step)} under construction"
-        self.log.add(Event(now, EventKind.COLLAPSED, (first,), level if self._building() else "the build is finished"))
+        self.built = self._is_built()
+        level = "" if self.built else f"{level_text(last.level, last.step)} under construction"
+        self.log.add(Event(now, EventKind.COLLAPSED, (first,), level))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
         """Return the level that gave way, unless the last action was part of the build."""
@@ -359,6 +363,11 @@ class _Run:
         """Return whether the last action was part of the build."""
         placed = self.log.last_placed()
         return bool(placed) and all(self.watch.bricks[brick].placement.builds for brick in placed)
+
+    def _is_built(self) -> bool:
+        """Return whether the build is finished and was followed by another action."""
+        builds = any(isinstance(m, tuple) and any(each.builds for each in m) for m in self.moments[self.passed :])
+        return not builds and not self._building()
 
     def trace(self, wall_time: float) -> Trace:
         """Return the trace of the finished run."""
@@ -375,11 +384,16 @@ class _Run:
         extension, now, collapsed = self.islands.extension, self.islands.now, self.collapse is not None
         unproven = not self.timeline.watched and self.islands.undecided
         tracks = tracks_of(self.timeline, self.watch, extension, unproven, collapsed)
+        collapse = self.collapse
+        if collapse is not None and self.built:
+            parts = {name: track.state for name, track in tracks.items() if track.state not in NO_PART}
+            fallen = tuple(name for name, state in parts.items() if state is BrickState.FALLEN)
+            collapse = replace(collapse, fallen=fallen, bricks=len(parts))
         return Trace(
             events=self.log.in_order() if self.islands.split else tuple(self.log.events),
             tracks=tracks,
             edges=(),
-            collapse=self.collapse,
+            collapse=collapse,
             cost=Cost(0.0, now, self.islands.steps, self.islands.judgements, self.log.proofs(), self.one_by_one),
             edges_when_placed=self.log.edges_when_placed,
             world=self.timeline.world,

@@ -38,7 +38,7 @@ from stackdsl.shown_text import visible
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recorder
 from stackdsl.simulation.systems import as_played
-from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine
+from stackdsl.timeline import Placement, Removal, Timeline, leaves_to_engine, time_of_arrival
 from stackdsl.trace import BrickState, BrickTrack, Cost, Event, EventKind, Trace, VerdictMargins
 from stackdsl.viewing.replay.page import run_json, weakest_told
 from stackdsl.viewing.replay.verdict_band import remedies_json
@@ -104,7 +104,9 @@ def _events(timeline: Timeline, proven: set[BodyId]) -> Iterator[Event]:
             yield Event(moment.time, EventKind.REMOVED, moment.bricks)
         elif isinstance(moment, tuple):
             names = tuple(placement.brick.id for placement in moment)
-            yield Event(moment[0].time, EventKind.PLACED, names)
+            flying = tuple(placement.brick.id for placement in moment if placement.hits)
+            yield Event(moment[0].time, EventKind.PLACED, names, flying=flying)
+            yield from (Event(time_of_arrival(each), EventKind.HIT, (each.brick.id,)) for each in moment if each.hits)
             if proven.issuperset(names):
                 yield Event(moment[0].time, EventKind.FROZEN, names, "proven to stand")
 

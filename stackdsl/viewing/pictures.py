@@ -16,6 +16,7 @@ import numpy as np
 from stability.geometry.rows import Array
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
+from stability.stabilizers.approach import IMMINENT
 from stackdsl.shown_text import visible
 from stackdsl.simulation.recording import NUMBER, POSITION, TIME, Rows
 from stackdsl.timeline import Arrival
@@ -293,6 +294,7 @@ def wrapped(text: str, width: float) -> list[str]:
 
 
 PHRASES: Final = (  # by importance
+    EventKind.HIT,
     EventKind.WOKEN,
     EventKind.COLLAPSED,
     EventKind.REMOVED,
@@ -344,7 +346,11 @@ def _phrases(run: RunView, after: float, until: float) -> str:
             of_kind = bricks.setdefault(event.kind, [])
             of_kind += event.bricks
             named = names_text(in_order(of_kind), among=assembly)
-            if event.kind is EventKind.WOKEN:
+            if event.kind is EventKind.HIT:
+                phrases[event.kind] = event.reason
+            elif event.kind is EventKind.WOKEN and IMMINENT in event.reason:
+                phrases.setdefault(EventKind.HIT, event.reason.partition(", ")[0].partition(":")[0])
+            elif event.kind is EventKind.WOKEN:
                 phrases.setdefault(event.kind, _woken(event, named))
             elif event.kind is EventKind.SHAKEN:
                 phrases[event.kind] = "the ground shakes"
@@ -361,8 +367,6 @@ def _phrases(run: RunView, after: float, until: float) -> str:
 def _woken(event: Event, named: str) -> str:
     """Return why bricks begin to move, as far as a few words tell it."""
     moves = f"{named} {STATE_WORDS[State.MOVES][len(event.bricks) > 1]}"
-    if " hit by " in event.reason:
-        return event.reason.partition(", ")[0].partition(":")[0]
     if not event.reason or ";" in event.reason:
         return moves
     return event.reason if event.reason.startswith(f"{named} ") else f"{moves}: {event.reason}"

@@ -245,4 +245,8 @@ def _verdict_text(trace: Trace) -> str:
     text, collapse = trace.reported_verdict, trace.collapse
     if text == UNRELIABLE:
         text = f"{UNRELIABLE}, {energy_fault(trace.energy_gained)}: {trace.verdict}"
-    return text if collapse is None else f"{text} at level {collapse.level} after {collapse.time:.3f} s"
+    if collapse is None:
+        return text
+    if collapse.fallen and text == trace.verdict:
+        return collapse.text
+    return f"{text} at level {collapse.level} after {collapse.time:.3f} s"

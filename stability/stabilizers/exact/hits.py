@@ -14,7 +14,7 @@ from stability.geometry.placed_shape import corners_W, reach_W
 from stability.geometry.vectors import add, add_scaled, body_axes, dot, inverse, norm, rotate, scale, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Pose, Vec3, convex
 from stability.problem import Placed
-from stability.stabilizers.approach import Hit, HitPredictor, PredictionLimits
+from stability.stabilizers.approach import Hit, HitPredictor, PredictionLimits, about_to_hit
 from stability.stabilizers.exact.candidates import solids
 from stability.stabilizers.exact.overload import MOVED, Overloads, slides_before_it_tips
 from stability.stabilizers.protocol import BrickObserver, Observers
@@ -348,6 +348,6 @@ def hit_by_bricks(hits: Collection[Hit]) -> Disturbance:
 
 
 def hit_description(hits: Iterable[Hit]) -> str:
-    """Describe hits: the bricks and their speeds."""
+    """Describe imminent hits: the bricks and their speeds."""
     speeds = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
-    return ", ".join(f"{brick} hit by {by} at {speed:.3g} m/s" for (brick, by), speed in speeds)
+    return ", ".join(f"{about_to_hit(by, brick)} at {speed:.3g} m/s" for (brick, by), speed in speeds)

@@ -8,6 +8,7 @@ from stability.engines.protocol import Engine
 from stability.graph import with_all_above
 from stability.model import BodyId, BodyState, Plane, Vec3
 from stability.problem import Verdict
+from stability.stabilizers.approach import about_to_hit
 from stability.stabilizers.held_bodies import HeldBodies, gravity_of
 from stability.stabilizers.protocol import Observers, Stabilizer, Update
 from stability.stabilizers.published.impacts import (
@@ -175,7 +176,7 @@ class StackStability(Stabilizer):
             kinetic = energy_of_flight(masses[hit.by], hit.velocity_W)
             impact = ImpactEnergy(kinetic, self._energy_of_load(hit.brick))
             if impact.disturbs:
-                blows[hit.brick] = f"{hit.brick} hit by {hit.by}: {impact}"
+                blows[hit.brick] = f"{about_to_hit(hit.by, hit.brick)}: {impact}"
         return self._wake(sorted(blows)), "; ".join(blows[brick] for brick in sorted(blows))
 
     def _energy_of_load(self, brick: BodyId) -> float:

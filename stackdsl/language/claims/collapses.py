@@ -71,7 +71,10 @@ class Collapses(Shorthand, ClaimKind):
             return ClaimResult("nothing fell", -margin, unit, passed=False)
         level, time, brick = trace.collapse.level, trace.collapse.time, trace.collapse.brick
         broke = broke_text(trace.collapse.broke, trace.collapse.gave_way)
-        measured = f"{level_text(level, trace.collapse.step)}, {brick} at {time:.3f} s{broke}"
+        where = level_text(level, trace.collapse.step)
+        if trace.collapse.fallen:
+            where = "after the build" if self.at is None else f"after the build, whose last is {where}"
+        measured = f"{where}, {brick} at {time:.3f} s{broke}"
         parts = [ClaimResult(measured, inf, "", passed=True)]
         if self.at is not None:
             parts.append(within(self.at, level, "levels"))

@@ -9,7 +9,7 @@ from html import escape
 from math import isfinite
 
 from stackdsl.language.quantities import SIGNED, UNIT, in_si, unit_amount
-from stackdsl.report.text import significant
+from stackdsl.report.text import margin_text, significant
 from stackdsl.results import VariantResult
 from stackdsl.viewing.plots import Axis
 from stackdsl.wording import how_many
@@ -165,7 +165,7 @@ def _text(run: VariantResult, measured: _Measured) -> str:
     if measured.claim is None:
         return run.name
     outcome = run.outcomes[measured.claim]
-    return f"{run.name}: {outcome.measured}, margin {outcome.margin:.3g} {outcome.unit}".rstrip()
+    return f"{run.name}: {outcome.measured}{margin_text(outcome)}"
 
 
 # One quantity over one variable as a line: axes with units, and a cross for a case without a number in that unit.

@@ -165,7 +165,7 @@ def _bricks(run: RunView, placements: Sequence[Placement], shapes: Sequence[Conv
 
 
 def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
-    """Return the events, and the hits of thrown and dropped bricks; the reason of an arrival is its kind in words."""
+    """Return the events; the reason of an arrival is its kind in words."""
     arrivals = {placement.brick.id: placement.arrival for placement in run.timeline.placements}
     events = [
         {
@@ -175,18 +175,8 @@ def _events(run: RunView, numbers: Mapping[BodyId, int]) -> list[Json]:
             "riding": [numbers[brick] for brick in event.riding if brick in numbers],
             "reason": ARRIVALS[arrivals[event.bricks[0]]] if event.kind is EventKind.PLACED else event.reason,
         }
-        for event in run.trace.events
-    ]
-    events += [
-        {
-            "time": round(placement.time + placement.flight, 6),
-            "kind": "hit",
-            "bricks": [numbers[placement.brick.id]],
-            "riding": [],
-            "reason": "",
-        }
-        for placement in run.timeline.placements
-        if placement.hits and placement.brick.id in numbers
+        for whole in run.trace.events
+        for event in whole.parts
     ]
     return sorted(events, key=lambda event: event["time"])
 

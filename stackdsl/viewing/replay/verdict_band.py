@@ -1,7 +1,6 @@
 """The verdict of a run in words, for the band on top of its page."""
 
 from collections.abc import Iterator, Mapping
-from math import isfinite
 from typing import Any, Final, TypeAlias
 
 from stability.work_limit import TooMuchWorkError, limited
@@ -9,7 +8,7 @@ from stackdsl.judging.proofs import MOST_FOR_PROGRAMS, proofs_of
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.report.outline import Status, failure_lines, status_of
 from stackdsl.report.statics import counterweight_text, friction_text
-from stackdsl.report.text import ending_text, outcome_text, significant, unchecked_text
+from stackdsl.report.text import ending_text, margin_words, outcome_text, unchecked_text
 from stackdsl.results import ClaimOutcome, RunStatus, VariantResult
 from stackdsl.viewing.run_view import RunView
 from stackdsl.work import limit
@@ -75,12 +74,11 @@ def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
 
 
 def _claim(outcome: ClaimOutcome) -> Json:
-    margin = f"{significant(outcome.margin)} {outcome.unit}".rstrip() if isfinite(outcome.margin) else ""
     return {
         "name": outcome.name,
         "expected": outcome.expected,
         "measured": outcome.measured,
-        "margin": margin,
+        "margin": margin_words(outcome),
         "passed": outcome.passed,
         "place": str(outcome.span),
     }

@@ -135,7 +135,7 @@ def test_a_failed_expectation_is_shown_with_its_line_and_margin(stackdsl: Stackd
     assert result.code == 1
     assert "scene.yaml:7:5" in result.out
     assert "23.4 mm" in result.out or "23.39 mm" in result.out
-    assert "margin -2.4 mm" in result.out or "margin -2.39" in result.out
+    assert "misses by 2.4 mm" in result.out or "misses by 2.39" in result.out
 
 
 # PyBullet as it comes shakes this down, though it stands: statics prove it, and a finer step shows it.
@@ -233,7 +233,7 @@ def test_run_judges_and_ends_as_check_does_without_goldens(stackdsl: Stackdsl, t
     (line,) = (line for line in missed.out.splitlines() if line.startswith("✗ failed  height: "))
     assert line.endswith("(scene.yaml:7:6)")
     assert "expected 20 mm ± 1 mm, measured 23." in line
-    assert "(margin -2." in line
+    assert "(misses by 2." in line
     assert not (tmp_path / "golden").exists()
     write(tmp_path, GOOD + "---\n" + GOOD.replace("1 s", "1"))
     assert stackdsl("run", path).code == 2

@@ -196,7 +196,7 @@ def test_a_failure_is_a_block_that_says_where_expected_and_measured() -> None:
     assert head.startswith("✗ FAILED  slant[step=11mm,thesis] ")
     assert head.endswith(" scenarios/slant.yaml:14:5")
     assert expected == "  expected  collapses: level 9 ± 1"
-    assert measured == "  measured  level 11 (margin -1 levels)"
+    assert measured == "  measured  level 11 (misses by 1 level)"
     assert see.startswith("  see it    stackdsl run scenarios/slant.yaml -k 'slant[step=11mm,thesis]' --html")
 
 
@@ -241,13 +241,13 @@ def test_disagreement_with_truth_is_a_count_and_a_list_with_v() -> None:
     seen = report(replace(PASSED, truths=(HELD, MISSED)))
     assert "! 1 disagree with the reference; -v lists them" in report_text(seen)
     assert "measured level 11" not in report_text(seen)
-    assert "expected level 9 ± 1, measured level 11 (margin -1 levels)" in report_text(seen, style=VERBOSE)
+    assert "expected level 9 ± 1, measured level 11 (misses by 1 level)" in report_text(seen, style=VERBOSE)
 
 
 def test_of_ten_thousand_golden_differences_each_observation_is_one_line() -> None:
     differences = [GoldenDifference(f"L{number}.1", "state", "frozen", "fallen", "exact") for number in range(10_000)]
     lines = block(Report((with_golden(GoldenStatus.DIFFERENT, "", *differences),)))
-    assert lines[1] == "  state  10000 bricks from L0.1 to L9999.1: frozen -> fallen (tolerance exact)"
+    assert lines[1] == "  state  10000 bricks from L0.1 to L9999.1: stands, proven -> fell"
     assert len(lines) == 3
 
 
@@ -260,8 +260,28 @@ def test_a_golden_difference_names_each_brick_once_with_the_largest_change() -> 
     ]
     head, change, decide = block(report(with_golden(GoldenStatus.DIFFERENT, "", *moved)))
     assert head.startswith("≠ GOLDEN DIFFERS  slant[step=11mm,thesis] ")
-    assert change == "  x  L2.1, L5.1, L7.1, L9.1: by up to 0.9 mm"
+    assert change == "  x  L2.1, L5.1, L7.1, L9.1: by up to 0.9 mm (L9.1)"
     assert decide == "  decide    stackdsl golden review"
+
+
+def test_golden_differences_begin_with_the_bricks_that_fell_and_end_with_those_that_stand_in_both() -> None:
+    def moved(name: str, by: float) -> GoldenDifference:
+        return GoldenDifference(name, "y", "0 mm", f"{by} mm", "± 0.5 mm", numbers=(0.0, by), unit="mm")
+
+    stand = [GoldenDifference(f"L1.{number}", "state", "standing", "frozen", "exact") for number in (1, 2)]
+    fell = GoldenDifference("L9.3", "state", "displaced", "fallen", "exact")
+    shown = [*stand, moved("L2.1", 1.0), fell, moved("L8.1", 7.0)]
+    lines = block(report(with_golden(GoldenStatus.DIFFERENT, "", *shown)))[1:-1]
+    assert [line.split() for line in lines[:1]] == ["state L9.3: stands, displaced -> fell".split()]
+    assert lines[-1].split() == "state L1.1, L1.2: stands, not proven -> stands, proven".split()
+    assert not {"frozen", "standing"} & set(" ".join(lines).split())
+
+
+def test_a_brick_that_fell_has_no_distance_to_the_limit_of_a_fall() -> None:
+    fallen = replace(MISSED, name="stands", measured="1 of 85 bricks fell: L10.3", margin=-543.0, unit="mm")
+    assert outcome_text(fallen).endswith("fell: L10.3")
+    drift = replace(MISSED, name="drift", measured="4538 mm (L6.4)", margin=-4533.0, unit="mm")
+    assert outcome_text(drift).endswith("4538 mm (L6.4) (misses by 4530 mm)")
 
 
 def test_a_narrow_table_breaks_between_words_and_never_within() -> None:
@@ -396,7 +416,7 @@ def test_a_report_with_nothing_to_accept_names_no_command() -> None:
 
 
 def test_a_margin_without_a_limit_is_left_out() -> None:
-    assert outcome_text(MISSED).endswith("measured level 11 (margin -1 levels)")
+    assert outcome_text(MISSED).endswith("measured level 11 (misses by 1 level)")
     assert outcome_text(replace(MISSED, margin=inf, unit="")).endswith("measured level 11")
 
 

@@ -61,5 +61,5 @@ def test_programs_are_told_numbers_and_every_name() -> None:
 def test_outputs_of_one_line_a_failure_tell_the_cause_in_it() -> None:
     (found,) = ranked_failures(Report((replace(FAILED, why=WHY),)))
     assert found.text.endswith(
-        "(margin -1 levels); L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge"
+        "(misses by 1 level); L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge"
     )

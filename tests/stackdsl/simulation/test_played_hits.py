@@ -135,6 +135,43 @@ def test_a_hit_is_waited_for_until_it_arrives(hit: str, flight: float) -> None:
     assert trace.last_action == 0.5
     assert trace.last_arrival == pytest.approx(0.5 + flight)
     assert trace.cost.simulated_time >= timeline.end - 0.01
+    (contact,) = (event for event in trace.events if event.kind is EventKind.HIT)
+    assert contact.time == pytest.approx(0.5 + flight, abs=0.005)  # told in the step of the engine in which it hits
     if hit.startswith("throw"):
+        assert contact.reason.startswith(f"{contact.bricks[0]} hits post at 2")
         assert trace.tracks["post"].state is BrickState.FALLEN
         assert not Stands(**{"for": "0.5 s"}).judge(trace).passed
+
+
+# A wall of 4 courses, a soft ball and a hard one, from the side and on a wall that is turned. Gravity bends the flight,
+# but not its horizontal speed, so a ball arrives after its distance divided by its speed.
+
+
+WALL = "- wall: {{levels: 4, bricks: 3, gap: 5 mm, heading: {heading} deg}}"
+BALL = (
+    "throw: {{at: L4.2, from: {{bearing: {bearing} deg, distance: 1 m}}, speed: {speed} m/s, name: ball, brick: ball}}"
+)
+SCENE = (
+    "brick: {{size: [200 mm, 100 mm, 65 mm], density: 1900 kg/m3}}\n"
+    "brick_types: {{ball: {{size: [60 mm, 60 mm, 60 mm], density: {density} kg/m3}}}}"
+)
+
+
+@pytest.mark.parametrize(
+    ("heading", "speed", "density"), [(0.0, 6.0, 50.0), (0.0, 8.0, 2000.0), (30.0, 8.0, 2000.0)], ids=str
+)
+def test_a_ball_hits_when_it_has_crossed_its_distance_and_not_when_bricks_wake(
+    heading: float, speed: float, density: float
+) -> None:
+    hit = BALL.format(bearing=heading + 90.0, speed=speed)
+    trace = played(WALL.format(heading=heading), f"{{at: 0.5 s, {hit}}}", "exact", SCENE.format(density=density))
+    (contact,) = (event for event in trace.events if event.kind is EventKind.HIT)
+    woken = [event for event in trace.events if event.kind is EventKind.WOKEN][:1]
+    assert contact.time == pytest.approx(0.5 + 1.0 / speed, abs=0.003)
+    assert len(woken) == (density > 100.0)  # friction stops the soft ball, so no brick moves
+    for first in woken:
+        assert first.time < contact.time
+        assert first.reason.startswith("ball is about to hit ")
+    assert contact.reason.startswith("ball hits ")
+    assert contact.reason.endswith(f" at {speed:g} m/s")
+    assert "L4.2" in contact.reason

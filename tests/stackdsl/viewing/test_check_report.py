@@ -54,7 +54,7 @@ def test_failures_come_first_in_the_report_page() -> None:
     assert "1 of 2 cases failed" in page
     assert page.index('data-name="bad"') < page.index('data-name="good"')
     assert re.findall(r'<details class="row" data-status="(\w+)"', page) == ["failed", "passed"]
-    assert "<dt>Expected</dt><dd>stands: for 2 s</dd><dt>Measured</dt><dd>it did (margin -1 mm)</dd>" in page
+    assert "<dt>Expected</dt><dd>stands: for 2 s</dd><dt>Measured</dt><dd>it did</dd>" in page
 
 
 def test_a_failure_shows_its_cause_and_the_line_of_its_claim() -> None:
@@ -194,7 +194,7 @@ def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_wheth
     crossed = [result("tower", 5.0, a=f"{a} mm", b=f"{b} mm") for a in range(2) for b in range(2)]
     cells = charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)])
     assert re.findall(r'class="(above|below)4"[^>]*>([^<]*)<', cells) == [("above", "5")] * 3 + [("below", "fails")]
-    assert "margin -75 bricks" in cells  # to be read at the cell
+    assert "b=1 mm,exact]: it did\"" in cells  # to be read at the cell; the measured text counts the bricks
 
 
 def test_a_claim_that_all_cases_tell_in_one_unit_is_drawn_rather_than_the_first() -> None:
