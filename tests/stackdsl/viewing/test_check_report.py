@@ -194,7 +194,7 @@ def test_a_map_holds_one_quantity_and_of_what_is_told_in_another_unit_only_wheth
     crossed = [result("tower", 5.0, a=f"{a} mm", b=f"{b} mm") for a in range(2) for b in range(2)]
     cells = charts([*crossed[:3], replace(crossed[3], outcomes=bricks.outcomes)])
     assert re.findall(r'class="(above|below)4"[^>]*>([^<]*)<', cells) == [("above", "5")] * 3 + [("below", "fails")]
-    assert "b=1 mm,exact]: it did\"" in cells  # to be read at the cell; the measured text counts the bricks
+    assert 'b=1 mm,exact]: it did"' in cells  # to be read at the cell; the measured text counts the bricks
 
 
 def test_a_claim_that_all_cases_tell_in_one_unit_is_drawn_rather_than_the_first() -> None:
