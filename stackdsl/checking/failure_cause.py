@@ -26,7 +26,7 @@ from stackdsl.timeline import (
     Timeline,
     time_of_arrival,
 )
-from stackdsl.trace import Event, EventKind, Trace
+from stackdsl.trace import Event, EventKind, RunVerdict, Trace
 from stackdsl.wording import mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
@@ -48,7 +48,8 @@ def failure_cause_of(case: Case, trace: Trace) -> FailureCause:
     if verdict is not None:
         side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
     # Of what stands, a claim on its margins fails by its weakest spot.
-    weakest = trace.margins.weakest if trace.collapse is None and case.timeline.margins else None
+    stands = trace.verdict is RunVerdict.STANDS
+    weakest = trace.margins.weakest if stands and case.timeline.margins else None
     return FailureCause(
         cause=weakest_text(weakest) if weakest is not None else _cause(trace, verdict, woken),
         moving=tuple(in_order(verdict.moving)) if verdict is not None else (),

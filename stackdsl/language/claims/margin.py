@@ -1,22 +1,27 @@
 """The claim `margin`."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from math import inf
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from pydantic import Field
 
+from stability.model import BodyId
+from stability.name_order import names_text
+from stability.problem import Stability
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all_of, within
+from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all_of, remaining, within
 from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import Trace
+from stackdsl.trace import BrickState, BrickTrack, Trace
+
+UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}
 
 
 @claim("margin", "safety margins of the proof of stability")
 class Margin(AtLeastOneKey, ClaimKind):
-    """Disturbances under which the structure is still proven stable."""
+    """Disturbances under which the structure, with every brick that is not pulled out, is still proven stable."""
 
     acceleration: t.GravityTolerance | None = Field(
         None, description="permissible horizontal acceleration in the worst direction, as a multiple of gravity"
@@ -34,13 +39,28 @@ class Margin(AtLeastOneKey, ClaimKind):
         return self.written_keys
 
     def judge(self, trace: Trace) -> ClaimResult:
-        """Compare the margins of the proof."""
+        """Compare the margins of the proof, which has to cover all bricks of the structure."""
+        bricks = remaining(trace)
+        lost = [name for name, track in bricks if track.state is BrickState.FALLEN or not track.frozen]
+        if lost:
+            unit = UNITS[next(iter(self.written_keys))]
+            return ClaimResult(_no_margin(lost, bricks, trace), -inf, unit, passed=False)
         return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.written_keys])
+
+
+def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace) -> str:
+    """Return why a structure has no margin, of which some bricks are lost."""
+    states = {trace.tracks[name].state for name in lost}
+    fell = states <= {BrickState.FALLEN, BrickState.UNPLACED}
+    those = f"{len(lost)} of {len(bricks)} bricks {'do' if len(lost) > 1 else 'does'} not stand"
+    if not fell and (trace.statics is None or trace.statics.stability is not Stability.UNSTABLE):
+        those = f"{len(lost)} of {len(bricks)} bricks {'are' if len(lost) > 1 else 'is'} not proven to stand"
+    return f"no margin: {those}: {names_text(lost, among=[name for name, _ in bricks])}"
 
 
 def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:
     """Compare one margin with its tolerance."""
-    unit = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}[key]
+    unit = UNITS[key]
     if value is None:
         return ClaimResult(f"no margin of {key} is proven", -inf, unit, passed=False)
     return within(wanted, value, unit, f"{key} {SHOWN_PER_SI.get(unit, 1.0) * value:.4g} {unit}".rstrip())

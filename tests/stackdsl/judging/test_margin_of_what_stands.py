@@ -58,3 +58,36 @@ def test_of_several_frictions_it_tells_the_roughest_and_all_lose_in_proportion()
     pair = "friction: {between: [{pair: [kapla, ground], friction: 0.3}]}}"
     outcome = stands("- column: {levels: 1}", f"world: {world}, {pair}")
     assert outcome.margin == pytest.approx(0.3 - tan(radians(10.0)), rel=1e-5)
+
+
+# Two cubes of 0.2 m on the ground, friction 0.4: both would slide at 0.4 g. The centre of a third, placed last, lies
+# 20 mm beyond the edge of the cube below, so it tips.
+CUBES = """
+- bricks:
+    - {name: low, at: [0 m, 0 m, 0.1 m], brick: {size: [0.2 m, 0.2 m, 0.2 m], mass: 2 kg}}
+    - {name: beside, at: [0.5 m, 0 m, 0.1 m], brick: {size: [0.2 m, 0.2 m, 0.2 m], mass: 2 kg}}
+  every: 1 s
+- bricks: [{name: top, at: [0.12 m, 0 m, 0.3 m], brick: {size: [0.2 m, 0.2 m, 0.2 m], mass: 2 kg}}]
+"""
+
+
+@pytest.mark.parametrize(
+    "limit", ['acceleration: ">= 0.3 g"', 'tilt: ">= 10 deg"', 'friction: "<= 0.2"', 'placement: ">= 1 mm"']
+)
+@pytest.mark.parametrize("others", ["", "- falls: {bricks: [top]}\n"])  # without another claim the fall is not watched
+def test_a_structure_of_which_a_brick_falls_has_no_margin(limit: str, others: str) -> None:
+    (case,), mistakes = compiled(scene(CUBES, f"friction: 0.4\nexpect:\n{others}- margin: {{{limit}}}"))
+    assert mistakes == []
+    outcome = judge(play_case(case.timeline, case.system), case.scenario, case.variant, case.source, case.system)[-1]
+    assert not outcome.passed
+    assert outcome.measured == "no margin: 1 of 3 bricks does not stand: top"
+
+
+def test_a_margin_covers_what_is_left_after_a_brick_was_pulled_out() -> None:
+    #   Without it, cubes on a ground with friction 0.4 slide from 0.4 g on.
+    build = CUBES.replace("0.12 m", "0.05 m")
+    pull = 'friction: 0.4\nimpacts: [{remove: {brick: top}}]\nexpect: [margin: {acceleration: "0.4 ± 0.0001"}]'
+    (case,), mistakes = compiled(scene(build, pull))
+    assert mistakes == []
+    (outcome,) = judge(play_case(case.timeline, case.system), case.scenario, case.variant, case.source, case.system)
+    assert outcome.passed, outcome.measured
