@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # for type checkers; at run time `__getattr__` loads the same
     from stackdsl.api.run_table import Table
     from stackdsl.api.scenario import Scenario
     from stackdsl.api.single_bricks import brick, bricks, imported
-    from stackdsl.api.studies import SearchError, find, sensitivities, survive
+    from stackdsl.api.studies import SearchError, find, margins, sensitivities, survive
     from stackdsl.api.sweep import sweep
     from stackdsl.checking.cases import Case
 
@@ -48,6 +48,7 @@ __all__ = [
     "layouts",
     "load",
     "loads",
+    "margins",
     "play",
     "sensitivities",
     "survive",
@@ -70,6 +71,7 @@ _HOMES = {
     "imported": "stackdsl.api.single_bricks",
     "load": "stackdsl.api.cases",
     "loads": "stackdsl.api.cases",
+    "margins": "stackdsl.api.studies",
     "play": "stackdsl.api.run",
     "sensitivities": "stackdsl.api.studies",
     "survive": "stackdsl.api.studies",

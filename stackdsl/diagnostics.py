@@ -4,7 +4,7 @@ Nothing here raises or prints. Every stage of the pipeline returns its diagnosti
 """
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from itertools import islice
@@ -185,6 +185,14 @@ def meant_choice(word: str, choices: Sequence[str]) -> str:
     """Return the choice that a word may be a slip of; empty if none."""
     close = get_close_matches(word, _compared(word, choices), n=1, cutoff=0.6)
     return close[0] if close and _is_slip(word, close[0]) else ""
+
+
+def unknown_attribute(value: object, name: str, remedies: Mapping[str, str]) -> AttributeError:
+    """Return the error for an attribute that a value does not have: the remedy for this name, or the closest name."""
+    kind = type(value).__name__
+    own = [each for each in dir(type(value)) if not each.startswith("_")]
+    remedy = "" if name.startswith("_") else remedies.get(name) or did_you_mean(name, own)
+    return AttributeError(f"'{kind}' object has no attribute '{name}'{'; ' * bool(remedy)}{remedy}")
 
 
 MOST_SLIPS = 0.4  # changed letters of a slip, as a share of the longer word

@@ -153,6 +153,11 @@ class ClaimOutcome(Displayed):
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
     why: str = field(default="", compare=False)  # cause of a failure; a report of a run has it once for all claims
 
+    @property
+    def value(self) -> float | None:
+        """The measured number, in the unit of its `Measure` in `numbers`; None unless the claim measures one number."""
+        return self.numbers[0].value if len(self.numbers) == 1 else None
+
     def __bool__(self) -> bool:
         """Return whether the claim holds, so that `assert run.judge(claim)` fails if it does not."""
         return self.passed
@@ -164,7 +169,7 @@ class ClaimOutcome(Displayed):
 
 
 @dataclass(frozen=True, slots=True)
-class FailureCause:
+class FailureCause(Displayed):
     """Explanation of an unexpected outcome; unknown parts are empty or None."""
 
     cause: str = ""  # from the proof: bricks that tip or slide, and on which bodies

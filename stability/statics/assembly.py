@@ -148,7 +148,9 @@ def admit_site(planes: Sequence[Plane], tables: Sequence[Placed], friction: Give
 def admit_problem(problem: object) -> None:
     """Raise TypeError for anything but a problem of statics."""
     if not isinstance(problem, Problem):
-        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {short_repr(problem)}")
+        of_scenario = type(problem).__module__.startswith("stackdsl.")
+        remedy = "; for a scenario write `stackdsl.margins(scenario)`" if of_scenario else ""
+        raise TypeError(f"expected a Problem, as returned by `assembly.problem()`, not {short_repr(problem)}{remedy}")
 
 
 def admit_forces(forces: object) -> None:

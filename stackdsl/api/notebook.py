@@ -13,8 +13,8 @@ from stackdsl.checking.results import judged
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.golden_differences import folded_differences
 from stackdsl.report.outline import MARKS, Status, failure_lines, result_text, status_of
-from stackdsl.report.text import margin_text
-from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, GoldenResult, VariantResult
+from stackdsl.report.text import cause_text, margin_text
+from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, FailureCause, GoldenResult, VariantResult
 from stackdsl.simulation.recording import Recorder
 from stackdsl.trace import Trace
 
@@ -55,7 +55,23 @@ def _(outcome: ClaimOutcome) -> Display:
 def result_display(result: VariantResult) -> Display:
     """Return the display of a result: its status, and the lines of its failure."""
     lines = [*failure_lines(result)] or [("result", result_text(result))]
+    if result.unchecked:
+        why = [(label, text) for label, text in lines if label not in ("expected", "measured", "result")]
+        lines = [("result", _verdict_text(result)), *why, ("note", "no expectations, so nothing is checked")]
     return _display(status_of(result), result.name, lines)
+
+
+def _verdict_text(result: VariantResult) -> str:
+    """Return whether the structure stands, and where it collapsed."""
+    if result.ensemble is not None:
+        return result.ensemble.summary
+    return result.collapse.text if result.collapse is not None else result.verdict
+
+
+@display_of.register
+def _(why: FailureCause) -> Display:
+    lines = {"why": cause_text(why), "after": why.before, "first": why.first}
+    return Display("cause", [(label, text) for label, text in lines.items() if text])
 
 
 @display_of.register

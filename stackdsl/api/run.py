@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cached_property
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,12 @@ from stackdsl.api.cases import OneCase, ScenarioError, one_case
 from stackdsl.api.notebook import Several, run_display
 from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import CELL, Written, copied, spans_of
-from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, Case, cases_of
 from stackdsl.checking.failure_cause import failure_cause_of
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import snapshot_of
 from stackdsl.compiler.checks import requirements_of
+from stackdsl.diagnostics import unknown_attribute
 from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of
 from stackdsl.goldens.snapshot import Snapshot
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
@@ -30,7 +31,7 @@ from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.report.text import cause_text
 from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult
-from stackdsl.trace import BrickTrack, Event, Trace
+from stackdsl.trace import BrickState, BrickTrack, Event, Trace
 from stackdsl.wording import MILLIMETRES, level_text
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     import polars as pl
 
 
+PICTURES: Final = ("animate", "draw", "html", "picture", "plot", "render", "replay", "show", "view")  # guessed names
 NOT_OF_THE_RUN: Final = ("expect", "truth", "skip", "xfail")  # keys that do not affect the run
 
 
@@ -156,27 +158,36 @@ class Run(Displayed):
         `name` and `state` are strings, `level` integers. `placed`, `rest` and `final` are poses of shape (n, 7): the
         position of the centre of mass in the world frame [m], and the quaternion x, y, z, w. The others are `mass`
         [kg], `volume` [m3], `shift` [m] and `tilt` [rad] since the brick came to rest, and `left_at` [s], nan if the
-        brick did not leave its place.
+        brick did not leave its place. Poses, shift and tilt of an `unplaced` brick are nan.
         """
         tracks = list(self.trace.tracks.values())
-        poses = {name: [getattr(track, name) for track in tracks] for name in ("placed", "rest", "final")}
+        was_placed = np.array([track.state is not BrickState.UNPLACED for track in tracks], dtype=bool)
+
+        def measured(values: Sequence[object]) -> npt.NDArray[Any]:
+            """Return a row per brick, nan for bricks that were never placed; the trace has their planned poses."""
+            rows = np.array(values, dtype=float)
+            rows[~was_placed] = np.nan
+            return rows
+
+        poses = {name: [_seven(getattr(track, name)) for track in tracks] for name in ("placed", "rest", "final")}
         return {
             "name": np.array([track.brick.id for track in tracks], dtype=str),
             "level": np.array([track.level for track in tracks], dtype=int),
             "state": np.array([track.state.value for track in tracks], dtype=str),
             "mass": np.array([track.brick.mass for track in tracks], dtype=float),
             "volume": np.array([track.brick.shape.volume for track in tracks], dtype=float),
-            **{name: np.array([_seven(pose) for pose in of], dtype=float).reshape(-1, 7) for name, of in poses.items()},
-            "shift": np.array([track.shift for track in tracks], dtype=float),
-            "tilt": np.array([track.tilt for track in tracks], dtype=float),
+            **{name: measured(of).reshape(-1, 7) for name, of in poses.items()},
+            "shift": measured([track.shift for track in tracks]),
+            "tilt": measured([track.tilt for track in tracks]),
             "left_at": np.array([np.nan if t.left_at is None else t.left_at for t in tracks], dtype=float),
         }
 
     def table(self, full: bool = False) -> Table:
         """Return one row per brick in order of placement: name, level, state, final centre of mass, shift and tilt.
 
-        `full` adds the final orientation as a quaternion x, y, z, w, the time at which the brick left its place, None
-        if it did not, and whether it is frozen at the end. Columns with a unit end in it: `x_mm`, `tilt_deg`.
+        Place, shift and tilt of an `unplaced` brick are None. `full` adds the final orientation as a quaternion x, y,
+        z, w, the time at which the brick left its place, None if it did not, and whether it is frozen at the end.
+        Columns with a unit end in it: `x_mm`, `tilt_deg`.
         """
         return Table(_row(name, track, full) for name, track in self.trace.tracks.items())
 
@@ -201,6 +212,20 @@ class Run(Displayed):
         told = "; ".join(f"{each.name}: expected {each.expected}, measured {each.measured}" for each in failed)
         why = f", why: {cause}" if (failed or self.trace.collapse) and (cause := cause_text(self.cause)) else ""
         return f"<{self.case.name} {'failed: ' * bool(told)}{told or self.verdict}{why}>"
+
+    if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which says what to write instead."""
+            functions = (each for each in FUNCTIONS_OF_A_CASE if each != "play")
+            remedies = {each: f"write `{each}(run.case)` with {each} of stackdsl" for each in functions}
+            remedies |= {"play": "write `play(run.case)` with play of stackdsl to play the case again"}
+            remedies |= {"margin": remedies["margins"], "to_csv": "write `run.table().to_csv(path)`"}
+            remedies |= {"height": 'write `run.judge(claims.height(">= 0 mm")).value`'}
+            remedies |= dict.fromkeys(
+                PICTURES, "a notebook shows the replay of a run; write `run` as the last line of a cell"
+            )
+            raise unknown_attribute(self, name, remedies)
 
 
 class RunVerdict(str):
@@ -246,13 +271,14 @@ def play(case: OneCase, on_event: Callable[[Event], None] = lambda event: None) 
 
 
 def _row(name: str, track: BrickTrack, full: bool) -> Row:
-    place = dict(zip(("x_mm", "y_mm", "z_mm"), (MILLIMETRES * at for at in track.final.position_W), strict=True))
-    moved: Row = {"shift_mm": MILLIMETRES * track.shift, "tilt_deg": degrees(track.tilt)}
-    row: Row = {"name": name, "level": track.level, "state": track.state.value, **place, **moved}
+    measured = dict(zip(("x_mm", "y_mm", "z_mm"), (MILLIMETRES * at for at in track.final.position_W), strict=True))
+    measured |= {"shift_mm": MILLIMETRES * track.shift, "tilt_deg": degrees(track.tilt)}
     if full:
-        row |= zip(("qx", "qy", "qz", "qw"), track.final.orientation, strict=True)
-        row |= {"left_at_s": track.left_at, "frozen": track.frozen}
-    return row
+        measured |= zip(("qx", "qy", "qz", "qw"), track.final.orientation, strict=True)
+    unplaced = track.state is BrickState.UNPLACED  # the poses are then those of the plan
+    row: Row = {"name": name, "level": track.level, "state": track.state.value}
+    row |= dict.fromkeys(measured) if unplaced else measured
+    return {**row, "left_at_s": track.left_at, "frozen": track.frozen} if full else row
 
 
 def _seven(pose: Pose) -> tuple[float, ...]:

@@ -1,7 +1,11 @@
-"""Tables of runs: lists of rows with access to columns, and conversion to pandas or polars."""
+"""Tables of runs: lists of rows with access to columns, and conversion to CSV, pandas or polars."""
 
+import csv
 from collections.abc import Sequence
 from html import escape
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -20,7 +24,7 @@ MOST: Final = 60  # rows that a notebook shows of a table
 
 
 class Table(list[Row]):
-    """Rows with the same columns. pandas and polars also accept it as it is: `pandas.DataFrame(table)`."""
+    """Rows with the same columns; each row is a dict. `pandas.DataFrame` and `polars.DataFrame` accept a table."""
 
     @property
     def columns(self) -> Sequence[str]:
@@ -37,15 +41,20 @@ class Table(list[Row]):
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a pandas data frame. Raises ImportError if pandas is not installed."""
-        import pandas as pd  # noqa: PLC0415 -- an optional package
-
-        return pd.DataFrame(list(self))
+        frame: pd.DataFrame = _optional("pandas").DataFrame(list(self))
+        return frame
 
     def to_polars(self) -> "pl.DataFrame":
         """Return a polars data frame. Raises ImportError if polars is not installed."""
-        import polars as pl  # noqa: PLC0415 -- an optional package
+        frame: pl.DataFrame = _optional("polars").DataFrame(list(self))
+        return frame
 
-        return pl.DataFrame(list(self))
+    def to_csv(self, path: Path | str) -> None:
+        """Write a CSV file with the names of the columns in its first line; a missing value is an empty cell."""
+        with Path(path).open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, self.columns)
+            writer.writeheader()
+            writer.writerows(self)
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
         """Return the table as text and as HTML, for notebooks; of a long one its first and last rows."""
@@ -81,6 +90,16 @@ class Table(list[Row]):
     def _sides(self) -> Sequence[str]:
         """The side to which each column is aligned; numbers stand below each other."""
         return ["left" if isinstance(value, str) else "right" for value in (self[0].values() if self else ())]
+
+
+def _optional(package: str) -> ModuleType:
+    """Import an optional package. Raises ImportError, which says how to install it."""
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise ImportError(
+            f"{package} is not installed; run `pip install {package}`, or write `table.to_csv(path)`", name=package
+        ) from error
 
 
 def _row(tag: str, sides: Sequence[str], texts: Sequence[str]) -> str:

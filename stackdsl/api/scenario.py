@@ -2,16 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import Final
+from typing import TYPE_CHECKING, Final, NoReturn
 
 import yaml
 
 from stability.name_order import names_text
 from stability.notebook import Display, Displayed, display_of
 from stackdsl.api.cases import ScenarioError
-from stackdsl.api.run import Run, play
+from stackdsl.api.run import PICTURES, Run, play
 from stackdsl.api.written import Written, copied, spans_of, written
-from stackdsl.checking.cases import Case, cases_of
+from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, Case, cases_of
+from stackdsl.diagnostics import unknown_attribute
 from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
 from stackdsl.language.yaml.source import Loaded, Source
@@ -147,6 +148,16 @@ class Scenario(Displayed):
     def __repr__(self) -> str:
         """Return the name; the scenario need not be valid."""
         return f"<Scenario {self._written['scenario']}>"
+
+    if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which says what to write instead."""
+            functions = (each for each in FUNCTIONS_OF_A_CASE if each != "play")
+            remedies = {each: f"write `{each}(scenario)` with {each} of stackdsl" for each in functions}
+            remedies |= {each: f"write `scenario.play().{each}`" for each in dir(Run) if not hasattr(Scenario, each)}
+            remedies |= dict.fromkeys(PICTURES, "a notebook shows the replay of the run `scenario.play()`")
+            raise unknown_attribute(self, name, remedies)
 
     def _source(self) -> Source:
         spans = spans_of(self._written)

@@ -1,5 +1,6 @@
 """Studies of one case by statics: limits of its numbers, survived accelerations, sensitivities."""
 
+import re
 from typing import Final
 
 from stability.notebook import Display, display_of
@@ -7,17 +8,22 @@ from stackdsl.api.arguments import refuse_other_types, refuse_outside
 from stackdsl.api.cases import OneCase, one_case
 from stackdsl.api.notebook import lines_display
 from stackdsl.judging.proofs import Survival
+from stackdsl.report.statics import margin_texts
 from stackdsl.report.studies import limit_lines, sensitivity_lines, survival_lines
 from stackdsl.studies import survival
 from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitRequest, SearchError, Want, find_in
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
+from stackdsl.studies.survival import CaseMargins
+from stackdsl.trace import VerdictMargins
 
 __all__ = [
+    "CaseMargins",
     "FoundLimit",
     "SearchError",
     "Sensitivities",
     "Survival",
     "find",
+    "margins",
     "sensitivities",
     "survive",
 ]
@@ -68,6 +74,16 @@ def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int =
     return sensitivities_of(known, known.name, MarginKind(of), check)
 
 
+def margins(case: OneCase) -> CaseMargins:
+    """Return the disturbances that a case survives, as numbers, as `stackdsl explain --margins` reports them.
+
+    `acceleration` [g], `tilt` [rad], `friction` and `placement` [m] are None for a structure that is not proven to
+    stand; `why` then says why not. So a loop over a number needs no exception.
+    """
+    known = one_case(case)
+    return survival.margins_in(known, known.name)
+
+
 def survive(case: OneCase, *, bearings: int = survival.BEARINGS, accuracy: float = survival.ACCURACY) -> Survival:
     """Return the acceleration and tilt that a case survives, and the part that fails first, like `stackdsl survive`.
 
@@ -94,7 +110,19 @@ def _(found: FoundLimit) -> Display:
 
 @display_of.register
 def _(found: Sensitivities) -> Display:
-    return lines_display(sensitivity_lines(found, MOST))
+    lines = (line.replace("--check N", "check=N") for line in sensitivity_lines(found, MOST))
+    return lines_display(re.sub(r"--top \d+ lists all", "`effects` of the result has all", line) for line in lines)
+
+
+@display_of.register
+def _(found: CaseMargins) -> Display:
+    notes = [("note", note) for note in found.notes]
+    if found.why:
+        return Display(found.name, [("why", found.why), *notes], "\u2717 no margins", False)
+    known = VerdictMargins(found.acceleration, found.bearing, found.tilt, found.friction, placement=found.placement)
+    texts = [*margin_texts(known)] or ["any disturbance"]
+    labels = ["survives", *[""] * (len(texts) - 1)]
+    return Display(found.name, [*zip(labels, texts, strict=True), *notes], f"\u2713 {found.verdict}", True)
 
 
 @display_of.register

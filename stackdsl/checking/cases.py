@@ -10,12 +10,12 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, NoReturn, TypeAlias
 
 from stability.process_settings import uncollected
 from stackdsl.checking.cache import ResultCache
 from stackdsl.compiler.compile import bricks_at_most, compile_timeline
-from stackdsl.diagnostics import Diagnostic, Span, without_duplicates
+from stackdsl.diagnostics import Diagnostic, Span, unknown_attribute, without_duplicates
 from stackdsl.disk import NOT_REGULAR, Content, LeadsOutsideError, leads_outside, read_file, with_digest
 from stackdsl.goldens.snapshot import Identity
 from stackdsl.importers.expansion import expand_file
@@ -35,6 +35,9 @@ SUFFIXES = (".yaml", ".yml")  # in any case
 STDIN: Final = Path("-")
 STDIN_SHOWN: Final = "<stdin>"
 MAX_BRICKS = 100_000  # in all variants of a scenario; takes some seconds and some hundred megabytes to compile
+
+
+FUNCTIONS_OF_A_CASE: Final = ("play", "find", "fragility", "margins", "sensitivities", "survive", "sweep")  # in Python
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -107,6 +110,13 @@ class Case:
     def __repr__(self) -> str:
         """Return the name; all fields would fill pages."""
         return f"<Case {self.name}>"
+
+    if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which says which function of `stackdsl` to call."""
+            remedies = {each: f"write `{each}(case)` with {each} of stackdsl" for each in FUNCTIONS_OF_A_CASE}
+            raise unknown_attribute(self, name, remedies)
 
 
 @cache

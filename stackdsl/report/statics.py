@@ -318,7 +318,7 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield f"    margins of more than {MOST_FOR_PROGRAMS} bricks take long to compute; add --margins"
         return
     margins = margins or margins_of_assembly(proofs.assembly, TOLD, extent.on_stage)
-    yield "    it survives " + "; ".join(_margin_texts(margins))
+    yield "    it survives " + "; ".join(margin_texts(margins))
     if margins.squeezed:
         yield "    these margins rely on contacts whose pressure statics does not determine"
     if margins.weakest is not None:
@@ -336,7 +336,8 @@ def _certainty(margins: VerdictMargins) -> str:
     return f"{'guaranteed' if margins.guaranteed else 'possible'}: {why}"
 
 
-def _margin_texts(margins: VerdictMargins) -> Iterator[str]:
+def margin_texts(margins: VerdictMargins) -> Iterator[str]:
+    """Yield each known margin: what the structure survives."""
     if margins.acceleration is not None:
         worst = (
             f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""

@@ -1,13 +1,15 @@
 """The acceleration and tilt that the structure of a case survives, by bearing, and the part that fails first."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from stability.name_order import names_text
+from stability.notebook import Displayed
 from stackdsl.checking.cases import Case
-from stackdsl.judging.proofs import Survival, proofs_of, survival_of
+from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
 from stackdsl.studies.find_limit import SearchError
+from stackdsl.trace import VerdictMargins
 
 BEARINGS: Final = 72
 FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
@@ -23,19 +25,55 @@ def survive_in(
     `on_bearing` is called with the number of bearings that are finished.
     """
     proofs = proofs_of(case.timeline)
-    verdict, standing = proofs.verdict, len(proofs.assembly.bricks)
-    pulled = [brick for brick in case.timeline.pulled_out if brick not in proofs.assembly.bricks]
-    count = sum(not placement.hits for placement in case.timeline.placements) - len(pulled)
-    if standing == 0:
-        raise SearchError("no brick is set down at rest, so statics has nothing to judge")
-    if verdict.reason:
-        raise SearchError(f"{verdict.stability.upper()}: {verdict.reason}; only a stable structure has margins")
+    if unproven := _unproven(proofs):
+        raise SearchError(f"{unproven}; only a stable structure has margins")
     survival = survival_of(proofs.assembly, bearings, accuracy, on_bearing)
     if survival is None:
         raise SearchError("unknown: no contact forces were found that are far enough inside the friction cones")
+    return replace(survival, name=name, notes=_notes(case, proofs))
+
+
+@dataclass(frozen=True, slots=True)
+class CaseMargins(Displayed):
+    """The disturbances that a structure survives, in SI units; each is None if it is not proven to stand."""
+
+    name: str  # of the case
+    verdict: str  # `stable`, `unstable` or `undecided`
+    why: str  # why it is not proven to stand; empty if it is
+    acceleration: float | None  # horizontal, in the worst direction [g]
+    bearing: float | None  # of that direction, from +x towards +y [rad]
+    tilt: float | None  # of the whole scene, in the worst direction [rad]
+    friction: float | None  # least coefficient of the roughest contact, with all others in proportion
+    placement: float | None  # error in the position of every brick [m]
+    notes: tuple[str, ...] = ()  # parts of the case that are not judged
+
+
+def margins_in(case: Case, name: str) -> CaseMargins:
+    """Return the margins of a case called `name`, as `stackdsl explain` reports them."""
+    proofs = proofs_of(case.timeline)
+    unproven = _unproven(proofs)
+    found = VerdictMargins() if unproven else margins_of_assembly(proofs.assembly, ALL)
+    numbers = (found.acceleration, found.bearing, found.tilt, found.friction, found.placement)
+    notes = () if unproven else _notes(case, proofs)
+    return CaseMargins(name, proofs.verdict.stability.value, unproven, *numbers, notes=notes)
+
+
+def _unproven(proofs: Proofs) -> str:
+    """Return why a structure is not proven to stand; empty if it is."""
+    if not proofs.assembly.bricks:
+        return "no brick is set down at rest, so statics has nothing to judge"
+    verdict = proofs.verdict
+    return f"{verdict.stability.upper()}: {verdict.reason}" if verdict.reason else ""
+
+
+def _notes(case: Case, proofs: Proofs) -> tuple[str, ...]:
+    """Return the parts of a case that are not judged."""
+    standing = len(proofs.assembly.bricks)
+    pulled = [brick for brick in case.timeline.pulled_out if brick not in proofs.assembly.bricks]
+    count = sum(not placement.hits for placement in case.timeline.placements) - len(pulled)
     notes = []
     if standing < count:
         notes.append(f"computed for {standing} of {count} bricks; the later ones depend on the engine")
     if pulled:
         notes.append(f"judged without {names_text(pulled)}, which an impact pulls out")
-    return replace(survival, name=name, notes=tuple(notes))
+    return tuple(notes)

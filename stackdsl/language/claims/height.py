@@ -9,8 +9,8 @@ from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.claim_result import ClaimResult, placed, within
 from stackdsl.language.model_base import Shorthand
-from stackdsl.trace import BrickState, Trace
-from stackdsl.wording import mm
+from stackdsl.trace import BrickState, Collapse, Trace
+from stackdsl.wording import how_many, level_text, mm
 
 
 @claim("height", "the height of the structure")
@@ -31,4 +31,13 @@ class Height(Shorthand, ClaimKind):
         if self.of is None:
             tracks = [track for track in tracks if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
         top = max((top_W(track.brick.shape, track.final) for track in tracks), default=0.0)
-        return within(self.within, top, "mm", mm(top))
+        return within(self.within, top, "mm", f"{mm(top)}{_after(trace.collapse)}")
+
+
+def _after(fell: Collapse | None) -> str:
+    """Return that the structure fell, since bricks that lean on fallen ones may count as standing."""
+    if fell is None:
+        return ""
+    if fell.fallen:
+        return f", after {len(fell.fallen)} of {how_many(fell.bricks, 'brick')} fell"
+    return f", after a collapse at {level_text(fell.level, fell.step)}"

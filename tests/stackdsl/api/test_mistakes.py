@@ -1,10 +1,14 @@
 """Mistakes in Python: each names the key that it is of, and its remedy is Python."""
 
+import copy
+import pickle
+import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+import stability
 from stackdsl.api import claims, impacts, layouts
 from stackdsl.api.cases import ScenarioError, load, loads
 from stackdsl.api.run import play
@@ -77,7 +81,7 @@ SCENARIO = Scenario("column", build=[column()])
         (lambda: load("scenario: a\nbuild:"), "not its text; `stackdsl.loads` reads a text"),
         (lambda: loads("a.yaml"), r"not the path of a file; write stackdsl.load\('a.yaml'\)"),
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
-        (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
+        (SCENARIO.play.judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_of_another_kind_is_refused_with_what_was_expected(call: Callable[[], object], told: str) -> None:
@@ -90,6 +94,40 @@ def test_a_function_of_one_case_takes_a_scenario_of_one_case_and_names_the_cases
     several = Scenario("several", build=[column()], matrix={"friction": [0.3, 0.5]}, friction="${friction}")
     with pytest.raises(LookupError, match=r"there are 2: several\[.*\]; choose one, such as `scenario.cases\[0\]`"):
         survive(several)
+
+
+@pytest.mark.parametrize(
+    ("value", "name", "told"),
+    [
+        (SCENARIO.play, "margins", r"write `margins\(run.case\)`"),
+        (SCENARIO.play, "replay", "write `run` as the last line of a cell"),
+        (SCENARIO.play, "verdikt", "did you mean 'verdict'"),
+        (lambda: SCENARIO, "plot", r"shows the replay of the run `scenario.play\(\)`"),
+        (lambda: SCENARIO, "table", r"write `scenario.play\(\).table`"),
+        (lambda: SCENARIO.cases[0], "play", r"write `play\(case\)`"),
+    ],
+)
+def test_an_attribute_that_is_elsewhere_is_told_with_what_to_write(
+    value: Callable[[], object], name: str, told: str
+) -> None:
+    with pytest.raises(AttributeError, match=told):
+        getattr(value(), name)
+
+
+def test_values_can_still_be_copied_and_pickled() -> None:
+    assert pickle.loads(pickle.dumps(SCENARIO.cases[0])).name == "column[exact]"
+    assert copy.copy(SCENARIO.play()).verdict == "stands"
+
+
+def test_margins_of_statics_send_a_scenario_to_margins_of_cases() -> None:
+    with pytest.raises(TypeError, match=r"for a scenario write `stackdsl.margins\(scenario\)`"):
+        stability.margins(SCENARIO)  # type: ignore[arg-type]
+
+
+def test_a_missing_package_is_told_with_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"pip install pandas`, or write `table\.to_csv"):
+        SCENARIO.play().to_pandas()
 
 
 def test_a_table_has_columns_and_prints() -> None:

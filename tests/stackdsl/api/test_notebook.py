@@ -14,6 +14,7 @@ from stackdsl.api.layouts import column
 from stackdsl.api.run_table import Table
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.studies import find, sensitivities, survive
+from stackdsl.api.studies import margins as margins_of_case
 from stackdsl.api.sweep import sweep
 from stackdsl.goldens.golden import ELSEWHERE, keeper_in
 from tests.engines_at_hand import needs_pybullet
@@ -58,6 +59,32 @@ def test_a_run_that_fails_shows_expected_measured_and_why() -> None:
 def test_a_terminal_that_shows_no_html_makes_no_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("stackdsl.api.notebook._replay", lambda case, trace: pytest.fail("a replay was made"))
     assert [*leaning(3).play()._repr_mimebundle_({"text/plain"})] == ["text/plain"]
+
+
+@needs_pybullet
+def test_a_run_without_expectations_shows_first_whether_it_stands() -> None:
+    upright = text_of(Scenario("bare", build=[column(levels=3)]).play()).splitlines()
+    assert upright[1:] == ["  result  stands", "  note    no expectations, so nothing is checked"]
+    fallen = text_of(Scenario("bare", build=[column(levels=12, step="12 mm", every="1 s")]).play())
+    assert "result  collapses at level 10" in fallen
+    assert "why     L2.1 to L10.1 (9 bricks) tip over L1.1" in fallen
+
+
+def test_the_cause_of_a_run_shows_itself_without_a_command() -> None:
+    text = text_of(leaning(9).play().cause)
+    assert text.startswith("cause\n  why    statics prove that it stands")
+    assert "stackdsl explain" not in text
+
+
+def test_margins_of_a_case_show_themselves_and_are_numbers() -> None:
+    found = margins_of_case(leaning(9))
+    assert text_of(found).startswith("\u2713 stable  leaning[exact]\n  survives  a horizontal acceleration of ")
+    # the centre of 8 planks is 54 mm beyond that of the lowest, and half a plank is 58.8 mm
+    assert found.placement is not None
+    assert 0.0 < found.placement < 0.0588 - 0.054
+    fallen = margins_of_case(leaning(12))
+    assert (fallen.placement, fallen.acceleration, fallen.verdict) == (None, None, "unstable")
+    assert "tip over L1.1" in text_of(fallen)
 
 
 def test_each_claim_of_a_run_shows_expected_and_measured() -> None:

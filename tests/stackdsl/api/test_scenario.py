@@ -1,5 +1,6 @@
 """Scenarios written in Python say what the same ones say in YAML."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from stackdsl.checking.results import snapshot_of
 from stackdsl.goldens.file_format import canonical_text
 from stackdsl.language.yaml.source import parse
 from stackdsl.results import GoldenStatus
+from tests.engines_at_hand import needs_pybullet
 
 YAML = """\
 scenario: tapped-column
@@ -143,6 +145,34 @@ def test_arrays_and_tables_have_an_entry_a_brick() -> None:
     np.testing.assert_allclose(np.linalg.norm(arrays["final"][:, 3:], axis=1), 1.0)
     assert [row["name"] for row in run.table()] == list(arrays["name"]) == ["L1.1", "L2.1", "L3.1", "L4.1"]
     assert {row["event"] for row in run.events()} >= {"placed", "frozen"}
+
+
+@needs_pybullet
+def test_a_brick_that_was_never_placed_has_no_place(tmp_path: Path) -> None:
+    run = Scenario(
+        "fallen", build=[layouts.column(levels=12, step="12 mm", every="1 s")], expect=[claims.stands("all")]
+    ).play()
+    top = run.table(full=True)[-1]
+    assert top["state"] == "unplaced"
+    assert {top[name] for name in ("x_mm", "y_mm", "z_mm", "shift_mm", "tilt_deg", "qw")} == {None}
+    assert np.isnan(run.arrays()["final"][-1]).all()
+    assert np.isfinite(run.arrays()["final"][0]).all()
+    assert np.nanmax(run.table().column("z_mm")) < 12 * 7.8  # a tower of all planks
+    run.table().to_csv(tmp_path / "bricks.csv")
+    with (tmp_path / "bricks.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert rows[-1]["z_mm"] == ""
+    assert float(rows[0]["z_mm"]) == pytest.approx(3.9)
+
+
+@needs_pybullet
+def test_a_height_after_a_collapse_says_so_and_is_a_number() -> None:
+    run = Scenario("fallen", build=[layouts.column(levels=12, step="12 mm", every="1 s")]).play()
+    height = run.judge(claims.height(">= 1 mm"))
+    assert height.measured.endswith(" mm, after a collapse at level 10")
+    assert height.value == pytest.approx(float(height.measured.split()[0]), abs=0.01)
+    assert column().play().judge(claims.height(">= 1 mm")).measured == "31.2 mm"
+    assert run.judge(claims.stands("all")).value is None
 
 
 def test_a_golden_file_is_that_of_the_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
