@@ -81,7 +81,7 @@ SCENARIO = Scenario("column", build=[column()])
         (lambda: load("scenario: a\nbuild:"), "not its text; `stackdsl.loads` reads a text"),
         (lambda: loads("a.yaml"), r"not the path of a file; write stackdsl.load\('a.yaml'\)"),
         (lambda: SCENARIO.play(3), "expected a part of a variant, .* not int"),  # type: ignore[arg-type]
-        (SCENARIO.play.judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
+        (lambda: SCENARIO.play().judge("stands"), r"expected a claim, such as claims\.stands\(.all.\)"),  # type: ignore[arg-type]
     ],
 )
 def test_what_is_of_another_kind_is_refused_with_what_was_expected(call: Callable[[], object], told: str) -> None:
