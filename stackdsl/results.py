@@ -155,7 +155,7 @@ class ClaimOutcome(Displayed):
 
     @property
     def value(self) -> float | None:
-        """The measured number, in the unit of its `Measure` in `numbers`; None unless the claim measures one number."""
+        """The measured number in the unit of reports, such as mm; None unless the claim measures exactly one."""
         return self.numbers[0].value if len(self.numbers) == 1 else None
 
     def __bool__(self) -> bool:
