@@ -318,6 +318,7 @@ class Trace:
     early_end: EarlyEnd | None = None  # None if the run went on to its regular end
     disproof: Verdict | None = None  # proof that the fallen bricks had to fall, on a system without proofs
     numerical: str = ""  # evidence that the solver, not physics, caused the collapse; empty if there is none
+    unknown_loads: frozenset[BodyId] = frozenset()  # standing bricks on which the engine reported no contact force
     # Of the frozen bricks at the end, in the process of the run; None where several islands have their own.
     assembly: Assembly | None = field(default=None, compare=False, repr=False)
     # The run up to the moment when the engine had added a notable share of energy; None if it never did.

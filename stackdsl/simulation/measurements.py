@@ -529,10 +529,13 @@ class ForceMeter:
     """Sums the upward force of each body on each brick over many steps, as engines scatter the load."""
 
     upward: dict[BodyId, dict[BodyId, float]] = field(default_factory=lambda: defaultdict(lambda: defaultdict(float)))
+    loaded: set[BodyId] = field(default_factory=set)  # bricks on which the engine has reported a force
 
     def add(self, brick: BodyId, contacts: Iterable[ContactPoint]) -> None:
         """Add the upward contact forces on a brick in one step."""
         for point in contacts:
+            if point.normal_force > 0.0:
+                self.loaded.add(brick)
             other, z = (point.b, point.normal_BA_W[2]) if point.a == brick else (point.a, -point.normal_BA_W[2])
             if z >= UPWARD:
                 self.upward[brick][other] += point.normal_force * z

@@ -3,7 +3,8 @@
 import os
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import AbstractContextManager, contextmanager, suppress
-from math import isfinite
+from math import dist, isfinite
+from numbers import Real
 from traceback import walk_tb
 from types import CodeType
 from typing import Any, Final, cast
@@ -11,12 +12,16 @@ from typing import Any, Final, cast
 from stability.contact_law import GivenFriction
 from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import EngineSettings, World
-from stability.model import BodyId, BodyState, ContactPoint
+from stability.geometry.vectors import dot
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
 from stackdsl.entry_points import PluginError
 from stackdsl.simulation.plugins import complain_of_missing, packages_text, world_class
 from stackdsl.simulation.systems import System
 
-UNIT: Final = 1e-3  # largest error of the squared length of a quaternion; engines use single precision
+UNIT: Final = 1e-3  # largest error of the squared length of a quaternion or normal; engines use single precision
+PLACED: Final = 1e-3  # largest error of a new brick's place, as a share of its smallest side
+SINGLE: Final = 1e-6  # relative error of a number in single precision
+PULL: Final = 1e-3  # [N/kg] rounding error of a force, some ten-thousandth of the weight
 ON_CLOCK: Final = 1e-6  # share of a time step
 
 
@@ -30,6 +35,7 @@ class PluginWorld:
     def __init__(self, world: object, system: System) -> None:
         complain_of_missing(system, world)
         self._world, self._system = cast(World, world), system
+        self._planes, self._masses = dict[BodyId, Plane](), dict[BodyId, float]()  # of the bodies inside
 
     def __getattr__(self, name: str) -> object:
         method = getattr(self._world, name)
@@ -39,15 +45,46 @@ class PluginWorld:
         def checked(*arguments: Any, **named: Any) -> object:  # noqa: ANN401 -- of any method
             with self._faults(name, method):
                 result = method(*arguments, **named)
-                if mistake := WRONG[name](result, *arguments) if name in WRONG else "":
-                    raise WrongResultError(mistake)
+                raise_for(self._mistake(name, result, *arguments))
             return result
 
         setattr(self, name, checked)
         return checked
 
+    def _mistake(self, name: str, result: object, *arguments: Any) -> str:  # noqa: ANN401 -- of any method
+        """Return what is wrong with the result of a method; empty if nothing is."""
+        match name:
+            case "states":
+                return _states_mistake(result, *arguments)
+            case "contacts":
+                return _contacts_mistake(result, arguments[0], self._planes, self._masses)
+            case "neighbours":
+                return _neighbours_mistake(result, self._planes.keys() | self._masses)
+        return ""
+
     def _faults(self, name: str, method: object) -> AbstractContextManager[None]:
         return faults_of_plugin(self._system, f"{type(self._world).__name__}.{name}", method, self._world)
+
+    def add_plane(self, plane: Plane) -> None:
+        """Add a plane to the world."""
+        with self._faults("add_plane", self._world.add_plane):
+            self._world.add_plane(plane)
+        self._planes[plane.id] = plane
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        """Add a brick to the world, which must then be in the given pose."""
+        with self._faults("add_brick", self._world.add_brick):
+            self._world.add_brick(brick, pose, velocity_W)
+        self._masses[brick.id] = brick.mass
+        with self._faults("states", self._world.states):
+            states = self._world.states([brick.id])
+            raise_for(_states_mistake(states, [brick.id]) or _placing_mistake(states[brick.id].pose, brick, pose))
+
+    def remove_brick(self, brick: BodyId) -> None:
+        """Remove a brick from the world."""
+        with self._faults("remove_brick", self._world.remove_brick):
+            self._world.remove_brick(brick)
+        del self._masses[brick]
 
     def step(self, *arguments: Any) -> None:  # noqa: ANN401 -- as above
         """Step the world, which must advance its clock by the time step."""
@@ -57,7 +94,7 @@ class PluginWorld:
             world.step(*arguments)
             passed = world.time() - before
             if not abs(passed - due) <= ON_CLOCK * due:
-                raise WrongResultError(
+                raise_for(
                     f"it advanced the clock by {passed:g} s, but must advance it by the time step, {due:g} s; call "
                     "`self.clock.pass_step()` once in each `step`"
                 )
@@ -67,14 +104,22 @@ def opened_plugin_world(
     system: System, settings: EngineSettings, gravity: float, friction: GivenFriction, heaviest: float
 ) -> World:
     """Open an empty world of a system from another package, with settings scaled to a scene. Raises PluginError."""
-    world_class(system)
-    with faults_of_plugin(system, f"{settings.world.partition(':')[2]}.opened"):
-        world = stepped_world(settings, gravity, friction, heaviest)
+    worlds = world_class(system)
+    opened = getattr(worlds, "opened", None)
+    with faults_of_plugin(system, f"{settings.world.partition(':')[2]}.opened", getattr(opened, "__func__", opened)):
+        world = cast(object, stepped_world(settings, gravity, friction, heaviest))
+        raise_for("" if world is not None else "it returned None, but must return the new world; end it with `return`")
     return cast(World, PluginWorld(world, system))
 
 
 class WrongResultError(Exception):
     """A method of another package returned a wrong value; the message says what it must return."""
+
+
+def raise_for(mistake: str) -> None:
+    """Raise WrongResultError for a mistake; an empty text is none."""
+    if mistake:
+        raise WrongResultError(mistake)
 
 
 @contextmanager
@@ -148,47 +193,126 @@ def _states_mistake(states: object, bodies: Collection[BodyId]) -> str:
     for body in bodies:
         if not isinstance(state := states.get(body), BodyState):
             return f"it returned {_kind(state)} for '{body}', but must return a BodyState"
+        if not isinstance(state.pose, Pose):
+            return f"`pose` of '{body}' is {_kind(state.pose)}, but must be a Pose"
         place, turn = state.pose.position_W, state.pose.orientation
         velocity, spin = state.velocity_W, state.angular_velocity_W
-        if not (_is_tuple(turn, 4) and all(_is_tuple(vector, 3) for vector in (place, velocity, spin))):
-            vectors = f"position_W, velocity_W and angular_velocity_W of '{body}' must be tuples of 3 numbers"
-            return f"{vectors}, and {QUATERNION}"
+        fields = {"position_W": place, "velocity_W": velocity, "angular_velocity_W": spin}
+        for field, vector in fields.items():
+            if not _is_tuple(vector, 3):
+                return f"`{field}` of '{body}' is {_kind(vector)}, but must be a tuple of 3 numbers"
+        if not _is_tuple(turn, 4):
+            return f"`orientation` of '{body}' is {_kind(turn)}, but {QUATERNION}"
         if not isfinite(sum(place) + sum(turn) + sum(velocity) + sum(spin)):
             parts = f"position_W {_numbers(place)}, orientation {_numbers(turn)}, velocity_W {_numbers(velocity)}"
             where = f"the state of '{body}' has a number that is not finite"
             return f"{where}: {parts}, angular_velocity_W {_numbers(spin)}"
-        if abs(sum(part * part for part in turn) - 1.0) > UNIT:
-            return f"the orientation of '{body}' is {_numbers(turn)}, but {QUATERNION}"
+        if abs(_dot4(turn, turn) - 1.0) > UNIT:
+            return f"`orientation` of '{body}' is {_numbers(turn)}, but {QUATERNION}"
     return ""
 
 
+def _dot4(one: Sequence[float], other: Sequence[float]) -> float:
+    """Return the scalar product of two quaternions."""
+    return sum(a * b for a, b in zip(one, other, strict=True))
+
+
 def _is_tuple(value: object, length: int) -> bool:
-    """Return whether a value is a tuple of a length; arrays do not compare as tuples do."""
-    return isinstance(value, tuple) and len(value) == length
+    """Return whether a value is a tuple of this many numbers; arrays do not compare as tuples do."""
+    return isinstance(value, tuple) and len(value) == length and all(isinstance(part, Real) for part in value)
 
 
-QUATERNION: Final = "orientation must be a tuple (x, y, z, w) of length 1"
+QUATERNION: Final = "must be a tuple (x, y, z, w) of length 1"
 
 
-def _contacts_mistake(contacts: object, brick: BodyId) -> str:
+def _placing_mistake(got: Pose, brick: Brick, given: Pose) -> str:
+    """Return how the pose of a new brick differs from the given one."""
+    rounding = SINGLE * max(map(abs, given.position_W))
+    if dist(got.position_W, given.position_W) > PLACED * brick.shape.least_thickness + rounding:
+        name, value, wanted, order = "position_W", _numbers(got.position_W), _numbers(given.position_W), ""
+    elif 1.0 - abs(_dot4(got.orientation, given.orientation)) > UNIT:
+        name, value, wanted = "orientation", _numbers(got.orientation), _numbers(given.orientation)
+        order = ", in the order x, y, z, w"
+    else:
+        return ""
+    return f"`{name}` of '{brick.id}' is {value} after `add_brick` with {wanted}{order}"
+
+
+def _contacts_mistake(
+    contacts: object, brick: BodyId, planes: Mapping[BodyId, Plane], masses: Mapping[BodyId, float]
+) -> str:
     if not isinstance(contacts, Sequence):
         return f"it returned {_kind(contacts)}, but must return a sequence of ContactPoint"
-    wrong = [each for each in contacts if not isinstance(each, ContactPoint)]
-    return f"it returned {_kind(wrong[0])} in a sequence that must hold ContactPoint only" if wrong else ""
+    for point in contacts:
+        if not isinstance(point, ContactPoint):
+            return f"it returned {_kind(point)} in a sequence that must hold ContactPoint only"
+        if mistake := _point_mistake(point, brick, planes, masses):
+            return f"contact of '{brick}': {mistake}"
+    return ""
 
 
-def _neighbours_mistake(names: object, *_: object) -> str:
-    if isinstance(names, Sequence) and not isinstance(names, str) and all(isinstance(name, str) for name in names):
-        return ""
-    return f"it returned {_kind(names)}, but must return a sequence of the names of bodies"
+def _point_mistake(
+    point: ContactPoint, brick: BodyId, planes: Mapping[BodyId, Plane], masses: Mapping[BodyId, float]
+) -> str:
+    for body in (point.a, point.b):
+        if not isinstance(body, str) or not (body in planes or body in masses):
+            return f"`a` and `b` are {point.a!r} and {point.b!r}, but must be names of bodies in this world"
+    if point.a == point.b or brick not in (point.a, point.b):
+        return f"`a` and `b` are '{point.a}' and '{point.b}', but must be '{brick}' and another body"
+    for field, length in LENGTHS.items():
+        if mistake := _number_mistake(field, getattr(point, field), length):
+            return mistake
+    normal = point.normal_BA_W
+    if abs(dot(normal, normal) - 1.0) > UNIT:
+        return f"`normal_BA_W` is {_numbers(normal)}, but must have length 1"
+    for body, outward in ((point.b, 1.0), (point.a, -1.0)):
+        if body in planes and outward * dot(normal, planes[body].normal_W) < 0.0:
+            return (
+                f"`normal_BA_W` is {_numbers(normal)}, but must point from `b`, '{point.b}', towards `a`, '{point.a}'"
+            )
+    if point.normal_force < -PULL * masses[brick]:
+        return f"`normal_force` is {point.normal_force:g} N, but must not be negative"
+    return ""
 
 
-WRONG: Final = {"states": _states_mistake, "contacts": _contacts_mistake, "neighbours": _neighbours_mistake}
+LENGTHS: Final = {  # of the fields of a ContactPoint that are tuples of numbers; 1 of those that are numbers
+    "position_W": 3,
+    "normal_BA_W": 3,
+    "gap": 1,
+    "normal_force": 1,
+    "friction_W": 3,
+    "rounded": 2,
+    "slid": 1,
+}
+
+
+def _number_mistake(field: str, value: Any, length: int) -> str:  # noqa: ANN401 -- what an engine returned
+    """Return what is wrong with a number, or with a tuple of this many numbers."""
+    values = (value,) if length == 1 else value
+    if not _is_tuple(values, length):
+        wanted = "a number" if length == 1 else f"a tuple of {length} numbers"
+        return f"`{field}` is {_kind(value)}, but must be {wanted}"
+    return "" if isfinite(sum(values)) else f"`{field}` is {_numbers(values)}, which is not finite"
+
+
+def _neighbours_mistake(names: object, bodies: Set[BodyId]) -> str:
+    if not isinstance(names, Sequence) or isinstance(names, str):
+        return f"it returned {_kind(names)}, but must return a sequence of the names of bodies"
+    wrong = [name for name in names if not isinstance(name, str) or name not in bodies]
+    return f"it returned {wrong[0]!r}, which is no name of a body in this world" if wrong else ""
 
 
 def _kind(value: object) -> str:
-    return "None" if value is None else f"a {type(value).__name__}"
+    if value is None:
+        return "None"
+    name = type(value).__name__
+    kind = f"{'an' if name.startswith(('a', 'e', 'i', 'o', 'ndarray')) else 'a'} {name}"
+    if not isinstance(value, tuple):
+        return kind
+    odd = next((part for part in value if not isinstance(part, Real)), None)
+    return f"{kind} of {len(value)}" if odd is None else f"{kind} with {_kind(odd)}"
 
 
 def _numbers(values: Sequence[float]) -> str:
-    return f"({', '.join(f'{value:.4g}' for value in values)})"
+    shown = ", ".join(f"{value:.4g}" for value in values)
+    return f"({shown})" if len(values) > 1 else shown

@@ -3,9 +3,10 @@
 An entry point has the name of its system and refers to a `System`. Errors in an entry point are reported in one line.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
+from inspect import getsource
 from pkgutil import resolve_name
 from typing import Final
 
@@ -106,7 +107,8 @@ def world_class(system: System) -> object:
         ) from error
     if not callable(getattr(worlds, "opened", None)):
         raise ForeignSystemError(
-            f"{_offer(entry)} cannot be used: its worlds, {named}, have no class method `opened`; add it, or {remedy}"
+            f"{_offer(entry)} cannot be used: its worlds, {named}, have no class method `opened`"
+            f"{_meant('opened', worlds)}; add `{OPENED}`, or {remedy}"
         )
     if isinstance(worlds, type) and issubclass(worlds, EngineWorld):
         complain_of_missing(system, worlds)
@@ -116,16 +118,40 @@ def world_class(system: System) -> object:
 def complain_of_missing(system: System, world: object) -> None:
     """Raise ForeignSystemError if a world, or a class of worlds, lacks an attribute."""
     names = [name for name in REQUIRED if name not in SET_BY_INSTANCE or not isinstance(world, type)]
-    if missing := [f"`{name}`" for name in names if getattr(world, name, None) is None]:
+    if missing := [name for name in names if getattr(world, name, None) is None]:
         entry, *_ = offered_systems()[system.name]
         kind = world if isinstance(world, type) else type(world)
-        lacks = f"{kind.__name__} lacks {', '.join(missing)}"
-        raise ForeignSystemError(f"{_offer(entry)} cannot be used: {lacks}; {BASED}")
+        lacks = f"{kind.__name__} lacks {_missing_text(missing, kind)}"
+        raise ForeignSystemError(f"{_offer(entry)} cannot be used: {lacks}; see docs/own-engine.md")
+
+
+def _missing_text(missing: Sequence[str], kind: type) -> str:
+    """Return missing attributes of a class of worlds in words, and how to add them."""
+    names = ", ".join(f"`{name}`{_meant(name, kind)}" for name in missing)
+    own = [name for name in missing if not hasattr(EngineWorld, name)]
+    remedies = [f"add {', '.join(f'`{_head(name)}`' for name in own)}"] if own else []
+    if len(own) < len(missing):
+        remedies.append(f"derive it from {EngineWorld.__module__}.EngineWorld")
+    return f"{names}; {', and '.join(remedies)}"
+
+
+def _meant(name: str, kind: object) -> str:
+    """Return a hint at an attribute of a class of worlds that may be a slip of a missing one."""
+    meant = meant_choice(name, [other for other in dir(kind) if not other.startswith("_") and other not in REQUIRED])
+    return f" (rename `{meant}`?)" if meant else ""
+
+
+def _head(name: str) -> str:
+    """Return the first line of a method of a world."""
+    method = getattr(World, name)
+    if isinstance(method, property):
+        return f"self.{name}"
+    return getsource(method).partition(":\n")[0].strip()
 
 
 REQUIRED: Final = tuple(name for name in dir(World) if not name.startswith("_"))
 SET_BY_INSTANCE: Final = ("settings",)
-BASED: Final = "derive it from stability.engines.bodies.EngineWorld, and see docs/own-engine.md"
+OPENED: Final = "@classmethod def opened(cls, settings, gravity, friction, heaviest=None) -> World"
 
 
 def distributions_of(names: Iterable[str]) -> tuple[str, ...]:

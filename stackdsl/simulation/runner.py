@@ -376,8 +376,9 @@ class _Run:
         extension = self.islands.extension
         shares = extension.shares() if extension is not None else self.forces.shares(standing)
         edges = tuple(edge for name in standing for edge in edges_of(name, shares.get(name, {})))
+        unknown = frozenset(standing) - self.forces.loaded if extension is None else frozenset()
         cost = replace(so_far.cost, wall_time=wall_time, updates=self.islands.updates())
-        return replace(so_far, edges=edges, cost=cost, assembly=self.islands.assembly())
+        return replace(so_far, edges=edges, unknown_loads=unknown, cost=cost, assembly=self.islands.assembly())
 
     def _so_far(self) -> Trace:
         """Return the trace up to now, without support edges."""

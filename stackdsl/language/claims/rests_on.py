@@ -26,6 +26,9 @@ class RestsOn(AuthorModel, ClaimKind):
 
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the share of the load of a brick that the support carries."""
+        if self.brick in trace.unknown_loads:
+            measured = f"not measured: the engine reports no contact force on {self.brick}"
+            return ClaimResult(measured, -inf, "", passed=False)
         edge = next((edge for edge in trace.edges if (edge.upper, edge.lower) == (self.brick, self.support)), None)
         share = 0.0 if edge is None else edge.share
         if edge is None:

@@ -6,14 +6,22 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from html import unescape
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import pytest
 
+from stability.engines.protocol import World
+from stability.geometry.box import Box
+from stability.model import Brick, ContactPoint, Plane, Pose
 from stackdsl.checking.cache import portable_digest
 from stackdsl.entry_points import offered_systems
+from stackdsl.simulation.plugin_world import EngineFaultError, PluginWorld
 from stackdsl.simulation.plugins import distributions_of
 from stackdsl.studies.sweep_plan import program_of
 from tests.chromium import opened, wait_for
@@ -240,6 +248,15 @@ FAULTS = {
         "failed in `ExampleWorld.states` (site/faulty.py:{line}, at 0.000 s of the run): it returned a list, but must "
         "return a mapping of names to BodyState",
     ),
+    "takes a quaternion with the real part first": (
+        "    def states(",
+        "        places = [self.bricks[body].pose.position_W for body in bodies]\n"
+        "        turned = [BodyState(Pose(place, (1.0, 0.0, 0.0, 0.0))) for place in places]\n"
+        "        return dict(zip(bodies, turned))\n",
+        "    def states(",
+        "failed in `ExampleWorld.states` (site/faulty.py:{line}, at 0.000 s of the run): `orientation` of 'L1.1' is "
+        "(1, 0, 0, 0) after `add_brick` with (0, 0, 0, 1), in the order x, y, z, w",
+    ),
     "never advances its clock": (
         "    def step(",
         "        return\n",
@@ -278,6 +295,96 @@ def test_a_fault_of_an_engine_names_package_method_line_and_cause(
     assert whole["remedy"] == f"for the traceback: {shows}"
 
 
+def test_an_engine_whose_opened_returns_nothing_is_told_so(beside: Played, install: Install, tmp_path: Path) -> None:
+    code = (EXAMPLE / "example_engine.py").read_text(encoding="utf-8").replace("example_engine", "faulty")
+    write(tmp_path, code.replace("return cls(", "cls("), "site/faulty.py")
+    install("faulty-engine", "example = faulty:EXAMPLE")
+    write(tmp_path, column(10.0))
+    told = one_line(beside("check", "scene.yaml", "--system", "example").out)
+    assert "failed in `ExampleWorld.opened` (site/faulty.py:" in told
+    assert "it returned None, but must return the new world" in told
+
+
+POINT = ContactPoint("one", "ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), gap=0.0, normal_force=1.0)
+NAN = float("nan")
+
+
+def odd(**wrong: Any) -> ContactPoint:  # noqa: ANN401 -- values of wrong types
+    return replace(POINT, **wrong)
+
+
+ODD = {  # wrong contacts of the brick `one`, and what is told of them
+    "no contact": (("one", "ground"), "it returned a tuple with a str in a sequence that must hold ContactPoint only"),
+    "text": (odd(position_W="here"), "`position_W` is a str, but must be a tuple of 3 numbers"),
+    "an array": (
+        odd(friction_W=np.zeros(3)),
+        "`friction_W` is an ndarray, but must be a tuple of 3 numbers",
+    ),
+    "a short normal": (odd(normal_BA_W=(0.0, 1.0)), "`normal_BA_W` is a tuple of 2, but must be"),
+    "a force that is nothing": (odd(normal_force=None), "`normal_force` is None, but must be a number"),
+    "a force that is not finite": (odd(normal_force=NAN), "`normal_force` is nan, which is not finite"),
+    "a place that is not finite": (odd(position_W=(0.0, NAN, 0.0)), "`position_W` is (0, nan, 0), which is"),
+    "a pulling force": (odd(normal_force=-1.0), "`normal_force` is -1 N, but must not be negative"),
+    "a long normal": (
+        odd(normal_BA_W=(0.0, 0.0, 2.0)),
+        "`normal_BA_W` is (0, 0, 2), but must have length 1",
+    ),
+    "a normal into the ground": (
+        odd(normal_BA_W=(0.0, 0.0, -1.0)),
+        "`normal_BA_W` is (0, 0, -1), but must point from `b`, 'ground', towards `a`, 'one'",
+    ),
+    "an unknown body": (odd(b="nobody"), "`a` and `b` are 'one' and 'nobody', but must be names of bodies"),
+    "a contact of others": (
+        odd(a="ground"),
+        "are 'ground' and 'ground', but must be 'one' and another body",
+    ),
+}
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch) -> World:
+    """The world of the example engine, as the run sees it, with a brick on the ground."""
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    system = import_module("example_engine").EXAMPLE
+    opened = resolve_name(system.engine.world).opened(system.engine, 9.81, 0.5)
+    checked = cast(World, PluginWorld(opened, system))
+    checked.add_plane(Plane("ground", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5))
+    checked.add_brick(Brick("one", Box((0.1, 0.1, 0.1)), 1.0), Pose((0.0, 0.0, 0.05)))
+    return checked
+
+
+@pytest.mark.parametrize("wrong", ODD)
+def test_a_contact_with_a_wrong_value_names_the_method_the_brick_and_the_field(
+    world: World, monkeypatch: pytest.MonkeyPatch, wrong: str
+) -> None:
+    #   A force of rounding size is no pull.
+    point, told = ODD[wrong]
+    points = [odd(normal_force=-1e-9), point]
+    monkeypatch.setattr(resolve_name("example_engine:ExampleWorld"), "contacts", lambda *_: points)
+    with pytest.raises(EngineFaultError, match=re.escape(told)) as error:
+        world.contacts("one")
+    assert "failed in `ExampleWorld.contacts` (at 0.000 s of the run): " in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("names", "told"), [(None, "it returned None, but must"), (["two"], "it returned 'two', which")]
+)
+def test_neighbours_that_are_no_bodies_of_the_world_are_a_fault(
+    world: World, monkeypatch: pytest.MonkeyPatch, names: list[str] | None, told: str
+) -> None:
+    monkeypatch.setattr(resolve_name("example_engine:ExampleWorld"), "neighbours", lambda *_: names)
+    with pytest.raises(EngineFaultError, match=told):
+        world.neighbours("one", 0.01)
+
+
+@pytest.mark.usefixtures("example")
+def test_a_load_that_the_engine_does_not_report_is_not_measured(beside: Played, tmp_path: Path) -> None:
+    write(tmp_path, column(10.0).replace("stands: all", "rests_on: {brick: L2.1, support: L1.1}"))
+    told = beside("check", "scene.yaml", "--system", "example")
+    assert told.code == 1, told.text
+    assert "measured  not measured: the engine reports no contact force on L2.1\n" in told.out
+
+
 ABSENT = "    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:"
 
 
@@ -285,10 +392,13 @@ def test_a_world_without_a_method_is_refused_and_the_doctor_says_so(
     beside: Played, install: Install, tmp_path: Path
 ) -> None:
     code = (EXAMPLE / "example_engine.py").read_text(encoding="utf-8").replace("example_engine", "faulty")
-    write(tmp_path, code.replace(ABSENT, ABSENT.replace("push", "pull")), "site/faulty.py")
+    write(tmp_path, code.replace(ABSENT, ABSENT.replace("push", "pusch")), "site/faulty.py")
     install("faulty-engine", "example = faulty:EXAMPLE")
     write(tmp_path, column(10.0))
-    lacks = "cannot be used: ExampleWorld lacks `push`; derive it from stability.engines.bodies.EngineWorld, and see"
+    lacks = (
+        "cannot be used: ExampleWorld lacks `push` (rename `pusch`?); add `def push(self, brick: BodyId, impulse_W: "
+        "Vec3, at_W: Vec3) -> None`; see docs/own-engine.md"
+    )
     for result in (beside("doctor"), beside("check", "scene.yaml", "--system", "example")):
         assert f"the system 'example' of faulty-engine (entry point example = faulty:EXAMPLE) {lacks}" in one_line(
             result.out
