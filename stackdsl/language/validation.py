@@ -300,6 +300,11 @@ BRAKES: Final = (
 )
 
 
+SHIFT_OF_ONE: Final = (
+    "`displaced` counts bricks; for the shift of one brick write `drift: {{is: <= 1 mm, bricks: [{}]}}`"
+)
+
+
 def _known_key(key: str, written: object, path: KeyPath) -> str:
     """Return the remedy for an unknown key: a sibling mapping that has the key, a similar key, or all keys."""
     from stackdsl.language.json_schema import keys_at  # noqa: PLC0415 -- only mistakes need it
@@ -308,6 +313,8 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return ROUND_BODIES
     if key in BRAKING and (path in ((), ("world",)) or path[:1] == ("expect",)):
         return BRAKES
+    if key == "brick" and path[-1:] == ("displaced",):
+        return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)
     if SYNONYMS.get(key) in siblings:
         return f"write `{SYNONYMS[key]}`"

@@ -58,6 +58,11 @@ def only(text: str) -> Diagnostic:
         (COLUMN + "let: {stpe: 1 mm}\nfriction: \"${step}\"\n", "unknown variable 'step'", "did you mean 'stpe'?"),
         (COLUMN + "expect: [{drift: 0.1 mm}]\n", "is a single value", 'or write a limit: "<= 0.1 mm" or ">= 0.1 mm"'),
         (COLUMN + "gravity: 9.81 m/s2\n", "unknown key 'gravity'", "this key belongs in `world`"),
+        (
+            COLUMN + "expect:\n  - displaced: {brick: L2.1, bricks: 1, by: '>= 1 mm'}\n",
+            "unknown key 'brick'",
+            "`displaced` counts bricks; for the shift of one brick write `drift: {is: <= 1 mm, bricks: [L2.1]}`",
+        ),
         (COLUMN.replace("3}", "3, step: 12,5 mm}"), "a value is missing", "replace the decimal comma by a point"),
         (COLUMN.replace(" {levels: 3}", "\n    levels: 3"), "a value is missing", "indent the lines below"),
         (COLUMN + "   every: 1 s\n", "belongs to no item of the list", "indent `every` by 4 spaces"),
