@@ -146,8 +146,8 @@ class ClaimOutcome(Displayed):
     name: str  # the expectation's key, such as `stands`
     expected: str
     measured: str
-    margin: float  # distance to the nearest threshold, in `unit`; negative when it failed
-    unit: str
+    margin: float  # distance of the measured value to the nearest threshold, in `unit`; negative when it failed
+    unit: str  # of the margin, as in reports: mm, deg, %, s; `levels` and `bricks` for counts
     passed: bool
     span: Span
     numbers: tuple[Measure, ...] = ()  # measured numbers, with their limits
@@ -204,6 +204,9 @@ GOLDEN_FAILURES = (
 )
 
 
+FEW = 3  # differences in the text of a comparison
+
+
 @dataclass(frozen=True, slots=True)
 class GoldenDifference:
     """One observation beyond its tolerance."""
@@ -218,9 +221,9 @@ class GoldenDifference:
     unit: str = field(default="", compare=False)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class GoldenResult(Displayed):
-    """The comparison of one snapshot with its file."""
+    """The comparison of one snapshot with its file; false unless they agree or the file was just written."""
 
     status: GoldenStatus
     file: str
@@ -228,7 +231,17 @@ class GoldenResult(Displayed):
     note: str = ""  # such as a different stamp, or the reason why the file cannot be read
     digest: str = ""  # SHA-256 of the golden file; empty if there is none
     renamed_from: str = ""  # the file of another name with the same content
-    offered: str = field(default="", compare=False, repr=False)  # text of the new golden file; empty if it is the same
+    offered: str = field(default="", compare=False)  # text of the new golden file; empty if it is the same
+
+    def __bool__(self) -> bool:
+        """Return whether nothing is left to decide, so that `assert run.golden(directory)` fails on a difference."""
+        return self.status not in GOLDEN_FAILURES
+
+    def __repr__(self) -> str:
+        """Return the status with the first differences, which pytest shows where an assertion fails."""
+        told = [f"{each.quantity} of {each.subject} {each.expected} -> {each.got}" for each in self.differences[:FEW]]
+        more = [f"and {count} more"] if (count := len(self.differences[FEW:])) else []
+        return f"<{self.status}: golden file {self.file}{': ' * bool(told)}{', '.join([*told, *more])}>"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.golden_differences import folded_differences
 from stackdsl.report.outline import MARKS, Status, failure_lines, result_text, status_of
 from stackdsl.report.text import cause_text, margin_text
-from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, FailureCause, GoldenResult, VariantResult
+from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, FailureCause, GoldenResult, GoldenStatus, VariantResult
 from stackdsl.simulation.recording import Recorder
 from stackdsl.trace import Trace
 
@@ -22,6 +22,10 @@ LONGEST: Final = 10.0  # [s] wall time of a run that is played once more for its
 LARGEST: Final = 4_000_000  # [characters] of a replay within a notebook, which keeps each output
 HEIGHT: Final = 720  # [px] of the replay
 
+REMEDIES: Final = {
+    GoldenStatus.MISSING: "golden(directory, update=True) writes it",
+    GoldenStatus.DIFFERENT: "golden(directory, update=True) accepts the run",
+}
 GOOD: Final = {Status.PASSED: True, Status.FAILED: False}  # other statuses are neither
 Shown = TypeVar("Shown", bound=Displayed)
 
@@ -78,8 +82,10 @@ def _(why: FailureCause) -> Display:
 def _(golden: GoldenResult) -> Display:
     good = False if golden.status in GOLDEN_FAILURES else None
     note = [("note", golden.note)] if golden.note else []
+    remedy = REMEDIES.get(golden.status, "") if not note else ""
+    helps = [("helps", remedy)] if remedy else []
     changes = folded_differences(golden.differences) if golden.differences else ()
-    return Display(golden.file, [*changes, *note], f"golden file {golden.status}", good)
+    return Display(golden.file, [*changes, *note, *helps], f"golden file {golden.status}", good)
 
 
 def lines_display(lines: Iterable[str]) -> Display:

@@ -19,18 +19,18 @@ from stackdsl.api.run_table import Row, Table
 from stackdsl.api.written import CELL, Written, copied, spans_of
 from stackdsl.checking.cases import FUNCTIONS_OF_A_CASE, Case, cases_of
 from stackdsl.checking.failure_cause import failure_cause_of
-from stackdsl.checking.play_case import play_case
-from stackdsl.checking.results import snapshot_of
+from stackdsl.checking.play_case import play_case, with_margins
+from stackdsl.checking.results import judged, missed_by, snapshot_of
 from stackdsl.compiler.checks import requirements_of
 from stackdsl.diagnostics import unknown_attribute
-from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of
+from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of, refusal
 from stackdsl.goldens.snapshot import Snapshot
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
 from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
 from stackdsl.report.text import cause_text
-from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult
+from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult, VariantResult
 from stackdsl.trace import BrickState, BrickTrack, Event, Trace
 from stackdsl.wording import MILLIMETRES, level_text
 
@@ -66,7 +66,7 @@ class Run(Displayed):
     @cached_property
     def outcomes(self) -> Several[ClaimOutcome]:
         """The outcome of each claim under `expect`, with the measured value and the margin to its threshold."""
-        return Several(self._judged(self.case))
+        return Several(self._judged(self.case, self.trace))
 
     @cached_property
     def truths(self) -> Several[ClaimOutcome]:
@@ -105,12 +105,16 @@ class Run(Displayed):
             raise ScenarioError(mistakes)
         case = next(case for case in cases if case.identity == self.case.identity)
         self._refuse_unmeasured(case)
-        return self._judged(case)[0]
+        return self._judged(case, with_margins(self.trace, case.timeline))[0]
 
-    def _judged(self, case: Case) -> tuple[ClaimOutcome, ...]:
+    def _judged(self, case: Case, trace: Trace) -> tuple[ClaimOutcome, ...]:
         """Return the outcomes of the claims of a case on this run, each failure with its cause."""
-        outcomes = judge(self.trace, case.scenario, case.variant, case.source, case.system)
+        outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
         return tuple(each if each.passed else replace(each, why=cause_text(self.cause)) for each in outcomes)
+
+    @cached_property
+    def _result(self) -> VariantResult:
+        return judged(self.case, self.trace)
 
     @cached_property
     def cause(self) -> FailureCause:
@@ -122,7 +126,6 @@ class Run(Displayed):
         had, due = requirements_of(self.case.scenario), requirements_of(other.scenario)
         lacking = [
             *sorted(set(due.measures) - set(had.measures)),
-            *(f"the margin of {margin}" for margin in sorted(set(due.margins) - set(had.margins))),
             *(["the onset of a fall"] if due.closely and not had.closely else []),
             *(["motion"] if due.watched and not had.watched else []),
             *([f"{due.hold:g} s after the last action"] if due.hold > had.hold else []),
@@ -135,10 +138,13 @@ class Run(Displayed):
 
     def snapshot(self) -> Snapshot:
         """Return what a golden file records, for `assert snapshot == golden(snapshot.identity)` in pytest."""
-        return snapshot_of(self.case, self.trace)
+        return replace(snapshot_of(self.case, self.trace), missed=missed_by(self._result))
 
-    def golden(self, directory: Path | str, update: bool = False) -> GoldenResult:
-        """Compare the run with its golden file in a directory; with `update`, write that file.
+    def golden(self, directory: Path | str, update: bool = False, accept_failing: bool = False) -> GoldenResult:
+        """Compare the run with its golden file in a directory: `assert run.golden("golden")`.
+
+        The result is true if they agree, or if the file was just written. With `update`, a file that differs or is
+        missing is written; that of a run that fails its expectations only with `accept_failing`.
 
         The same scenario in YAML has the same golden file. A written file names its owner, which is this Python file
         or a YAML file outside the scenarios of the project. So `stackdsl check --update` does not remove it.
@@ -150,7 +156,10 @@ class Run(Displayed):
         scenarios = project.scenarios if project.root is not None else folder.parent / SCENARIOS
         file = self.case.source.file
         keeper = ELSEWHERE if file.startswith(CELL) else keeper_of(file, folder, scenarios)
-        return check_golden(replace(self.snapshot(), kept_by=keeper), folder, update)
+        snapshot = replace(self.snapshot(), kept_by=keeper)
+        refused = update and bool(snapshot.missed) and not accept_failing
+        found = check_golden(snapshot, folder, update and not refused)
+        return replace(found, note=refusal(snapshot, "accept_failing=True")) if refused and not found else found
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
         """Return one array per quantity, with one entry per brick in order of placement.
@@ -185,6 +194,7 @@ class Run(Displayed):
     def table(self, full: bool = False) -> Table:
         """Return one row per brick in order of placement: name, level, state, final centre of mass, shift and tilt.
 
+        `state` is a `BrickState`, such as `frozen` (stands, proven), `standing` (stands, not proven) or `fallen`.
         Place, shift and tilt of an `unplaced` brick are None. `full` adds the final orientation as a quaternion x, y,
         z, w, the time at which the brick left its place, None if it did not, and whether it is frozen at the end.
         Columns with a unit end in it: `x_mm`, `tilt_deg`.

@@ -5,7 +5,8 @@ generated at its first use. For type checkers and editors, a build writes all si
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, wraps
+from inspect import signature
 from pathlib import Path
 from typing import Any, Final, TypeAlias
 
@@ -73,7 +74,17 @@ class Words:
         # that `callers_place` skips the frame.
         exec(compile(code, str(Path(HERE, f"<{key}>")), "exec"), names)
         made: Function = names[python_name(key)]
-        return made
+        parameters = [name for name in signature(made).parameters if name != "what"]
+
+        @wraps(made)
+        def checked(*what: object, **keys: object) -> Written:
+            __tracebackhide__ = True  # pytest shows the line of the caller
+            for name in keys.keys() - parameters:
+                hint = did_you_mean(name, parameters) or f"choose from: {', '.join(parameters)}"
+                raise TypeError(f"{self.name}.{made.__name__} has no key '{name}'; {hint}")
+            return made(*what, **keys)
+
+        return checked
 
     def _shape(self, key: str) -> tuple[list[Schema], Keys]:
         """Return the schemas of values that may replace the keys of a kind, and these keys."""

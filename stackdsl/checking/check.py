@@ -10,12 +10,12 @@ from typing import Protocol
 from stackdsl.checking.cache import ResultCache, from_record, is_cacheable, to_record
 from stackdsl.checking.cases import Case, Listed
 from stackdsl.checking.play_case import play_case, play_refined, played_or_blocked
-from stackdsl.checking.results import Goldens, checked, marked_skipped, skipped
+from stackdsl.checking.results import Goldens, checked, marked_skipped, missed_by, skipped
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
 from stackdsl.goldens.golden import GoldenReader, PendingStore, obsolete, remove_obsolete
 from stackdsl.judging.judge import stop_condition_of
-from stackdsl.results import ClaimOutcome, GoldenStatus, Report, RunStatus, VariantResult
+from stackdsl.results import GoldenStatus, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.supervising.processes import EnoughSeenError, OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
@@ -219,7 +219,7 @@ class _Runs:
     def _ended(self, index: int, result: VariantResult) -> None:
         self.results[index] = result
         _remember(self.selected[index], result, self.config)
-        _note_pending(result, self.config)
+        note_pending(result, self.config.waiting)
         self.config.on_result(result)
 
 
@@ -231,15 +231,10 @@ def failed(result: VariantResult) -> bool:
 # Differences that wait for a decision.
 
 
-def _note_pending(result: VariantResult, config: CheckConfig) -> None:
+def note_pending(result: VariantResult, waiting: PendingStore | None) -> None:
     """Store the difference of a result from its golden file, or drop an earlier one."""
-    if config.waiting is not None and result.golden is not None:
-        missed = () if result.may_be_locked else tuple(_missed(each) for each in result.outcomes if not each.passed)
-        config.waiting.note(result.name, result.golden, missed, result.file)
-
-
-def _missed(outcome: ClaimOutcome) -> str:
-    return f"{outcome.span}: {outcome.name}: expected {outcome.expected}, measured {outcome.measured}"
+    if waiting is not None and result.golden is not None:
+        waiting.note(result.name, result.golden, missed_by(result), result.file)
 
 
 def _drop_settled(gathered: FoundCases, results: Iterable[VariantResult], config: CheckConfig) -> None:

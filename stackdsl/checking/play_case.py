@@ -43,13 +43,18 @@ def _played(
     recorder: "Recorder | None",
 ) -> Trace:
     trace = with_numerical_collapse(play(timeline, system, on_event, may_stop, recorder), timeline, system)
+    return replace(with_margins(trace, timeline), assembly=None)  # it stays in the process of the run
+
+
+def with_margins(trace: Trace, timeline: Timeline) -> Trace:
+    """Return a trace with the margins of the proof that the claims of a timeline need or report."""
     has_few_bricks = len(trace.tracks) <= MAX_BRICKS_FOR_REPORTED_MARGINS
     margins = {*timeline.margins, *(timeline.reported_margins if has_few_bricks else ())}
-    if margins and trace.statics is not None:
-        from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
+    if not margins or trace.statics is None:
+        return trace
+    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
 
-        trace = replace(trace, margins=margins_of(trace, margins))
-    return replace(trace, assembly=None)  # it stays in the process of the run
+    return replace(trace, margins=margins_of(trace, margins))
 
 
 @contextmanager

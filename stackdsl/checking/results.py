@@ -184,6 +184,17 @@ def judged(case: Case, trace: Trace) -> VariantResult:
     )
 
 
+def missed_by(result: VariantResult) -> tuple[str, ...]:
+    """Return the expectations because of which a result is not accepted; none if it passed or was marked to fail."""
+    if result.may_be_locked:
+        return ()
+    return tuple(
+        f"{each.span}: {each.name}: expected {each.expected}, measured {each.measured}"
+        for each in result.outcomes
+        if not each.passed
+    )
+
+
 def snapshot_of(case: Case, trace: Trace) -> Snapshot:
     """Return the snapshot of a run; positions are exact only for systems with a stabilizer."""
     system = system_named(case.system)

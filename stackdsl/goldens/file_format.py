@@ -50,7 +50,7 @@ def _plain(record: "DataclassInstance", without: Sequence[str] = ()) -> dict[str
 
 @cache
 def _names(kind: "type[DataclassInstance]") -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
+    return tuple(field.name for field in fields(kind) if field.compare)
 
 
 def _plain_value(value: object) -> object:

@@ -189,6 +189,11 @@ def check_golden(
     return _written(path, directory, restamped(was, text) if agrees else text, result, GoldenStatus.WRITTEN)
 
 
+def refusal(snapshot: Snapshot, option: str) -> str:
+    """Return why the golden file of a failing run is not written, and the option that writes it."""
+    return f"not written, since the run fails its expectations: {'; '.join(snapshot.missed)}; {option} accepts it"
+
+
 def _written(path: Path, directory: Path, text: str, result: GoldenResult, status: GoldenStatus) -> GoldenResult:
     try:
         write_golden(path, text, directory)

@@ -3,7 +3,7 @@
 import sys
 from collections import defaultdict, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from itertools import takewhile
 from math import atan2, degrees, hypot, inf, isfinite, isnan
@@ -192,6 +192,7 @@ class Snapshot:
     bricks: Mapping[BodyId, FinalBrick]  # by level, then name
     kept_by: str | None = None  # owner, see `stackdsl.goldens.golden`; never compared
     samples: Samples | None = None  # None for a single run
+    missed: tuple[str, ...] = field(default=(), compare=False)  # failed expectations of the run; not locked
 
     @property
     def placings(self) -> tuple[Placing, ...]:

@@ -8,10 +8,12 @@ If stackdsl is installed, every run of pytest loads this plugin. So it imports o
 """
 
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from _pytest._code.code import ExceptionChainRepr
 
 if TYPE_CHECKING:
     from stackdsl.pytest_plugin.scenario_file import ScenarioFile
@@ -74,6 +76,26 @@ def pytest_assertrepr_compare(config: pytest.Config, op: str, left: object, righ
         if isinstance(verdict, RunVerdict):
             return [f"{str(left)!r} == {str(right)!r}", *verdict.unlike(expected)]
     return None
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_makereport(
+    call: pytest.CallInfo[None],
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Explain `assert run`, `assert run.judge(claim)` and `assert run.golden(directory)` by lines as in reports."""
+    summary = ""
+    if (
+        call.excinfo is not None
+        and call.excinfo.errisinstance(AssertionError)
+        and "stackdsl.api.notebook" in sys.modules
+    ):
+        from stackdsl.pytest_plugin.asserted_values import explain  # noqa: PLC0415 -- only for tests with runs
+
+        summary = explain(call.excinfo)
+    report = yield
+    if summary and isinstance(report.longrepr, ExceptionChainRepr) and report.longrepr.reprcrash is not None:
+        report.longrepr.reprcrash.message = summary
+    return report
 
 
 @pytest.fixture

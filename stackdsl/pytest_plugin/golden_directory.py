@@ -35,6 +35,11 @@ def scenario_directory(config: pytest.Config, test: Path) -> Path:
     return _in_project(config, test, lambda project: project.scenarios)
 
 
+def state_directory(config: pytest.Config, test: Path, golden: Path) -> Path:
+    """Return the directory of pending differences from these golden files, as `stackdsl golden` reads it."""
+    return _in_project(config, test, lambda project: project.state(golden))
+
+
 def _in_project(config: pytest.Config, test: Path, named: Callable[[Project], Path]) -> Path:
     try:
         project = project_of([test.parent])

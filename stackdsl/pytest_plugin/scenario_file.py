@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 from warnings import warn
 
@@ -13,15 +14,15 @@ from _pytest._code.code import ReprFileLocation, TerminalRepr
 from _pytest._io import TerminalWriter
 
 from stackdsl.checking.cases import Case, gather, shared_name
-from stackdsl.checking.check import unused_goldens
+from stackdsl.checking.check import note_pending, unused_goldens
 from stackdsl.checking.play_case import play_case, played_or_blocked
 from stackdsl.checking.results import Goldens, blocked_result, compare_with_golden, judged, snapshot_of
 from stackdsl.diagnostics import Diagnostic
 from stackdsl.goldens.file_format import golden_name
-from stackdsl.goldens.golden import GoldenWriteRefusedError, is_ci
+from stackdsl.goldens.golden import GoldenWriteRefusedError, PendingStore, is_ci
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.language.yaml.source import Source
-from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory
+from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory, state_directory
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning, ScenarioWarning
 from stackdsl.report.check_text import report_text
 from stackdsl.report.diagnostics import diagnostic_text
@@ -40,6 +41,8 @@ Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without 
 
 
 ACCEPT_FAILING = "pytest --snapshot-update --accept-failing"
+REVIEW = "stackdsl golden review"
+IN_CI = "pytest outside of CI, and commit the golden file"
 NEEDS_SYRUPY = " (after: pip install 'stackdsl[pytest]')"
 
 
@@ -121,7 +124,10 @@ class ScenarioItem(pytest.Item):
         """Play the case and judge it. Raises MissedError."""
         if why := self.case.skip or unplayable(self.case.system):
             pytest.skip(why)
+        start = perf_counter()
         result = self._result()
+        if not is_ci(os.environ):
+            note_pending(result, self._waiting())
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
             warn(OtherEngineWarning(f"{ENGINE_INDEPENDENT}: {result.golden.note}"), stacklevel=1)
         for finding in warnings_of(result):
@@ -129,15 +135,33 @@ class ScenarioItem(pytest.Item):
         if result.xfail is not None and not result.passed and not result.golden_failed:
             pytest.xfail(result.xfail)
         if result.unexpected or result.golden_failed:
-            report = Report((result,), accept=self._accept(result), accept_failing=ACCEPT_FAILING, review="")
-            told = dict(failure_lines(result))
+            report = Report(
+                (result,),
+                accept=self._accept(result),
+                accept_failing=ACCEPT_FAILING,
+                review="" if is_ci(os.environ) else REVIEW,
+                wall_time=perf_counter() - start,
+            )
+            told = dict(failure_lines(result)) if result.unexpected else {}
             summary = ", ".join(f"{label} {told[label]}" for label in ("expected", "measured") if label in told)
-            raise MissedError(report_text(report), summary or "differs from its golden file")
+            missing = result.golden is not None and result.golden.status is GoldenStatus.MISSING
+            raise MissedError(
+                report_text(report), summary or ("has no golden file" if missing else "differs from its golden file")
+            )
+
+    def _waiting(self) -> PendingStore | None:
+        """Return the store of differences that await a decision, as of `stackdsl check`."""
+        if self.config.getoption("no_golden"):
+            return None
+        folder = golden_directory(self.config, self.path)
+        return PendingStore(state_directory(self.config, self.path, folder), folder)
 
     def _accept(self, result: VariantResult) -> str:
         """Return the command that accepts the difference of a result from its golden file; empty if none may."""
         if not (result.golden_failed and result.may_be_locked):
             return ""
+        if is_ci(os.environ):
+            return IN_CI
         if result.golden is not None and result.golden.status is GoldenStatus.RENAMED:
             return "stackdsl check --update"
         return "pytest --snapshot-update" + NEEDS_SYRUPY * (not self.config.pluginmanager.has_plugin("syrupy"))

@@ -98,10 +98,21 @@ def test_a_claim_is_judged_with_its_margin() -> None:
 
 
 @pytest.mark.parametrize(
+    ("claim", "value"), [(claims.stands("all"), None), (claims.margin(placement=">= 1 mm"), pytest.approx(2.4))]
+)
+def test_a_claim_judged_later_has_the_margin_that_it_has_in_expect(claim: Written, value: float | None) -> None:
+    limit = 117.6 / 9  # [mm]
+    later = column(9, "12 mm").play().judge(claim)
+    (before,) = column(9, "12 mm", expect=[claim]).play().outcomes
+    assert (later.measured, later.margin, later.unit) == (before.measured, before.margin, before.unit)
+    assert later.value == value
+    assert 0.0 < later.margin < 9 * (limit - 12.0)
+
+
+@pytest.mark.parametrize(
     ("claim", "lacks"),
     [
         (claims.sway(amplitude="<= 0.1 mm"), "sway"),
-        (claims.margin(tilt=">= 1 deg"), "the margin of tilt"),
         (claims.stands(levels=4, for_="9 s"), "9 s after the last action"),
     ],
 )
@@ -178,10 +189,23 @@ def test_a_height_after_a_collapse_says_so_and_is_a_number() -> None:
 def test_a_golden_file_is_that_of_the_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)
     run = column().play()
-    assert run.golden(tmp_path).status is GoldenStatus.MISSING
+    assert not run.golden(tmp_path)
     assert run.golden(tmp_path, update=True).status is GoldenStatus.WRITTEN
-    assert run.golden(tmp_path).status is GoldenStatus.SAME
-    assert column(step="8 mm").play().golden(tmp_path).status is GoldenStatus.DIFFERENT
+    assert run.golden(tmp_path)
+    moved = column(step="8 mm").play().golden(tmp_path)
+    assert not moved
+    assert "x when placed of L2.1 5.00 mm -> 8.00 mm" in repr(moved)
+
+
+def test_a_run_that_fails_is_accepted_only_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CI", raising=False)
+    run = column(10, "14 mm", expect=[claims.stands("all")]).play()
+    refused = run.golden(tmp_path, update=True)
+    assert not refused
+    assert "stands: expected all" in refused.note
+    assert not list(tmp_path.iterdir())
+    assert run.golden(tmp_path, update=True, accept_failing=True)
+    assert run.golden(tmp_path, update=True)  # nothing is to be accepted
 
 
 @pytest.mark.parametrize("library", ["pandas", "polars"])

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from stackdsl.goldens.golden import PendingStore
+
 COLUMN = """\
 # A column that leans out by 44 mm a level stands as long as count times step is within a length.
 scenario: column
@@ -69,7 +71,9 @@ def test_a_new_golden_file_is_written_at_home_and_refused_in_ci_as_by_check(
 ) -> None:
     locked = pytester.path / "golden" / "other" / "exact.json"
     monkeypatch.setenv("CI", "true")
-    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(failed=1)
+    result = pytester.runpytest("-k", "other", "scenarios")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*accept with: pytest outside of CI*", "FAILED *- has no golden file"])
     assert not locked.exists()
     monkeypatch.delenv("CI")
     pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
@@ -158,9 +162,71 @@ def test_a_failed_comparison_of_a_verdict_has_expected_measured_and_why(pytester
             "E * expected  stands",
             "E * measured  collapses at level 3",
             f"E * why       {why}",
-            f"E * where False = <failed: stands: expected all, measured 1 of 3 bricks fell: L3.1, why: {why}>.passed",
+            "E * assert <* failed: stands>",
+            f"E * why       {why}",
         ]
     )
+
+
+def test_an_asserted_result_is_told_whole_and_in_the_summary(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
+    pytester.makepyfile(
+        """
+        from stackdsl import Scenario, claims, layouts
+
+        HIGH = [layouts.column(levels=3, step="44 mm")]
+        RUN = Scenario("high", build=HIGH, expect=[claims.stands("all"), claims.height("23.4 mm ± 0.1 mm")]).play()
+
+        def test_run():
+            assert RUN
+
+        def test_claim():
+            assert RUN.judge(claims.falls(count=0))
+
+        def test_passed():
+            assert RUN.passed, "of the high one"
+
+        def test_golden():
+            assert RUN.golden("golden")
+
+        def test_other():
+            assert not RUN and RUN.trace.margins is None
+        """
+    )
+    result = pytester.runpytest("-W", "error")
+    result.assert_outcomes(failed=5)
+    why = "E  *why       L2.1, L3.1 tip over L1.1, towards +x, its weight 7.2 mm beyond the edge"
+    block = [
+        "E  *expected  stands: all; height: 23.4 mm*",
+        "E  *measured  1 of 3 bricks fell: L3.1; *",
+        why,
+        "E  *first     L3.1*",
+    ]
+    result.stdout.fnmatch_lines(
+        [
+            *["E * assert <* failed: high[[]exact[]]>", *block],
+            *["E * assert <* failed: falls>", "E  *expected  count 0", "E  *measured  1 brick fell", why],
+            *["E * of the high one", "E * assert <* failed: high[[]exact[]]>", *block],
+            *["E * assert <golden file missing: golden/high/exact.json>", "E  *helps  golden(directory, update=True)*"],
+            "FAILED *::test_run - expected stands: all*",
+            "FAILED *::test_claim - expected count 0, *",
+            "FAILED *::test_passed - of the high one",
+        ]
+    )
+
+
+def test_a_difference_that_pytest_found_is_reviewed_with_the_command(
+    scenarios: Path, pytester: pytest.Pytester
+) -> None:
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+    moved = COLUMN.replace("column: {levels: 2}", "column: {levels: 2, step: 1 mm}")
+    (scenarios / "columns.yaml").write_text(moved, encoding="utf-8")
+    pytester.runpytest("-k", "other", "scenarios").stdout.fnmatch_lines(["*decide *stackdsl golden review"])
+    (pending,) = PendingStore(pytester.path / ".stackdsl").all()
+    assert (pending.case, pending.golden) == ("other[exact]", "golden/other/exact.json")
+    (scenarios / "columns.yaml").write_text(COLUMN, encoding="utf-8")
+    pytester.runpytest("-k", "other", "scenarios").assert_outcomes(passed=1)
+    assert not list(PendingStore(pytester.path / ".stackdsl").all())
 
 
 def test_yaml_elsewhere_is_no_test_unless_it_is_named(scenarios: Path, pytester: pytest.Pytester) -> None:
