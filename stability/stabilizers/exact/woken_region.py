@@ -145,7 +145,9 @@ class Region:
 
     one_by_one: tuple[BodyId, ...]
     riding: tuple[tuple[BodyId, ...], ...]  # rigid groups
-    lined: tuple[BodyId, ...]  # among the single bricks: the struck ones, and those in line behind them
+    # Among the single bricks: the struck ones and those in line behind them. If some lie on others, also all that touch
+    # these, and their courses.
+    moving: tuple[BodyId, ...]
     in_wall: bool  # whether a large group above cannot ride, as in a wall
 
 
@@ -158,6 +160,9 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
     for brick, along_W in struck.items():
         lined |= reached([brick], lambda name, along_W=along_W: _behind(assembly, name, along_W))  # type: ignore[misc]
     core = lined | {other for brick in lined for other in touching(assembly, brick)}
+    moving = lined
+    if any(_is_piled(contact) for brick in lined for o, contact in touching(assembly, brick).items() if o in lined):
+        moving = core = core | reached(lined, lambda name: list(_beside(assembly, name)))
     above = assembly.with_all_above(core) - core
     between = above & assembly.with_all_below(core)  # they carry part of the core, so they cannot ride
     groups = components(above - between, lambda name: touching(assembly, name))
@@ -166,7 +171,7 @@ def region(assembly: Assembly, struck: Mapping[BodyId, Vec3], ride: bool) -> Reg
     return Region(
         _upwards(assembly, (core | above).difference(*riding)),
         tuple(_upwards(assembly, group) for group in riding),
-        _upwards(assembly, lined),
+        _upwards(assembly, moving),
         in_wall=len(riding) < len(large),
     )
 
@@ -178,15 +183,24 @@ def _upwards(assembly: Assembly, bricks: Collection[BodyId]) -> tuple[BodyId, ..
 
 def _behind(assembly: Assembly, brick: BodyId, along_W: Vec3) -> list[BodyId]:
     """Return the bricks beside a brick in line with a hit."""
+    return [name for name, normal_W in _beside(assembly, brick).items() if abs(dot(normal_W, along_W)) > IN_LINE]
+
+
+def _beside(assembly: Assembly, brick: BodyId) -> dict[BodyId, Vec3]:
+    """Return the bricks side by side with a brick, each with the normal between them [unit, W]."""
     own = assembly.bricks[brick]
-    within, in_line = BEHIND * own.brick.shape.least_thickness, []
+    within, found = BEHIND * own.brick.shape.least_thickness, {}
     for name in assembly.around(brick, within):
         other = assembly.bricks[name]
         between = apart(own.brick.shape, own.pose, other.brick.shape, other.pose)
-        sideways = abs(between.normal_BA_W[2]) < SIDEWAYS and abs(dot(between.normal_BA_W, along_W)) > IN_LINE
-        if sideways and between.gap <= within:
-            in_line.append(name)
-    return in_line
+        if abs(between.normal_BA_W[2]) < SIDEWAYS and between.gap <= within:
+            found[name] = between.normal_BA_W
+    return found
+
+
+def _is_piled(contact: Contact) -> bool:
+    """Check that one of two bricks lies on the other."""
+    return any(abs(normal[2]) > SIDEWAYS for normal in contact.normals_W)
 
 
 def touching(assembly: Assembly, brick: BodyId) -> dict[BodyId, Contact]:
@@ -214,6 +228,9 @@ def _may_ride(assembly: Assembly, group: Collection[BodyId]) -> bool:
 # frozen bricks press on it with the forces of the proof (`DeadLoads`), so that the cost follows the reach of the hit.
 # If bricks fall without it, a small region wakes as a whole, down to its supports: beside rigid frozen bricks the
 # moving ones would carry too little.
+#
+# Struck bricks that lie on each other turn each other and the bricks beside them. Between frozen bricks, which neither
+# lift nor give way, they would jam and lose the momentum of the hit. So their courses wake with them.
 
 
 FEW = 40  # bricks of a small region, whose simulation runs in about real time
@@ -233,14 +250,14 @@ class ReleasedBricks:
 def wake(assembly: Assembly, reached: Region, presses: bool) -> ReleasedBricks:
     """Release a region from an assembly; `presses` if frozen bricks can press on woken ones."""
     before = dict(assembly.bricks)
+    touched = {brick: sorted(touching(assembly, brick)) for group in reached.riding for brick in group}
     released: set[BodyId] = set()
     if presses and reached.in_wall:
-        forces = assembly.forces_above(reached.lined)
+        forces = assembly.forces_above(reached.moving)
         few = len(reached.one_by_one) <= FEW
-        released = _released(assembly, reached.lined, names_smallest=few)
-        if len(released) <= (len(reached.lined) if few else MOSTLY * len(reached.one_by_one)):
+        released = _released(assembly, reached.moving, names_smallest=few)
+        if len(released) <= (len(reached.moving) if few else MOSTLY * len(reached.one_by_one)):
             return ReleasedBricks(_in_order(before, released), forces=forces)
-    touched = {brick: sorted(touching(assembly, brick)) for group in reached.riding for brick in group}
     released |= _released(assembly, {*reached.one_by_one, *touched} - released, names_smallest=True)
     return ReleasedBricks(_in_order(before, released), reached.riding, touched)
 
