@@ -105,8 +105,31 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
     from stackdsl.goldens.golden import keeper_of  # noqa: PLC0415 -- only for this fixture
     from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory  # noqa: PLC0415 -- likewise
-    from stackdsl.pytest_plugin.shared_snapshots import compare_with_golden  # noqa: PLC0415 -- syrupy is optional
+    from stackdsl.pytest_plugin.shared_snapshots import (  # noqa: PLC0415 -- syrupy is optional
+        Lock,
+        UsedFiles,
+        compare_with_golden,
+    )
 
     folder = golden_directory(request.config, request.path)
     keeper = keeper_of(str(request.path), folder, scenario_directory(request.config, request.path))
-    return compare_with_golden(request.getfixturevalue("snapshot"), folder, keeper)
+    option = request.config.getoption
+    refuses_failing = bool(option("update_snapshots", default=False)) and not option("accept_failing")
+    used = request.config.stash.setdefault(UsedFiles, {})
+    return compare_with_golden(
+        request.getfixturevalue("snapshot"), Lock(keeper, request.node.nodeid, folder, refuses_failing, used)
+    )
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Report golden files that no test uses any more, if all tests of their files have passed."""
+    if "stackdsl.pytest_plugin.shared_snapshots" not in sys.modules:
+        return
+    from stackdsl.pytest_plugin.shared_snapshots import Locked, UsedFiles, unused_files  # noqa: PLC0415 -- syrupy is optional
+
+    incomplete = {"failed", "error", "skipped", "deselected"}.intersection(terminalreporter.stats)
+    if incomplete or any("::" in argument for argument in config.args):
+        return
+    used: dict[Path, Locked] = config.stash.get(UsedFiles, {})
+    for file in unused_files(used):
+        terminalreporter.write_line(f"obsolete golden file, which no test uses: {file}; remove it", yellow=True)

@@ -43,7 +43,7 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
     write(tmp_path, MOVED)
     moved = stackdsl("check", str(path))
     assert moved.code == 3
-    row = next(line for line in moved.out.splitlines() if line.startswith("  x "))
+    row = next(line for line in moved.out.splitlines() if line.startswith("  x when placed "))
     assert "0" in row
     assert "5" in row
     assert "0.01 mm" in row

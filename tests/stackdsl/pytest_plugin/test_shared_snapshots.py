@@ -1,6 +1,7 @@
 """Golden files in pytest: the same files, comparison and bytes as in `stackdsl check`."""
 
 import shutil
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -166,3 +167,59 @@ def test_only_snapshots_are_kept(file: Path, pytester: pytest.Pytester) -> None:
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*a golden file needs a Snapshot of stackdsl, not dict*"])
     assert not file.exists()
+
+
+TOWERS = """
+import pytest
+from stackdsl import Scenario, claims, layouts
+
+@pytest.mark.parametrize("levels", [2, 3])
+def test_tower(golden, levels):
+    scenario = Scenario("NAME", build=[layouts.column(levels=levels, step="STEP")], expect=[claims.stands("all")])
+    snapshot = scenario.play().snapshot()
+    assert snapshot == golden(snapshot.identity)
+"""
+
+
+@pytest.fixture
+def towers(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Callable[..., pytest.RunResult]:
+    """Runs two tests of towers with a name and a step."""
+    monkeypatch.delenv("CI", raising=False)
+    pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
+
+    def run(name: str, step: str, *options: str) -> pytest.RunResult:
+        text = TOWERS.replace('"NAME"', name).replace("STEP", step)
+        (pytester.path / "test_towers.py").write_text(text, encoding="utf-8")
+        return pytester.runpytest(*options)
+
+    return run
+
+
+def test_two_tests_do_not_lock_different_runs_in_one_file(towers: Callable[..., pytest.RunResult]) -> None:
+    result = towers('"tower"', "5 mm", "--snapshot-update")
+    result.assert_outcomes(passed=1, failed=1)
+    both = "test_towers.py::test_tower[[]2[]] and test_towers.py::test_tower[[]3[]]"
+    result.stdout.fnmatch_lines([f"SD203 two tests *'tower'*: {both}", '*= *f"tower-{levels}"'])
+
+
+def test_a_failing_run_is_accepted_only_with_accept_failing(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
+    refused = towers('f"tower-{levels}"', "44 mm", "--snapshot-update")
+    refused.assert_outcomes(passed=1, failed=1)
+    refused.stdout.fnmatch_lines(["*tower-3/exact.json: not written, *stands: expected all*; --accept-failing *"])
+    assert [path.name for path in (pytester.path / "golden").iterdir()] == ["tower-2"]
+    towers('f"tower-{levels}"', "44 mm", "--snapshot-update", "--accept-failing").assert_outcomes(passed=2)
+    towers('f"tower-{levels}"', "44 mm", "--snapshot-update").assert_outcomes(passed=2)  # nothing is to be accepted
+
+
+def test_golden_files_of_a_scenario_that_has_another_name_now_are_told(
+    towers: Callable[..., pytest.RunResult],
+) -> None:
+    towers('f"tower-{levels}"', "5 mm", "--snapshot-update").stdout.no_fnmatch_line("obsolete*")
+    told = "obsolete golden file, which no test uses: *{}*; remove it"
+    part = towers('f"stack-{levels}"', "5 mm", "--snapshot-update", "-k", "2")
+    part.stdout.no_fnmatch_line("obsolete*")
+    whole = towers('f"stack-{levels}"', "5 mm", "--snapshot-update")
+    whole.stdout.fnmatch_lines([told.format("tower-2"), told.format("tower-3")])
+    whole.stdout.no_fnmatch_line(told.format("stack"))
