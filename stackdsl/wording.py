@@ -30,6 +30,13 @@ def how_many(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
+def and_text(names: Sequence[str]) -> str:
+    """Return names as `a, b and c`; of many names the first ones, and how many more there are."""
+    shown, left_out = shortened(names)
+    *first, last = [*shown, f"{left_out} more"] if left_out else [*shown] or [""]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def rounded_down(number: float, digits: int = 3) -> str:
     """Round an upper limit down to a few digits, so that the shown value is still allowed."""
     return _rounded(number, digits, ROUND_FLOOR)

@@ -119,7 +119,7 @@ export function eventText(run: Run, event: Told): string {
 function wokenText(reason: string, who: string, one: boolean): string {
   const moves = `${who} ${one ? "moves" : "move"}`;
   // Bricks wake ahead of a hit, and do not move yet.
-  if (reason.includes(" is about to hit ")) return `${reason.split(/, |: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
+  if (reason.includes(" is about to hit ")) return `${reason.split(/: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
   if (!reason || reason.includes("; ")) return moves;
   return reason.startsWith(`${who} `) ? reason : `${moves}: ${reason}`;
 }

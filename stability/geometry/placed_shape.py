@@ -40,6 +40,14 @@ def reach_W(shape: ConvexShape, pose: Pose, direction_W: Vec3) -> float:
     return shape.reach(rotate(inverse(pose.orientation), direction_W))
 
 
+def nearest_in_bounds_W(shape: ConvexShape, pose: Pose, point_W: Vec3) -> Vec3:
+    """Return the point of the bounding box along the axes of a shape that is nearest to a point [m, W]."""
+    x, y, z = rotate(inverse(pose.orientation), subtract(point_W, pose.position_W))
+    a, b, c = (shape.reach(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    within = (max(-a, min(a, x)), max(-b, min(b, y)), max(-c, min(c, z)))
+    return add(pose.position_W, rotate(pose.orientation, within))
+
+
 def principal_turn(shape: ConvexShape, orientation: Quaternion) -> Quaternion:
     """Return the rotation from the principal axes of a shape to W, from that of its body axes."""
     axes = shape.principal_axes

@@ -1,7 +1,7 @@
 """Splits a scene into islands far apart, each with its own world and clock, and merges them as they approach."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from math import dist, hypot, inf
 from typing import Final, TypeAlias
@@ -9,8 +9,9 @@ from typing import Final, TypeAlias
 from stability.engines.lazy_world import RestingWorld
 from stability.engines.protocol import PrescribedMotion, World, WrongFriction
 from stability.engines.scene_scale import SAMPLING
-from stability.geometry.vectors import add_scaled, dot, subtract
-from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Vec3
+from stability.geometry.placed_shape import bodies_apart, in_place, meeting, nearest_in_bounds_W
+from stability.geometry.vectors import add_scaled, dot, scale, subtract
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3, convex
 from stability.name_order import in_order
 from stability.problem import Placed
 from stability.stabilizers.known_motion import FallingParts
@@ -39,6 +40,7 @@ from stackdsl.timeline import (
     Timeline,
 )
 from stackdsl.trace import Event, EventKind, Updates, WrongEdges
+from stackdsl.wording import and_text
 
 # Split of a timeline into groups of bricks so far apart that they can only affect each other after an approach that the
 # runner sees.
@@ -191,10 +193,30 @@ def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> l
 
 
 # The first contact of each thrown or dropped brick. The stabilizer wakes bricks before a hit, and misses hits on bricks
-# that move already, so only the contacts of the engine tell when a hit takes place, and which brick is hit first.
+# that move already, so only the contacts of the engine tell in which step a hit takes place. Within this step, a fast
+# body may bounce off, or reach further bricks. So the paths of the solids from the poses before the step tell which
+# bricks it touches first.
 
 
-AT_ONCE: Final = 1e-4  # [m] bodies hit within this distance of the nearest one are hit together
+AT_ONCE: Final = 1e-4  # [m] bodies hit within this distance of the first one are hit together
+GRAZE: Final = 1e-6  # [m] least overlap across the path of a hit
+
+
+@dataclass(frozen=True, slots=True)
+class _Flight:
+    """A flying brick, and the bodies near it, before a step of the engine."""
+
+    state: BodyState
+    near: Mapping[BodyId, BodyState]
+
+
+@dataclass(frozen=True, slots=True)
+class _Touch:
+    """A body that a flying brick reaches."""
+
+    after: float  # the poses of the flight [s]
+    speed: float  # along the normal [m/s]
+    off_centre: float  # distance from the centre of the flying brick [m]
 
 
 @dataclass
@@ -204,45 +226,88 @@ class FirstContacts:
     world: World
     log: EventLog
     gravity: float  # [m/s2]
-    _flying: dict[BodyId, Vec3] = field(default_factory=dict)  # velocity before the next step [m/s]
+    planes: Container[BodyId]
+    _flights: dict[BodyId, _Flight] = field(default_factory=dict)
+    _looked: float = 0.0  # time of the last look [s]
 
-    def add(self, brick: BodyId, velocity_W: Vec3) -> None:
+    def add(self, brick: BodyId, came: BodyState) -> None:
         """Follow a thrown or dropped brick until it touches another body."""
-        self._flying[brick] = velocity_W
+        self._flights[brick] = _Flight(came, {})
 
     def stepped(self) -> None:
         """Look at the contacts after a step of the engine."""
-        for brick, state in self.world.states(list(self._flying)).items() if self._flying else ():
-            before_W = self._flying[brick]
-            touching = self._touching(brick, dist(state.velocity_W, before_W))
-            if not touching:
-                self._flying[brick] = state.velocity_W
-                continue
-            speeds = {_other(brick, point): _speed_onto(brick, point, before_W) for point in touching}
-            named = " and ".join(in_order(speeds))
-            reason = f"{brick} hits {named} at {max(speeds.values()):.3g} m/s"
-            self.log.add(Event(self.world.time(), EventKind.HIT, (brick,), reason))
-            del self._flying[brick]
+        if not self._flights:
+            return
+        step = self.world.time() - self._looked
+        for brick, state in self.world.states(list(self._flights)).items():
+            if reason := self._hit_text(brick, self._flights[brick], state, step):
+                del self._flights[brick]
+                self.log.add(Event(self.world.time(), EventKind.HIT, (brick,), reason))
+        self.moved()
 
-    def _touching(self, brick: BodyId, change: float) -> Sequence[ContactPoint]:
-        """Return the points at which a brick touches others, as its velocity has changed in the step [m/s]."""
-        points = self.world.contacts(brick)
-        if pressed := [point for point in points if point.normal_force > 0.0]:
-            return pressed
+    def moved(self) -> None:
+        """Take the poses of the flying bricks and of all near them, for the next step."""
+        self._looked = self.world.time()
+        for brick, state in self.world.states(list(self._flights)).items() if self._flights else ():
+            reach = 2.0 * self.world.settings.time_step * hypot(*state.velocity_W)
+            near = [other for other in self.world.neighbours(brick, reach) if other not in self.planes]
+            self._flights[brick] = _Flight(state, self.world.states(near))
+
+    def _hit_text(self, brick: BodyId, flight: _Flight, state: BodyState, step: float) -> str:
+        """Return which bodies a brick hits, those before its centre first, and how fast; empty if it hits none."""
+        before_W = flight.state.velocity_W
         # A body that has bounced off within the step presses no longer.
-        if change <= 2.0 * self.gravity * self.world.settings.time_step:
-            return []
+        bounced = dist(state.velocity_W, before_W) > 2.0 * self.gravity * self.world.settings.time_step
+        points = self.world.contacts(brick)
+        pressed = [point for point in points if point.normal_force > 0.0]
+        if not pressed and not bounced:
+            return ""
+        found = {name: touch for name in flight.near if (touch := self._reached(brick, flight, name, step))}
+        first = min((touch.after for touch in found.values()), default=0.0)
+        together = first + AT_ONCE / max(hypot(*before_W), AT_ONCE)
+        hit = {name: touch for name, touch in found.items() if touch.after <= together}
         least = min((point.gap for point in points), default=0.0)
-        return [point for point in points if point.gap <= least + AT_ONCE]
+        for point in pressed or [point for point in points if point.gap <= least + AT_ONCE]:
+            name = _other(brick, point)
+            if not found or name in self.planes:
+                hit[name] = _Touch(first, _speed_onto(brick, point, before_W), inf)
+        if not hit:
+            return ""
+        nearest = min(touch.off_centre for touch in hit.values())
+        before_centre = [name for name in in_order(hit) if hit[name].off_centre <= nearest + AT_ONCE]
+        others = and_text(in_order(hit.keys() - before_centre))
+        speed = max(touch.speed for touch in hit.values())
+        return f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at {speed:.3g} m/s"
+
+    def _reached(self, brick: BodyId, flight: _Flight, other: BodyId, step: float) -> _Touch | None:
+        """Return when and how a flying brick reaches a body within a step [s]; None if it does not.
+
+        The brick may have reached the body before: with coarse steps, an engine reports a contact one step late.
+        """
+        shape, target = convex(self.world.shape(brick)), convex(self.world.shape(other))
+        before, there = flight.state, flight.near[other]
+        onto_W = subtract(before.velocity_W, there.velocity_W)
+        speed = hypot(*onto_W)
+        if shape is None or target is None or speed == 0.0:
+            return None
+        along_W = scale(1.0 / speed, onto_W)
+        still = in_place(target, there.pose)
+        met = meeting(in_place(shape, before.pose), still, along_W, GRAZE)
+        if met is None or met[1] <= 0.0 or met[0] > step * speed + AT_ONCE:
+            return None
+        centre_W = add_scaled(before.pose.position_W, met[0] - AT_ONCE, along_W)
+        normal_W = bodies_apart(in_place(shape, Pose(centre_W, before.pose.orientation)), still).normal_BA_W
+        off_centre = dist(centre_W, nearest_in_bounds_W(target, there.pose, centre_W))
+        return _Touch(met[0] / speed, max(0.0, -dot(onto_W, normal_W)), off_centre)
 
     def removed(self, bricks: Iterable[BodyId]) -> None:
         """Follow removed bricks no longer."""
         for brick in bricks:
-            self._flying.pop(brick, None)
+            self._flights.pop(brick, None)
 
     def absorb(self, other: "FirstContacts") -> None:
         """Follow the flying bricks of another island, which are now in this world."""
-        self._flying |= other._flying
+        self._flights |= other._flights
 
 
 def _other(brick: BodyId, point: ContactPoint) -> BodyId:
@@ -287,7 +352,7 @@ class Island:
         self.edges = NormalErrorMonitor(self.world, scene.gravity)
         self.falling = FallingParts(self.world, scene.planes, scene.friction, scene.gravity)
         self.stabilizer = StabilizerDriver(self.extension, self.world, self.measures, self.log, self.falling)
-        self.first_contacts = FirstContacts(self.world, self.log, scene.gravity)
+        self.first_contacts = FirstContacts(self.world, self.log, scene.gravity, [plane.id for plane in scene.planes])
         self.hands = HandMover(self.world, self.measures.watch, self.stabilizer, self.log, scene.planes)
 
     # --- clock --------------------------------------------------------------------------------------------------------
@@ -327,6 +392,7 @@ class Island:
         self.known += passed
         if passed:
             self.stabilizer.landed(self.falling.landed)
+            self.first_contacts.moved()
             return
         self.world.step(PrescribedMotion(acceleration_W or AT_REST, self.hands.guided()))
         self.steps += 1
@@ -358,7 +424,7 @@ class Island:
         came = placement.came or placement.pose
         self.world.add_brick(placement.brick, came, placement.velocity_W)
         if placement.hits:
-            self.first_contacts.add(placement.brick.id, placement.velocity_W)
+            self.first_contacts.add(placement.brick.id, BodyState(came, placement.velocity_W))
         self.space.takes(placement.brick, BodyState(came, placement.velocity_W), self.scene.gravity)
 
     def moving(self) -> Mapping[BodyId, BodyState]:

@@ -10,9 +10,10 @@ from stability.engines.edge_normals import velocity_at
 from stability.engines.protocol import Engine
 from stability.geometry.box import Box
 from stability.geometry.box_distance import TOUCHING
-from stability.geometry.placed_shape import corners_W, reach_W
-from stability.geometry.vectors import add, add_scaled, body_axes, dot, inverse, norm, rotate, scale, subtract
+from stability.geometry.placed_shape import corners_W, nearest_in_bounds_W, reach_W
+from stability.geometry.vectors import add_scaled, body_axes, dot, norm, scale, subtract
 from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Pose, Vec3, convex
+from stability.name_order import in_order, names_text
 from stability.problem import Placed
 from stability.stabilizers.approach import Hit, HitPredictor, PredictionLimits, about_to_hit
 from stability.stabilizers.exact.candidates import solids
@@ -207,12 +208,7 @@ def _point_hit(struck: Placed, at_W: Vec3, normal_W: Vec3) -> Vec3:
 
 
 def _nearest(placed: Placed, point_W: Vec3) -> Vec3:
-    """Return the point of a brick's bounding box that is nearest to a point [m, W]."""
-    turn, shape = placed.pose.orientation, placed.brick.shape
-    x, y, z = rotate(inverse(turn), subtract(point_W, placed.pose.position_W))
-    a, b, c = (shape.reach(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
-    within = (max(-a, min(a, x)), max(-b, min(b, y)), max(-c, min(c, z)))
-    return add(placed.pose.position_W, rotate(turn, within))
+    return nearest_in_bounds_W(placed.brick.shape, placed.pose, point_W)
 
 
 def _mass_at(brick: Brick, pose: Pose, at_W: Vec3, along_W: Vec3) -> float:
@@ -348,6 +344,10 @@ def hit_by_bricks(hits: Collection[Hit]) -> Disturbance:
 
 
 def hit_description(hits: Iterable[Hit]) -> str:
-    """Describe imminent hits: the bricks and their speeds."""
-    speeds = sorted({(hit.brick, hit.by): hit.speed for hit in hits}.items())
-    return ", ".join(f"{about_to_hit(by, brick)} at {speed:.3g} m/s" for (brick, by), speed in speeds)
+    """Describe imminent hits: for each hitting brick the hit bricks, and the largest speed."""
+    fastest = {(hit.by, hit.brick): hit.speed for hit in sorted(hits, key=lambda hit: hit.speed)}
+    described = []
+    for by in in_order({by for by, _ in fastest}):
+        speeds = {brick: speed for (other, brick), speed in fastest.items() if other == by}
+        described.append(f"{about_to_hit(by, names_text(in_order(speeds)))} at {max(speeds.values()):.3g} m/s")
+    return ", ".join(described)

@@ -77,7 +77,7 @@ def test_a_hit_is_told_as_what_was_done_before() -> None:
     throw = "impacts: [{throw: {at: L5.1, from: {bearing: 90 deg}, speed: 4 m/s}}]"
     found = why("- column: {levels: 8}", f"expect: [stands: all]\n{throw}")
     assert found is not None
-    assert found.cause == "thrown-1 hits L5.1 and L6.1 at 4 m/s"
+    assert found.cause == "thrown-1 hits L5.1, with L6.1 at 4 m/s"
     assert found.before == "impact 1, throw at scene.yaml:5:12: thrown-1 thrown at 0 s"
     assert found.see.startswith("stackdsl run scene.yaml ")  # statics does not follow what flies
 

@@ -175,3 +175,36 @@ def test_a_ball_hits_when_it_has_crossed_its_distance_and_not_when_bricks_wake(
     assert contact.reason.startswith("ball hits ")
     assert contact.reason.endswith(f" at {speed:g} m/s")
     assert "L4.2" in contact.reason
+
+
+# A flat face 50 mm wide and 20 mm high arrives at the middle of a plank 7.8 mm high. It covers this plank, and bricks
+# of the courses above and below, which have a joint in the middle.
+
+
+FLAT = "brick_types: {shot: {size: [50 mm, 50 mm, 20 mm], mass: 60 g}, slip: {size: [50 mm, 50 mm, 4 mm], mass: 60 g}}"
+
+
+@pytest.mark.parametrize(
+    ("brick", "names"), [("shot", "L3.2, with L2.2, L2.3, L4.2 and L4.3"), ("slip", "L3.2")], ids=["shot", "slip"]
+)
+@pytest.mark.parametrize(("speed", "system"), [(1, "exact"), (3, "tuned"), (6, "exact"), (6, "stock"), (12, "tuned")])
+def test_a_flat_face_hits_all_bricks_that_it_covers_and_the_one_before_its_centre_first(
+    brick: str, names: str, speed: int, system: str
+) -> None:
+    throw = f"throw: {{at: L3.2, from: {{bearing: 90 deg, distance: 0.3 m}}, speed: {speed} m/s, brick: {brick}}}"
+    scene = f"brick: kapla\nfriction: 0.5\n{FLAT}"
+    trace = played("- wall: {levels: 5, bricks: 3}", f"{{at: 0.5 s, {throw}}}", system, scene)
+    (contact,) = (event.reason for event in trace.events if event.kind is EventKind.HIT)
+    told, _, at = contact.rpartition(" at ")
+    assert told == f"thrown-1 hits {names}"
+    assert float(at.removesuffix(" m/s")) == pytest.approx(speed, rel=0.02)  # `stock` damps the flight
+
+
+@pytest.mark.parametrize(("behind", "names"), [("0", "a, with b"), ("1", "a"), ("-1", "b")])
+def test_a_brick_that_stands_a_millimetre_further_back_is_not_hit_first(behind: str, names: str) -> None:
+    post = "at: [{x} mm, {y} mm, 58.8 mm], rotate: [0 deg, 90 deg, 0 deg]"
+    posts = f"{{name: a, {post.format(x=-5, y=0)}}}, {{name: b, {post.format(x=5, y=behind)}}}"
+    throw = "throw: {at: a, from: {bearing: -90 deg, distance: 0.3 m}, speed: 4 m/s, brick: shot}"
+    trace = played(f"- bricks: [{posts}]", f"{{at: 0.5 s, {throw}}}", "exact", f"brick: kapla\nfriction: 0.5\n{FLAT}")
+    (contact,) = (event.reason for event in trace.events if event.kind is EventKind.HIT)
+    assert contact == f"thrown-1 hits {names} at 4 m/s"
