@@ -1,10 +1,12 @@
 """The claim `height`."""
 
+from collections.abc import Set
 from typing import ClassVar
 
 from pydantic import Field
 
 from stability.geometry.placed_shape import top_W
+from stability.model import BodyId
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.claim_result import ClaimResult, placed, within
@@ -29,13 +31,24 @@ class Height(Shorthand, ClaimKind):
         if not tracks:
             return ClaimResult("never placed", 0.0, "mm", passed=False)
         if self.of is None:
-            tracks = [track for track in tracks if track.state not in (BrickState.FALLEN, BrickState.UNSETTLED)]
+            down = _without_support(trace)
+            tracks = [track for track in tracks if track.brick.id not in down]
         top = max((top_W(track.brick.shape, track.final) for track in tracks), default=0.0)
         return within(self.within, top, "mm", f"{mm(top)}{_after(trace.collapse)}")
 
 
+def _without_support(trace: Trace) -> Set[BodyId]:
+    """Return the bricks that fell or are unsettled, and those that lean on them: all their supports are among these."""
+    lost = (BrickState.FALLEN, BrickState.UNSETTLED)
+    down = {name for name, track in trace.tracks.items() if track.state in lost}
+    supports = {name: {edge.lower for edge in edges} for name, edges in trace.edges_when_placed.items() if edges}
+    while leaning := {name for name, lower in supports.items() if lower <= down} - down:
+        down |= leaning
+    return down
+
+
 def _after(fell: Collapse | None) -> str:
-    """Return that the structure fell, since bricks that lean on fallen ones may count as standing."""
+    """Return that the structure fell, since its height alone does not show it."""
     if fell is None:
         return ""
     if fell.fallen:

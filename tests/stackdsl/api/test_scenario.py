@@ -186,6 +186,15 @@ def test_a_height_after_a_collapse_says_so_and_is_a_number() -> None:
     assert run.judge(claims.stands("all")).value is None
 
 
+@needs_pybullet
+def test_a_brick_that_leans_on_fallen_ones_adds_no_height() -> None:
+    # L3.1 shifts by less than half its thickness, so that it counts as standing, but the plank below has fallen
+    run = Scenario("leaning", build=[layouts.column(levels=5, step="36 mm", every="1 s")]).play()
+    states = {row["name"]: row["state"] for row in run.table()}
+    assert (states["L2.1"], states["L3.1"]) == ("fallen", "frozen")
+    assert run.judge(claims.height(">= 1 mm")).measured == "7.8 mm, after a collapse at level 4"  # the lowest plank
+
+
 def test_a_golden_file_is_that_of_the_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)
     run = column().play()
