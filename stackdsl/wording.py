@@ -61,6 +61,12 @@ def survived_text(value: float) -> str:
     return rounded_down(float(f"{value:.5g}"))
 
 
+def unaided_text(alone: float) -> str:
+    """Say what friction between neighbours adds to a margin of acceleration; `alone` is the margin without it [g]."""
+    without = f"{survived_text(alone)} g" if alone > 0.0 else "nothing is proven"
+    return f"with friction between neighbours that touch; {without} without it"
+
+
 def mass_text(mass: float) -> str:
     """Format a mass [kg] in grams or kilograms: `522 g`, `7.1 kg`."""
     return f"{mass:.4g} kg" if mass >= 1.0 else f"{GRAMS * mass:.4g} g"

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
 
 STEEP = 0.5**0.5  # z of a unit normal at 45 deg
-NO_SLIDING = 1000.0  # Coulomb coefficient in place of infinity; with 10, limits would be lower by up to about 1 %
+# Coulomb coefficient in place of infinity. With 10, limits would be lower by up to about 1 %; with 1000, the forces on a
+# load that carries a heavy carton are found only to 4 %.
+NO_SLIDING = 300.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +64,27 @@ def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None
 def _carries(contact: Contact) -> bool:
     """Return whether the normals of a contact are closer to the vertical than to the horizontal."""
     return all(abs(normal[2]) > STEEP for normal in contact.normals_W)
+
+
+def without_neighbours(problem: Problem, gravity: float | None = None) -> float | None:
+    """Return the margin of acceleration [g] without friction between the side faces of bricks; 0 if none is proven.
+
+    None if no such faces touch with friction. Faces that touch exactly, as in tables of nominal sizes, carry part of
+    the weight of a neighbour by friction, which a small gap takes away.
+    """
+    from stability.analysis.acceleration_margin import acceleration  # noqa: PLC0415 -- it brings numpy
+
+    def beside(contact: Contact) -> bool:
+        return contact.lower in problem.bricks and contact.upper in problem.bricks and not _carries(contact)
+
+    if not any(beside(contact) and contact.law.friction for contact in problem.contacts):
+        return None
+    contacts = [
+        replace(contact, law=contact.law.with_friction(0.0)) if beside(contact) else contact
+        for contact in problem.contacts
+    ]
+    margin = acceleration(replace(problem, contacts=tuple(contacts)), gravity=gravity)
+    return 0.0 if margin is None else margin.value
 
 
 def first_tipping(problem: Problem, gravity: float | None = None) -> Weakest | None:

@@ -26,7 +26,7 @@ from stackdsl.timeline import (
     Timeline,
     time_of_arrival,
 )
-from stackdsl.trace import Event, EventKind, RunVerdict, Trace
+from stackdsl.trace import BrickState, Event, EventKind, RunVerdict, Trace
 from stackdsl.wording import mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
@@ -75,6 +75,11 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         if trace.statics is None:
             return ""
         stands = trace.statics.stability is Stability.STABLE
+        displaced = sum(track.state is BrickState.DISPLACED for track in trace.tracks.values())
+        if stands and displaced:
+            causes = [event for event in trace.events if event.kind is EventKind.WOKEN and event.reason]
+            cause = f": {_hit_text(trace, causes[-1])}" if causes else ""
+            return f"none of the bricks fell, and {displaced} of them shifted{cause}"
         standing = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
         return standing if stands else trace.statics.reason
     if trace.numerical:

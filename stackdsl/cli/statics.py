@@ -24,6 +24,7 @@ from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, 
 from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
+from stackdsl.report.statics import missed_lines
 from stackdsl.report.studies import (
     after_text,
     limit_lines,
@@ -209,7 +210,7 @@ def sensitivities_command(request: Request, of: str, checked: int, top: int) -> 
     questions = (
         (name, _sensitivities(name, case, MarginKind(of), checked)) for name, case in request.variants().items()
     )
-    return request.answer(questions, writing, "use a smaller --check or fewer bricks")[1]
+    return request.answer(questions, writing, "use --check 0, which checks no result, or fewer bricks")[1]
 
 
 def _sensitivities(name: str, case: Case, of: MarginKind, checked: int) -> Iterator[Sensitivities]:
@@ -236,9 +237,16 @@ def suggest_command(request: Request) -> ExitCode:
 def _suggestions(name: str, case: Case) -> Parts:
     proofs = proofs_of(case.timeline)
     verdict = proofs.verdict
-    if verdict.stability is not Stability.UNSTABLE:
-        said = "is proven to stand" if verdict.stability is Stability.STABLE else f"is undecided ({verdict.reason})"
-        tell(f"{name}: the part that statics can judge {said}, so there is nothing to repair")
+    if verdict.stability is Stability.UNDECIDED:
+        tell(f"{name}: it is undecided whether it stands ({verdict.reason}), so there is nothing to repair")
+        return
+    if verdict.stability is Stability.STABLE:
+        if missed := [*missed_lines(case, proofs.assembly)]:
+            yield Part(name, [f"{name} is proven to stand, but misses a margin:", *missed])
+        else:
+            tell(f"{name} is proven to stand, so there is nothing to repair")
+        if any(map(leaves_to_engine, case.timeline.as_set_down().actions)):
+            tell(f"{name}: judged up to the first action that needs an engine, such as a hit or shaking")
         return
     yield Part(name, [f"{name} falls: {verdict.reason}", "  it stands with any one of these (each tried):"])
     nothing = True

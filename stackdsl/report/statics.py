@@ -3,25 +3,28 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import degrees, hypot, inf
+from math import degrees, hypot, inf, tan
 from typing import Any
 
-from stability.analysis.weakest import Weakest
+from stability.analysis.weakest import Weakest, first_tipping
 from stability.contact_law import Friction, as_friction
 from stability.geometry.box_distance import TOUCHING, reach_between
 from stability.geometry.vectors import body_axes, scale
 from stability.model import GROUND, BodyId, Brick, Vec3
 from stability.name_order import in_order, names_text
 from stability.problem import Placed, Stability
+from stability.statics.assembly import Assembly
 from stability.statics.fall_description import fall_side
 from stability.statics.structure import Structure
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.checking.cases import Case
 from stackdsl.compiler.fit import Fit, TimedShape, fits
+from stackdsl.judging.judge import expected_of
 from stackdsl.judging.numbers import ScenarioNumbers
 from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs, margins_of_assembly, proofs_of
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
+from stackdsl.language.claims.margin import Margin
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
 from stackdsl.report.text import side_text
 from stackdsl.report.warnings import modified_text
@@ -46,8 +49,10 @@ from stackdsl.wording import (
     moving_text,
     rounded_up,
     shaking_text,
+    slides_together,
     survived_text,
     touching_text,
+    unaided_text,
     weakest_text,
 )
 
@@ -342,7 +347,8 @@ def margin_texts(margins: VerdictMargins) -> Iterator[str]:
         worst = (
             f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""
         )
-        yield f"a horizontal acceleration of {survived_text(margins.acceleration)} g{worst}"
+        neighbours = f", {unaided_text(margins.unaided)}" if margins.unaided is not None else ""
+        yield f"a horizontal acceleration of {survived_text(margins.acceleration)} g{worst}{neighbours}"
     if margins.tilt is not None:
         yield f"a tilt of {survived_text(degrees(margins.tilt))} deg"
     if margins.friction is not None:
@@ -494,3 +500,33 @@ def _system(name: str, timeline: Timeline) -> Iterator[str]:
         yield "    the extension freezes bricks that its model finds stable, and skips time while all are frozen"
     else:
         yield "    the engine simulates every brick in every step"
+
+
+# Margins that a standing structure misses, and what would help.
+
+
+def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
+    """Yield for each claim `margin` that a structure misses what it measures, and what gives way."""
+    claims = [claim.content for _, claim in expected_of(case.scenario, case.system)]
+    for claim in claims:
+        if not isinstance(claim, Margin):
+            continue
+        margins = margins_of_assembly(assembly, claim.needed_margins)
+        found = claim.compared(margins)
+        if found.passed:
+            continue
+        yield f"  measured {found.measured}"
+        wanted = max(
+            claim.acceleration.low if claim.acceleration is not None else 0.0,
+            tan(claim.tilt.low) if claim.tilt is not None else 0.0,
+        )
+        if margins.weakest is None or margins.acceleration is None or margins.acceleration >= wanted:
+            continue
+        yield f"  {weakest_text(margins.weakest)}"
+        if slides_together(margins.weakest):
+            yield f"  to slide only above {wanted:.4g} g, it needs a coefficient of friction of at least {wanted:.4g}"
+        tips = first_tipping(assembly.problem(), assembly.gravity)
+        if tips is not None and tips.acceleration < wanted:
+            least = survived_text(tips.acceleration)
+            yield f"  without friction between neighbours, tipping begins above {least} g, at any friction below:"
+            yield "    a part tips above b/h times g: h is the height of its centre, b its distance from the edge"

@@ -31,6 +31,7 @@ from stackdsl.wording import (
     rounded_up,
     slides_together,
     survived_text,
+    unaided_text,
 )
 
 if TYPE_CHECKING:  # these import scipy
@@ -475,6 +476,8 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     least = worst.survived if first is None else first.acceleration
     where = f"{'along these bearings' if first is None else 'in every direction'}, a tilt of"
     yield f"{name} survives {survived_text(least)} g {where} {survived_text(degrees(tilt(least)))} deg"
+    if survival.unaided is not None:
+        yield f"  {unaided_text(survival.unaided)}"
     yield ""
     rows = list(_survival_rows(survival))
     rows.insert(0, ("towards", "survives", "what gives way first"))
@@ -486,6 +489,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     if survival.tips is not None:
         tips = survival.tips
         where = f"{survived_text(tips.acceleration)} g towards {_towards(tips.bearing)}"
+        where += ", without friction between neighbours"
         yield f"  If no brick slides on the one below, tipping begins above {where}: {_tipping(tips, survival)}."
     yield "  Bearings count from +x towards +y."
 
@@ -557,6 +561,7 @@ def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
             "survives_g": _finite_margin(
                 (survival.weakest and survival.weakest.acceleration) or survival.worst.survived
             ),
+            "without_neighbours_g": None if survival.unaided is None else _rounded(survival.unaided),
             "weakest": None if survival.weakest is None else weakest_json(survival.weakest),
             "bearings": [*map(_survival_row, survival.along)],
         }

@@ -1,6 +1,7 @@
 """The claim `margin`."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from math import inf
 from typing import ClassVar, Final
 
@@ -14,7 +15,8 @@ from stackdsl.language.claims.claim_kind import ClaimKind, claim
 from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all_of, remaining, within
 from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
-from stackdsl.trace import BrickState, BrickTrack, Trace
+from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
+from stackdsl.wording import unaided_text
 
 UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}
 
@@ -45,7 +47,15 @@ class Margin(AtLeastOneKey, ClaimKind):
         if lost:
             unit = UNITS[next(iter(self.written_keys))]
             return ClaimResult(_no_margin(lost, bricks, trace), -inf, unit, passed=False)
-        return all_of([_part(key, getattr(self, key), getattr(trace.margins, key)) for key in self.written_keys])
+        return self.compared(trace.margins)
+
+    def compared(self, margins: VerdictMargins) -> ClaimResult:
+        """Compare the margins of a structure that stands."""
+        result = all_of([_part(key, getattr(self, key), getattr(margins, key)) for key in self.written_keys])
+        alone = margins.unaided
+        if alone is None or self.acceleration is None:
+            return result
+        return replace(result, measured=f"{result.measured}, {unaided_text(alone)}")
 
 
 def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace) -> str:

@@ -125,3 +125,75 @@ def test_neighbours_that_would_tip_do_not_hold_each_other(stackdsl: Stackdsl, tm
     tips = re.search(rf"{IF_NOTHING_SLIDES} (\S+) g", line)
     assert tips is not None
     assert float(tips[1]) == pytest.approx(0.15 / 0.25, rel=1e-3)
+
+
+# Two blocks, 0.2 m thick along x and 0.6 m high, face to face, friction 0.8. Alone each tips at g * 0.1 / 0.3. Pulled
+# along +x together, `left` presses with N at the height z on `right`, which is lifted by 0.8 N at this face:
+#   left tips: 0.3 a = 0.1 + N z; right tips: 0.3 a + N z = 0.1 + 0.2 * 0.8 N; so z = 0.08
+#   right slides: a + N = 0.8 (1 + 0.8 N); so N = (0.8 - a) / 0.36, in weights of a block
+BLOCKS = """
+scenario: blocks
+friction: 0.8
+build:
+  - bricks:
+      - {name: left, at: [-0.1 m, 0 m, 0.3 m], brick: {size: [0.2 m, 0.6 m, 0.6 m], mass: 4 kg}}
+      - {name: right, at: [0.1 m, 0 m, 0.3 m], brick: {size: [0.2 m, 0.6 m, 0.6 m], mass: 4 kg}}
+expect:
+  - stands: all
+  - margin: {acceleration: ">= 0.4 g"}
+"""
+TOUCHING, ALONE = (0.1 + 0.08 * 0.8 / 0.36) / (0.3 + 0.08 / 0.36), 0.1 / 0.3
+ADDED = "with friction between neighbours that touch; 0.333 g without it"
+
+
+def test_friction_between_neighbours_that_touch_is_told_with_the_number_without_it(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, BLOCKS, "blocks.yaml")
+    assert stackdsl("survive", "blocks.yaml").out.splitlines()[1] == f"  {ADDED}"
+    (case,) = json.loads(stackdsl("survive", "blocks.yaml", "--format", "json").out)["cases"]
+    assert case["survives_g"] == pytest.approx(TOUCHING, rel=1e-5)
+    assert case["without_neighbours_g"] == pytest.approx(ALONE, rel=1e-5)
+    assert f"measured acceleration {TOUCHING:.4g} g, {ADDED}" in stackdsl("run", "blocks.yaml").out
+    warned = " ".join(stackdsl("check", "blocks.yaml", "--no-golden").out.split())
+    assert "the margin is met only with friction between neighbours that touch; it is 0.333 g without it" in warned
+
+
+def test_neighbours_2_mm_apart_do_not_help(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, BLOCKS.replace("[0.1 m, 0 m", "[0.102 m, 0 m"), "blocks.yaml")
+    (case,) = json.loads(stackdsl("survive", "blocks.yaml", "--format", "json").out)["cases"]
+    assert case["survives_g"] == pytest.approx(ALONE, rel=1e-5)
+    assert case["without_neighbours_g"] is None
+    assert "neighbours" not in stackdsl("survive", "blocks.yaml").out
+
+
+def test_suggest_of_a_load_that_stands_tells_which_margin_it_misses(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, PAIR, "pair.yaml")
+    lines = stackdsl("suggest", "pair.yaml").out.splitlines()
+    assert lines[:2] == ["pair is proven to stand, but misses a margin:", "  measured acceleration 0.2 g"]
+    assert lines[3] == "  to slide only above 0.25 g, it needs a coefficient of friction of at least 0.25"
+    write(tmp_path, PAIR.replace("0.25 g", "0.35 g"), "pair.yaml")
+    lines = stackdsl("suggest", "pair.yaml").out.splitlines()
+    assert lines[4].startswith("  without friction between neighbours, tipping begins above 0.3 g")
+
+
+# The ground brakes with 0.29 g for 1 s. Friction takes the pair along with 0.2 g, so it falls behind with 0.09 g: it
+# slides by 0.09 g * (1 s)^2 / 2 in this time, and then by (0.09 g * 1 s)^2 / (2 * 0.2 g) until it is at rest.
+SLIDES = 1000.0 * 9.81 * (0.09 / 2.0 + 0.09**2 / 0.4)  # [mm]
+BRAKED = PAIR.replace("world: {", "world: {shake: {bearing: 0 deg, table: [[0 s, 0.29 g], [1 s, 0.29 g]]}, ").replace(
+    'margin: {acceleration: ">= 0.25 g"}', "stands: all"
+)
+
+
+def test_a_load_that_slides_as_a_whole_and_stands_is_told_how_far_it_slid(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, BRAKED, "pair.yaml")
+    told = stackdsl("check", "pair.yaml", "--no-golden")
+    assert told.code == ExitCode.OK
+    slid = re.search(r"the whole structure slid by (\d+) mm", " ".join(told.out.split()))
+    assert slid is not None
+    assert int(slid[1]) == pytest.approx(SLIDES, rel=0.02)
+    write(tmp_path, BRAKED + '  - drift: "<= 10 mm"\n', "pair.yaml")
+    failed = stackdsl("check", "pair.yaml", "--no-golden").out
+    assert "the whole structure slid" not in failed
+    assert "statics prove that it stands" not in failed
+    assert "none of the bricks fell, and 2 of them shifted" in failed
