@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
 
 STEEP = 0.5**0.5  # z of a unit normal at 45 deg
-# Coulomb coefficient in place of infinity. With 10, limits would be lower by up to about 1 %; with 1000, the forces on a
-# load that carries a heavy carton are found only to 4 %.
+# Coulomb coefficient in place of infinity. With 10, limits would be lower by up to about 1 %. With 1000, the forces on
+# a load that carries a heavy carton are found only to 4 %.
 NO_SLIDING = 300.0
 
 

@@ -267,6 +267,8 @@ def _notes(file: str, asked: Import, found: SettledLoad) -> list[str]:
     lines = [f"{len(load.boxes)} boxes{which} in {file}{exact}"]
     if asked.settle.lowered or asked.settle.within is not None:
         lines += moved_lines(found)
+    if load.prefix:
+        lines.append(f"names that begin with a digit have the prefix '{load.prefix}'")
     if load.skipped or asked.ignore:
         lines.append(f"left out: {', '.join((*load.skipped, *asked.ignore))}")
     return lines

@@ -30,7 +30,19 @@ from stackdsl.language.value_types import NAME
 LIKE: Final[Mapping[str, Sequence[str]]] = {
     "name": (
         *("id", "label", "box", "item", "carton", "sku", "no", "nr", "number", "key"),
-        *("cartonno", "cartonnr", "itemno", "boxno", "karton", "kartonnr", "artikel", "artikelnr", "packstück"),
+        *(
+            "nve",
+            "sscc",
+            "cartonno",
+            "cartonnr",
+            "itemno",
+            "boxno",
+            "karton",
+            "kartonnr",
+            "artikel",
+            "artikelnr",
+            "packstück",
+        ),
     ),
     "length": ("l", "len", "dx", "sx", "lx", "sizex", "länge", "laenge"),
     "width": ("w", "depth", "d", "breadth", "b", "dy", "sy", "ly", "sizey", "breite", "tiefe"),
@@ -49,6 +61,7 @@ _POSITION: Final = re.compile(r"pos(?:ition)?|[ck]oord(?:inate)?|cent(?:er|re)|c
 
 
 NAME_TWICE: Final = "give each a different name; or leave the column out with `ignore`"
+PREFIX: Final = "c"  # of names that begin with a digit, such as numbers of cartons
 INVALID_NAME: Final = " is not a valid name"
 
 
@@ -131,7 +144,11 @@ def read_table(reading: LoadReading, options: Import) -> ImportedLoad:
         reading.end()
     boxes = [_box(reading, row, columns, options.point == "corner") for row in boxes_only]
     _refuse_duplicate_names(reading, boxes_only, columns)
-    return reading.load([box for box in boxes if box is not None])
+    load = reading.load([box for box in boxes if box is not None])
+    numbered = "name" in columns and any(
+        re.match(r"[0-9]", _text_in(row, columns["name"].header)) for row in boxes_only
+    )
+    return replace(load, prefix=PREFIX) if numbered else load
 
 
 # --- rows -------------------------------------------------------------------------------------------------------------
@@ -346,7 +363,12 @@ def _likely_headers(rows: Sequence[_Row]) -> Mapping[str, str]:
     headers = list(dict.fromkeys(header for row in rows for header in row.cells))
     exact = {name: header for header in headers if (name := _exact_column(header))}
     meant: dict[str, str] = {}
-    for header in sorted(headers, key=lambda each: not each.lower().startswith(GROSS)):
+
+    def order(header: str) -> tuple[bool, bool]:
+        unusable = likely_column(header) == "name" and _unusable_name(rows, header)
+        return unusable, not header.lower().startswith(GROSS)
+
+    for header in sorted(headers, key=order):
         if (name := likely_column(header)) and not _exact_column(header):
             meant.setdefault(name, header)
     return {**meant, **exact}
@@ -434,7 +456,8 @@ def _refuse_unsupported(
     headers = list(unsupported)
     likely = _likely_headers(rows)
     meant = {header: name for name, header in likely.items() if header in unsupported}
-    layers, names = _layer_heights(rows, likely, missing), likely.get("name", "")
+    layers = _layer_heights(rows, likely, [name for name in missing if name not in meant.values()])
+    names = likely.get("name", "")
     if names in meant and _unusable_name(rows, names):
         del meant[names]  # a number of an article is often no name, or that of several boxes
     reading.proposed["ignore"] = [header for header in headers if header not in meant]
@@ -456,8 +479,13 @@ def _refuse_unsupported(
 
 def _unusable_name(rows: Sequence[_Row], header: str) -> bool:
     """Return whether a column has two equal names, or texts that are no names."""
-    names = [name for row in rows if (name := _text_in(row, header))]
+    names = [_prefixed(name) for row in rows if (name := _text_in(row, header))]
     return len({*names}) < len(names) or not all(re.fullmatch(NAME, name) for name in names)
+
+
+def _prefixed(name: str) -> str:
+    """Return the name of a box: a text that begins with a digit gets a prefix."""
+    return PREFIX + name if re.match(r"[0-9]", name) else name
 
 
 def _new_headers(reading: LoadReading, rows: Sequence[_Row], new: Mapping[str, str]) -> str:
@@ -567,7 +595,7 @@ def _box(reading: LoadReading, row: _Row, columns: Mapping[str, _Column], of_cor
         return None
     if of_corner:
         x, y, z = x + length / 2, y + width / 2, z + height / 2
-    name = cells["name"].text.strip() if "name" in cells else ""
+    name = _prefixed(cells["name"].text.strip()) if "name" in cells else ""
     if name and not re.fullmatch(NAME, name):
         # The other names of the column are mostly of the same form, so one message is enough.
         if not any(mistake.message.endswith(INVALID_NAME) for mistake in reading.mistakes):
@@ -600,7 +628,7 @@ def _refuse_duplicate_names(reading: LoadReading, rows: Sequence[_Row], columns:
     seen: set[str] = set()
     for row in rows if "name" in columns else ():
         cell = row.cells.get(columns["name"].header)
-        if cell is None or not (name := cell.text.strip()):
+        if cell is None or not (name := _prefixed(cell.text.strip())):
             continue
         if name in seen:
             reading.wrong(cell.span, f"two boxes have the name '{name}'", NAME_TWICE)

@@ -117,7 +117,7 @@ def test_a_german_table_has_all_its_questions_asked_at_once(stackdsl: Stackdsl, 
     write(tmp_path, EXCEL, "load.csv")
     asked = stackdsl("import", "load.csv")
     assert asked.code == ExitCode.INVALID
-    header = "Karton-Nr.;length [cm];width [cm];height [cm];mass [kg];X (cm);Y (cm);Z (cm);Bemerkung"
+    header = "name;length [cm];width [cm];height [cm];mass [kg];X (cm);Y (cm);Z (cm);Bemerkung"
     assert f"replace the line of headers by `{header}`" in asked.err
     assert "z of the lowest boxes is 0, so write --point corner" in asked.err
     assert "load.csv:5:1: SD114 the row has no size and no position, as in a row of totals ('Summe')" in asked.err
@@ -187,3 +187,16 @@ def test_names_that_cannot_be_used_are_left_out_by_the_proposed_command(stackdsl
     asked = stackdsl("import", "load.csv").err
     assert "'box 0' is not a valid name" in asked
     assert stackdsl(*shlex.split(asked.splitlines()[-1])[1:]).code == ExitCode.OK
+
+
+def test_numbers_of_cartons_become_their_names_with_a_prefix(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    rows = "".join(f"3401{n};A-1040;{n + 1};0;0;{250 * n};300;400;250;12\n" for n in range(2))
+    write(tmp_path, f"NVE;Artikel;Lage;Pos_X;Pos_Y;Pos_Z;Länge;Breite;Höhe;Gewicht_kg\n{rows}", "load.csv")
+    asked = stackdsl("import", "load.csv").err
+    assert "`name;Artikel;Lage;x;y;z;length;width;height;mass [kg]`" in asked
+    assert "add the column" not in asked  # Pos_Z is the z
+    assert "--ignore NVE" not in asked
+    write(tmp_path, f"name;Artikel;Lage;x;y;z;length;width;height;mass [kg]\n{rows}", "load.csv")
+    printed = stackdsl(*shlex.split(asked.splitlines()[-1])[1:]).out
+    assert "name: c34010" in printed
+    assert "names that begin with a digit have the prefix 'c'" in printed
