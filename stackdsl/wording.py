@@ -63,8 +63,7 @@ def survived_text(value: float) -> str:
 
 def unaided_text(alone: float) -> str:
     """Say what friction between neighbours adds to a margin of acceleration; `alone` is the margin without it [g]."""
-    without = f"{survived_text(alone)} g" if alone > 0.0 else "nothing is proven"
-    return f"with friction between neighbours that touch; {without} without it"
+    return f"with friction between neighbours that touch; {survived_text(alone)} g without it"
 
 
 def mass_text(mass: float) -> str:

@@ -67,10 +67,11 @@ def _carries(contact: Contact) -> bool:
 
 
 def without_neighbours(problem: Problem, gravity: float | None = None) -> float | None:
-    """Return the margin of acceleration [g] without friction between the side faces of bricks; 0 if none is proven.
+    """Return the margin of acceleration [g] without friction between the side faces of bricks.
 
-    None if no such faces touch with friction. Faces that touch exactly, as in tables of nominal sizes, carry part of
-    the weight of a neighbour by friction, which a small gap takes away.
+    None if no such faces touch with friction, or if the structure needs this friction at rest, as an arch does. Faces
+    that touch exactly, as in tables of nominal sizes, carry part of the weight of a neighbour by friction, which a
+    small gap takes away.
     """
     from stability.analysis.acceleration_margin import acceleration  # noqa: PLC0415 -- it brings numpy
 
@@ -84,7 +85,7 @@ def without_neighbours(problem: Problem, gravity: float | None = None) -> float 
         for contact in problem.contacts
     ]
     margin = acceleration(replace(problem, contacts=tuple(contacts)), gravity=gravity)
-    return 0.0 if margin is None else margin.value
+    return None if margin is None else margin.value
 
 
 def first_tipping(problem: Problem, gravity: float | None = None) -> Weakest | None:

@@ -30,19 +30,8 @@ from stackdsl.language.value_types import NAME
 LIKE: Final[Mapping[str, Sequence[str]]] = {
     "name": (
         *("id", "label", "box", "item", "carton", "sku", "no", "nr", "number", "key"),
-        *(
-            "nve",
-            "sscc",
-            "cartonno",
-            "cartonnr",
-            "itemno",
-            "boxno",
-            "karton",
-            "kartonnr",
-            "artikel",
-            "artikelnr",
-            "packstück",
-        ),
+        *("nve", "sscc", "cartonno", "cartonnr", "itemno", "boxno", "karton", "kartonnr"),
+        *("artikel", "artikelnr", "packstück"),
     ),
     "length": ("l", "len", "dx", "sx", "lx", "sizex", "länge", "laenge"),
     "width": ("w", "depth", "d", "breadth", "b", "dy", "sy", "ly", "sizey", "breite", "tiefe"),
