@@ -9,6 +9,7 @@ from stability.engines.scene_scale import SceneScale
 from stability.model import Brick
 from stability.stabilizers.protocol import Stabilizer
 from stability.stabilizers.rest import RestLimits
+from stackdsl.entry_points import offered_systems
 from stackdsl.simulation.known_systems import KNOWN
 from stackdsl.simulation.systems import Method, System
 from stackdsl.timeline import Timeline
@@ -30,11 +31,16 @@ def settings_for(timeline: Timeline, system: System) -> EngineSettings:
     return system.engine.scaled(scale_of(timeline).resized(system.modification.size))
 
 
+def _is_foreign(system: System) -> bool:
+    """Check that another package offers a system, so that faults of its engine are reported as that package's."""
+    return system.name not in KNOWN and system.name in offered_systems()
+
+
 def load(system: System) -> None:
     """Import the modules of a system before the run, so that the run time of the first case does not include it."""
     if system.method is Method.PROVEN:
         import stability.stabilizers.exact.stabilizer  # noqa: F401, PLC0415 -- other systems need no statics
-    elif system.name in KNOWN:
+    elif not _is_foreign(system):
         load_engine(system.engine)
     else:
         from stackdsl.simulation.plugins import world_class  # noqa: PLC0415 -- it reads the installed packages
@@ -47,7 +53,7 @@ def opened_world(timeline: Timeline, system: System) -> World:
     scene, settings, size = timeline.world, settings_for(timeline, system), system.modification.size
 
     def engine(settings: EngineSettings, heaviest: float) -> World:
-        if system.name in KNOWN:
+        if not _is_foreign(system):
             return stepped_world(settings, size * scene.gravity, scene.friction, heaviest)
         from stackdsl.simulation.plugin_world import opened_plugin_world  # noqa: PLC0415 -- rare
 

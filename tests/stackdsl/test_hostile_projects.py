@@ -20,6 +20,7 @@ from stackdsl.disk import LeadsOutsideError, read_file
 from stackdsl.goldens.golden import content, remove_obsolete, write_golden
 from stackdsl.language.yaml.source import parse
 from stackdsl.project_file import confined, project_of
+from stackdsl.report.outline import remedy_text
 from stackdsl.report.studies import sweep_lines
 from stackdsl.results import GoldenResult
 from stackdsl.supervising.worker import TaskResult, TaskStatus
@@ -690,8 +691,8 @@ def test_no_page_outside_is_served_and_no_link_out_is_watched(stackdsl: Stackdsl
 
 def test_file_names_in_advice_are_quoted_for_a_shell() -> None:
     (case,), _ = cases_of(parse(GOOD, "x;touch PWNED;.yaml"))
-    told = checked(case, TaskResult(TaskStatus.CRASHED, message="it ended"), Goldens(None)).message
-    assert "stackdsl run 'x;touch PWNED;.yaml' -k" in told
+    crashed = checked(case, TaskResult(TaskStatus.CRASHED, message="it ended"), Goldens(None))
+    assert "stackdsl run 'x;touch PWNED;.yaml' -k" in remedy_text(crashed)
 
 
 def test_what_a_forged_row_of_a_sweep_says_steers_no_terminal() -> None:
