@@ -42,7 +42,7 @@ class Curve:
     last: float
     samples: int
     truth: Callable[[float], float]  # the probability of a fall, by intensity in SI
-    bearing: float | None = 0.0  # of the shaking
+    bearing: float | None = 0.0  # of the acceleration or tilt
 
 
 def _within(middle: float, spread: float, half: float) -> float:
@@ -169,7 +169,7 @@ def row(curve: Curve, workers: int) -> Row:
     result, median = drawn(curve, curve.samples, workers), true_median(curve)
     shown = result.intensity.shown
     points = [(point.within, curve.truth(point.value)) for point in result.points]
-    fitted, half = result.curve.median if result.curve is not None else inf, result.half or inf
+    fitted, half = result.fit.median if result.fit is not None else inf, result.half or inf
     verdicts = curve.samples if result.intensity.kind in ("acceleration", "tilt") else curve.samples * len(points)
     return {
         "unit": result.intensity.shown_unit,
@@ -179,10 +179,10 @@ def row(curve: Curve, workers: int) -> Row:
         "off_percent": 100.0 * (fitted / median - 1.0),
         "half": shown(half),
         "half_off_percent": 100.0 * (half / median - 1.0),
-        "dispersion": float(result.curve.dispersion) if result.curve is not None else inf,
+        "dispersion": float(result.fit.dispersion) if result.fit is not None else inf,
         "points": len(points),
         "points_that_hold_the_truth": sum(within.low <= truth <= within.high for within, truth in points),
-        "points_that_the_curve_misses": len(result.missed),
+        "p": result.test.p_text if result.test is not None else "",
         "open": result.left_out,
         "cpu_ms_a_verdict": 1000.0 * result.cpu_time / verdicts,
     }

@@ -67,7 +67,7 @@ EXAMPLES: Final[Mapping[str, Mapping[str, str]]] = {
         "stackdsl survive load.yaml --plot load.svg": "the same, drawn",
     },
     "fragility": {
-        "stackdsl fragility shaky.yaml --over tilt": "the share that falls, by tilt",
+        "stackdsl fragility shaky.yaml --over acceleration --bearing 0": "by constant acceleration along +x",
         "stackdsl fragility shaky.yaml --over jitter --from '1 mm' --to '8 mm'": "by error of placement",
     },
     "sensitivities": {

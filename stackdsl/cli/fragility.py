@@ -1,4 +1,4 @@
-"""`stackdsl fragility`: share of samples that fall, over friction, shaking, tilt, placement errors or a variable."""
+"""`stackdsl fragility`: share of samples that fall, over an acceleration, tilt, friction, errors or a variable."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -18,6 +18,7 @@ from stackdsl.cli.options import (
     ON_KEYWORD,
     ON_SYSTEMS,
     ONE_FILE,
+    FilePath,
     Number,
     code_without_runs,
     complain,
@@ -25,7 +26,7 @@ from stackdsl.cli.options import (
 )
 from stackdsl.cli.terminal import counted, tell, write, write_data
 from stackdsl.exits import ExitCode
-from stackdsl.report.studies import fragility_lines, fragility_table
+from stackdsl.report.studies import capacities_table, fragility_lines, fragility_table
 from stackdsl.studies.fragility import CurveResult, FragilityPlan
 from stackdsl.studies.fragility import draw as draw_samples
 from stackdsl.studies.fragility_curve import FEWEST_POINTS, Fragility
@@ -57,9 +58,15 @@ RANDOM = """so all runs would be the same. Add these lines:
     "--over",
     required=True,
     metavar="INTENSITY",
-    help="One of friction, acceleration, tilt, jitter, or a variable of the file.",
+    help="One of acceleration (constant and horizontal, not the peak of a record), tilt, friction, jitter, "
+    "or a variable of the file.",
 )
-@click.option("--from", "first", help="Least intensity, such as '0.5 mm'. Default: a quarter of the value in FILE.")
+@click.option(
+    "--from",
+    "first",
+    help="Least intensity, such as '0.5 mm' or '0.1 g'. Default: a quarter of the value in FILE; for acceleration and "
+    "tilt, points where the samples fall.",
+)
 @click.option("--to", "last", help="Largest intensity. Default: four times the value in FILE.")
 @click.option(
     "--points",
@@ -84,6 +91,11 @@ RANDOM = """so all runs would be the same. Add these lines:
 @ON_KEYWORD
 @ON_JOBS
 @click.option("--cache/--no-cache", default=True, help="Whether to reuse the results of an interrupted call.")
+@click.option(
+    "--capacities",
+    type=FilePath,
+    help="Write the acceleration or tilt that each sample survives to this CSV file.",
+)
 @ON_FORM
 @ON_PLOT
 @click.pass_context
@@ -102,6 +114,7 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     keyword: str,
     jobs: int,
     cache: bool,
+    capacities: Path | None,
     form: str,
     plot: Path | None,
 ) -> None:
@@ -111,6 +124,8 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     gathered, selected = selected_of(file, Selection(systems, keyword))
     plans = list(_plans(selected, asked))
     refuse_several(plot, len(plans))
+    if capacities is not None and not all(plan.has_capacities for _, plan in plans):
+        raise click.UsageError("--capacities applies only to acceleration and tilt; remove it")
     memory = _memory(file, cache)
     curves: list[tuple[str, Fragility]] = []
     code = code_without_runs(gathered, selected)
@@ -128,6 +143,8 @@ def fragility_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         write_data(fragility_table(curves).written_as(form), form)
     if plot is not None and curves:
         draw(partial(drawn_plot, *curves[0]), plot)
+    if capacities is not None and curves:
+        draw(lambda _: capacities_table(curves).csv().encode(), capacities)
     context.exit(code)
 
 
@@ -177,9 +194,8 @@ def _drawn(name: str, plan: FragilityPlan, jobs: int, memory: ResultCache) -> Cu
 def _told(plan: FragilityPlan) -> str:
     """Describe the plan, with the default values of options."""
     samples = f"{plan.samples} samples, seed {plan.seed}"
-    if plan.shakes:
-        which = "in the worst direction of each" if plan.bearing is None else "along the bearing"
-        return f"{samples}; computing the {plan.intensity.name} that each survives once built, {which}"
+    if plan.has_capacities:
+        return f"{samples}; computing the constant {plan.intensity.name} that each survives once built"
     how = "in equal ratios" if plan.values[0] > 0.0 else "at equal distances"
     return f"{len(plan.values)} points over {plan.intensity.name}, {how}; the same {samples}, at each point"
 

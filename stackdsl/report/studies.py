@@ -36,7 +36,7 @@ from stackdsl.wording import (
 
 if TYPE_CHECKING:  # these import scipy
     from stackdsl.judging.statistics import Interval
-    from stackdsl.studies.fragility_curve import CurvePoint, Fragility
+    from stackdsl.studies.fragility_curve import CurvePoint, Fragility, Lognormal
     from stackdsl.studies.sweep import SweptCase
 
 LABEL: Final = 11  # [characters] column of labels
@@ -53,6 +53,13 @@ WIDEST_NAMES: Final = 28  # [characters] of numbers beside their values
 
 PERCENT = 100.0
 FRAGILITY_COLUMNS = ("value", "unit", "fell", "unknown", "samples", "share", "low", "high", "decided")
+SETTINGS = ("bearing_deg", "seed", "confidence", "jitter")  # columns that are the same in all rows of a curve
+WORST = "worst"  # in place of a bearing
+MANY_SAMPLES = 100  # fewer show only large differences from a curve
+STEADY = {
+    "acceleration": "acceleration: constant, horizontal, at the onset of tipping or sliding; not the peak of a record",
+    "tilt": "tilt: of the whole scene, held constant, at the onset of tipping or sliding",
+}
 
 
 def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
@@ -67,14 +74,32 @@ def fragility_lines(name: str, fragility: "Fragility") -> Iterator[str]:
     yield f"  {heading:>{width}}    falls  {sure} interval"
     yield from (f"  {value:>{width}}  {share}  {counts}" for value, share, counts in rows)
     yield ""
-    yield from (f"  {line}" for line in _curve_lines(fragility, unit, sure))
+    yield from (f"  {line}" for line in _curve_lines(fragility, sure))
+    yield f"  {settings_text(fragility)}"
+    if fragility.intensity.is_steady:
+        yield f"  {STEADY[fragility.intensity.kind]}"
     judged = sum(point.count for point in fragility.points)
-    if fragility.intensity.is_shaking and fragility.points:
+    if fragility.intensity.is_steady and fragility.points:
         judged = fragility.points[0].count
     if judged:
         each = 1000.0 * fragility.cpu_time / judged
         how = f" by {', '.join(sorted(ways))}" if ways else ""
         yield f"  {judged} verdicts{how} in {fragility.cpu_time:.3g} s of CPU time, {each:.3g} ms each"
+
+
+def settings_text(fragility: "Fragility") -> str:
+    """Return the number of samples, the seed, the placement errors and the direction."""
+    jitter = f"jitter {fragility.jitter}" if fragility.jitter else "no jitter"
+    jitter += ", scaled to each point" * (fragility.intensity.kind == "jitter")
+    direction = f"; {direction_text(fragility)}" if fragility.intensity.is_steady else ""
+    return f"{how_many(fragility.samples, 'sample')}, seed {fragility.seed}; {jitter}{direction}"
+
+
+def direction_text(fragility: "Fragility") -> str:
+    """Return the direction of an acceleration or a tilt."""
+    if fragility.bearing is None:
+        return "worst direction of each sample"
+    return f"direction {_rounded(degrees(fragility.bearing)):g} deg from +x towards +y"
 
 
 def half_text(fragility: "Fragility") -> str:
@@ -84,12 +109,12 @@ def half_text(fragility: "Fragility") -> str:
     """
     over, curve, sure = fragility.intensity.name, fragility.curve, f"{PERCENT * fragility.confidence:.6g} %"
     half, bracket = fragility.half, fragility.bracket
-    if curve is not None and fragility.is_lognormal and not fragility.fell_built:
+    if curve is not None and not fragility.fell_built:
         within = _between(fragility, curve.median_within)
         return (
             f"half of the samples fall at {over} {_quantity(fragility, curve.median)} ({within}; {sure}, lognormal fit)"
         )
-    if fragility.intensity.is_shaking and half is not None and fragility.half_within is not None:
+    if fragility.intensity.is_steady and half is not None and fragility.half_within is not None:
         within = _between(fragility, fragility.half_within)
         return f"half of the samples fall at {over} {_quantity(fragility, half)} ({within}; {sure}, order statistics)"
     if bracket is not None:
@@ -105,17 +130,14 @@ def half_text(fragility: "Fragility") -> str:
     return f"{share} fall in this range of {over}, nowhere half of them"
 
 
-def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
-    curve = fragility.curve
+def _curve_lines(fragility: "Fragility", sure: str) -> Iterator[str]:
+    curve, test = fragility.curve, fragility.test
     if fragility.fell_built:
-        counted = "the curve describes the others" if fragility.is_lognormal else "they count as fallen at each point"
-        yield f"{how_many(fragility.fell_built, 'sample')} fell during the build; {counted}"
+        others = "; the lognormal curve describes the others" if curve is not None else ""
+        fallen = "counts as fallen" if fragility.fell_built == 1 else "count as fallen"
+        yield f"{how_many(fragility.fell_built, 'sample')} fell during the build and {fallen} at each point{others}"
     if curve is None:
         yield f"no lognormal curve: {fragility.no_curve}"
-    elif missed := fragility.missed:
-        where = ", ".join(_number(fragility, point.value) for point in missed)
-        count = f"{len(missed)} of {how_many(len(fragility.points), 'point')}"
-        yield f"no lognormal curve: the best fit misses the {sure} interval of {count}, at {where} {unit}".rstrip()
     else:
         how = "" if curve.rises else ", decreasing: fewer samples fall at larger values"
         median = ""
@@ -126,6 +148,9 @@ def _curve_lines(fragility: "Fragility", unit: str, sure: str) -> Iterator[str]:
             f"lognormal curve: {median}dispersion {curve.dispersion:.3g} ({_plain_interval(curve.dispersion_within)})"
             f"{how}; {sure} intervals"
         )
+    if curve is not None and test is not None:
+        few = "; few samples show only large differences" if fragility.samples < MANY_SAMPLES else ""
+        yield f"test of the curve: not refused, {test.text(_quantity(fragility, test.at))}{few}"
     if fragility.left_out:
         yield f"{fragility.left_out} undecided verdicts are left out of the curve"
 
@@ -162,43 +187,86 @@ def _plain_interval(within: "Interval") -> str:
 def fragility_table(curves: "Sequence[tuple[str, Fragility]]") -> StudyTable:
     """Return a row for each point; JSON has the curve as well, `null` where there is none."""
     rows = [
-        {"case": name, "over": fragility.intensity.name, **_fragility_row(fragility, point)}
+        {
+            "case": name,
+            "over": fragility.intensity.name,
+            **_fragility_row(fragility, point),
+            **{key: as_values(fragility)[key] for key in SETTINGS},
+        }
         for name, fragility in curves
         for point in fragility.points
     ]
     details = [{"case": name, **as_values(fragility)} for name, fragility in curves]
-    return StudyTable(("case", "over", *FRAGILITY_COLUMNS), rows, details)
+    return StudyTable(("case", "over", *FRAGILITY_COLUMNS, *SETTINGS), rows, details)
+
+
+def capacities_table(curves: "Sequence[tuple[str, Fragility]]") -> StudyTable:
+    """Return a row for the capacity of each sample, as bounds between which it falls; None where there is no bound."""
+    rows = [
+        {
+            "case": name,
+            "sample": number,
+            "outcome": "fell built" if each.outcome > 0 else "stands" if each.outcome == 0 else "undecided",
+            "survives": _shown(fragility, each.survived),
+            "falls": _shown(fragility, each.fails) if each.fails < inf else None,
+            "unit": fragility.intensity.shown_unit,
+        }
+        for name, fragility in curves
+        for number, each in fragility.capacities.items()
+    ]
+    return StudyTable(("case", "sample", "outcome", "survives", "falls", "unit"), rows, rows)
+
+
+def _shown(fragility: "Fragility", acceleration: float) -> float:
+    intensity = fragility.intensity
+    return float(f"{intensity.shown(intensity.of_acceleration(acceleration)):.10g}")
 
 
 def as_values(fragility: "Fragility") -> dict[str, Any]:
     """Return a fragility curve as plain values."""
-    curve, half_within = fragility.curve, fragility.half_within
-    fitted = None
-    if curve is not None:
-        fitted = {
-            "median": _rounded(fragility.intensity.shown(curve.median)),
-            "median_within": [_rounded(fragility.intensity.shown(end)) for end in _ends(curve.median_within)],
-            "dispersion": _rounded(curve.dispersion),
-            "dispersion_within": [_rounded(end) for end in _ends(curve.dispersion_within)],
-            "rises": curve.rises,
-        }
+    half_within, test = fragility.half_within, fragility.test
+    bearing = WORST if fragility.bearing is None else _rounded(degrees(fragility.bearing))
     return {
         "over": fragility.intensity.name,
         "unit": fragility.intensity.shown_unit,
+        "samples": fragility.samples,
         "seed": fragility.seed,
         "confidence": fragility.confidence,
+        "jitter": fragility.jitter,
+        "bearing_deg": bearing if fragility.intensity.is_steady else None,
         "points": [
             {**_fragility_row(fragility, point), "decided": dict(sorted(point.ways.items()))}
             for point in fragility.points
         ],
-        "lognormal": fitted,
-        "is_lognormal": fragility.is_lognormal,
+        "lognormal": _lognormal(fragility, fragility.curve),
+        "is_lognormal": fragility.curve is not None,
         "no_lognormal": fragility.no_curve,
+        "refused_lognormal": _lognormal(fragility, fragility.refused),
+        "test": test
+        and {
+            "method": test.method,
+            "level": test.level,
+            "p": _rounded(test.p),
+            "largest_difference": _rounded(test.largest),
+            "at": _rounded(fragility.intensity.shown(test.at)),
+        },
         "half": _rounded(fragility.intensity.shown(fragility.half)) if fragility.half is not None else None,
         "half_within": half_within and [_rounded(fragility.intensity.shown(end)) for end in _ends(half_within)],
         "fell_built": fragility.fell_built,
         "left_out": fragility.left_out,
-        "missed": [_rounded(fragility.intensity.shown(point.value)) for point in fragility.missed],
+    }
+
+
+def _lognormal(fragility: "Fragility", curve: "Lognormal | None") -> dict[str, Any] | None:
+    if curve is None:
+        return None
+    shown = fragility.intensity.shown
+    return {
+        "median": _rounded(shown(curve.median)),
+        "median_within": [_rounded(shown(end)) for end in _ends(curve.median_within)],
+        "dispersion": _rounded(curve.dispersion),
+        "dispersion_within": [_rounded(end) for end in _ends(curve.dispersion_within)],
+        "rises": curve.rises,
     }
 
 

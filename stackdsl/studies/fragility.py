@@ -1,7 +1,7 @@
 """Fragility curves: judges the same samples at several intensities, in supervised processes.
 
-The result of a chunk of samples depends only on their numbers, so it is cached across interrupted calls. For shaking
-and tilt, the margin of a sample gives the intensity at which it falls, so each sample is judged only once.
+The result of a chunk of samples depends only on their numbers, so it is cached across interrupted calls. For a constant
+acceleration and a tilt, the margin of a sample is the intensity at which it falls, so each sample is judged only once.
 """
 
 import json
@@ -9,7 +9,11 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
+from math import ceil, inf
 from time import process_time
+
+import numpy as np
+from scipy.special import ndtr, ndtri
 
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import Case
@@ -27,15 +31,17 @@ from stackdsl.sampling.samples import (
 )
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
-from stackdsl.studies.fragility_curve import CurveSettings, Fragility, curve_of_capacities, curve_of_outcomes, spaced
-from stackdsl.studies.fragility_intensity import Capacity, Intensity, capacities_of
+from stackdsl.studies.fragility_curve import CurveSettings, Fragility, curve_of_capacities, curve_of_outcomes
+from stackdsl.studies.fragility_intensity import Capacity, Intensity, capacities_of, jitter_text
 from stackdsl.supervising.processes import OnWait, run_supervised
 from stackdsl.supervising.worker import Task, TaskResult, TaskStatus
+from stackdsl.wording import rounded_up
 
 TOGETHER = 500  # samples of a chunk that are judged together, by arithmetic
 APART = 25  # samples of a chunk that are compiled, solved or played one by one
-NARROW = 0.5  # of the largest capacity: if the least is above, points cover only the range of capacities
-FEW = 3  # points
+FIRST_SHARE, LAST_SHARE = 0.01, 0.99  # of the samples that fall at the first and last of the chosen points
+DIGITS = 6  # of the chosen points
+ROUNDING = 1e-9  # relative; more than the error of the conversion of units
 TIME_LIMIT = 3600.0  # [s] of wall time a chunk
 
 
@@ -87,7 +93,7 @@ class FragilityPlan:
     samples: int
     seed: int
     confidence: float
-    bearing: float | None = None  # of the shaking [rad]; None for the worst of each sample
+    bearing: float | None = None  # of the acceleration or tilt [rad]; None for the worst of each sample
 
     @property
     def name(self) -> str:
@@ -96,28 +102,28 @@ class FragilityPlan:
         return f"{self.case.scenario_name}[{','.join([*chosen, self.case.system])}]"
 
     @property
-    def shakes(self) -> bool:
+    def has_capacities(self) -> bool:
         """Whether each sample has a capacity, as the intensity is a tilt or an acceleration."""
-        return self.intensity.is_shaking
+        return self.intensity.is_steady
 
     @property
     def work(self) -> int:
         """Number of verdicts: samples times intensities, or samples if each has a capacity."""
-        return self.samples * (1 if self.shakes else len(self.values))
+        return self.samples * (1 if self.has_capacities else len(self.values))
 
     def tasks(self) -> list[tuple[float, Draws]]:
         """Return all chunks, in order of intensity."""
         proven = system_named(self.case.system).method is Method.PROVEN
-        together = proven and not self.shakes and self.case.variant.values.get("uncertain") is None
+        together = proven and not self.has_capacities and self.case.variant.values.get("uncertain") is None
         size = TOGETHER if together else APART
         firsts = range(0, self.samples, size)
         name = self.case.scenario.scenario
         chunks = [Draws(self.seed, name, first, min(size, self.samples - first)) for first in firsts]
-        return [(value, draws) for value in ((0.0,) if self.shakes else self.values) for draws in chunks]
+        return [(value, draws) for value in ((0.0,) if self.has_capacities else self.values) for draws in chunks]
 
     def task(self, value: float, draws: Draws) -> Task:
         """Return the task of a worker for a chunk."""
-        if self.shakes:
+        if self.has_capacities:
             return Task(capacity_chunk, (self.case.variant, draws, self.bearing), TIME_LIMIT)
         setting = self.intensity.setting(value)
         return Task(outcomes_at, (self.case.variant, self.case.system, draws, setting), TIME_LIMIT)
@@ -151,8 +157,9 @@ class CurveResult:
     def fragility(self) -> Fragility | None:
         """Return the curve through all points whose samples are all judged; None if there are no such points."""
         plan = self.plan
-        terms = CurveSettings(plan.intensity, plan.seed, plan.confidence)
-        curve = _curve_of_capacities(self, terms) if plan.shakes else _curve_of_outcomes(self, terms)
+        jitter = jitter_text(plan.case.timeline.jitter.values())
+        terms = CurveSettings(plan.intensity, plan.seed, plan.confidence, plan.bearing, jitter)
+        curve = _curve_of_capacities(self, terms) if plan.has_capacities else _curve_of_outcomes(self, terms)
         cpu_time = sum(chunk.cpu_time for chunk in self.chunks.values())
         return None if curve is None else replace(curve, name=plan.name, cpu_time=cpu_time)
 
@@ -171,27 +178,37 @@ def _curve_of_outcomes(result: CurveResult, terms: CurveSettings) -> Fragility |
 
 
 def _curve_of_capacities(result: CurveResult, terms: CurveSettings) -> Fragility | None:
-    chunks = [result.chunks[key] for key in sorted(result.chunks)]
-    capacities = [each for chunk in chunks if isinstance(chunk, CapacityChunk) for each in chunk.capacities]
-    if not capacities:
+    chunks = [(first, chunk) for (_, first), chunk in sorted(result.chunks.items())]
+    by_number = {
+        number: capacity
+        for first, chunk in chunks
+        if isinstance(chunk, CapacityChunk)
+        for number, capacity in enumerate(chunk.capacities, start=first)
+    }
+    if not by_number:
         return None
     ways = Counter[str]()
-    for chunk in chunks:
+    for _, chunk in chunks:
         ways.update(chunk.ways)
-    return curve_of_capacities(terms, capacities, result.plan.values or _reached(result.plan, capacities), ways)
+    capacities = list(by_number.values())
+    curve = curve_of_capacities(terms, capacities, result.plan.values or _chosen(result.plan, capacities), ways)
+    return replace(curve, capacities=by_number)
 
 
-def _reached(plan: FragilityPlan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
-    """Return values of the intensity for the points of a curve.
+def _chosen(plan: FragilityPlan, capacities: Sequence[Capacity]) -> tuple[float, ...]:
+    """Return intensities where the samples fall: capacities at shares with equal steps of the normal quantile.
 
-    They go from 0 to the largest capacity, or, after 0, only over the range of capacities if that is narrow.
+    Each is rounded up, so that its sample falls. The interval of Clopper and Pearson also holds at such points.
     """
-    ends = [each.fails for each in capacities if each.survived > 0.0 and each.fails < float("inf")]
-    least, most = (plan.intensity.of_acceleration(end) for end in (min(ends, default=1.0), max(ends, default=1.0)))
-    if least <= NARROW * most or least == most or plan.points <= FEW:
-        return tuple(float(value) for value in spaced(0.0, most, plan.points))
-    before = least - (most - least) / (plan.points - FEW)
-    return (0.0, *(float(value) for value in spaced(before, most, plan.points - 1)))
+    intensity = plan.intensity
+    ends = sorted(each.fails for each in capacities if each.survived > 0.0 and each.fails < inf)
+    if not ends:
+        return (0.0,)
+    first, last = float(ndtri(FIRST_SHARE)), float(ndtri(LAST_SHARE))
+    shares = ndtr(np.linspace(first, last, plan.points))
+    chosen = (ends[ceil(share * len(ends)) - 1] for share in shares)
+    shown = (intensity.shown(intensity.of_acceleration(end)) * (1.0 + ROUNDING) for end in chosen)
+    return tuple(dict.fromkeys(intensity.in_si(float(rounded_up(value, DIGITS))) for value in shown))
 
 
 def draw(
@@ -243,6 +260,6 @@ def _from_record(plan: FragilityPlan, record: list[object]) -> Chunk | CapacityC
     assert isinstance(rows, list)
     assert isinstance(ways, dict)
     assert isinstance(cpu_time, float)
-    if plan.shakes:
+    if plan.has_capacities:
         return CapacityChunk(tuple(Capacity(*row) for row in rows), ways, cpu_time)
     return Chunk(tuple(rows), ways, cpu_time)

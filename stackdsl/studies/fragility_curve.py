@@ -1,14 +1,14 @@
 """Fits a lognormal fragility curve to shares of collapse, with exact intervals."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import exp, inf, log, sqrt
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import bdtr, chdtri, log_ndtr, ndtr, ndtri, stdtrit
+from scipy.special import bdtr, chdtrc, chdtri, log_ndtr, ndtr, ndtri, stdtrit
 
 from stability.geometry.rows import Array
 from stability.notebook import Displayed
@@ -30,9 +30,13 @@ from stackdsl.studies.fragility_intensity import Capacity, Intensity
 ROUNDING = 1e-9  # of logarithms: samples that differ by less count as equal
 LEVEL = 1e-7  # of a slope in deviations: smaller than the effect of one sample in millions
 FEWEST_POINTS = 2
+FEWEST_TESTED = 3  # points; a lognormal curve goes exactly through two
 STEEP = "and the points do not determine the slope; take closer points there"
 HALF = 0.5  # of the samples
-FEWEST = 3  # samples with known capacities, to estimate their dispersion
+FEWEST = 8  # samples with known capacities; the test of a fit holds from 8
+TEST_LEVEL = 0.05  # probability with which a truly lognormal curve is refused
+LEAST_P = 1e-4  # smaller values are not shown
+MOST_STATISTIC = 10.0  # of Anderson and Darling; the formula of p holds below
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,34 @@ class Lognormal:
         return float(ndtr(deviations if self.rises else -deviations))
 
 
+@dataclass(frozen=True, slots=True)
+class FitTest:
+    """Test of a lognormal curve against all samples at once."""
+
+    method: str
+    p: float  # probability of a fit that is at least as poor, if the curve is lognormal
+    largest: float  # difference between the share of samples and that of the curve
+    at: float  # intensity of the largest difference
+    level: float = TEST_LEVEL  # p value below which the curve is refused
+
+    @property
+    def refuses(self) -> bool:
+        """Whether the curve is refused."""
+        return self.p < self.level
+
+    @property
+    def p_text(self) -> str:
+        """The p value with its sign."""
+        return f"p < {LEAST_P:f}".rstrip("0") if self.p < LEAST_P else f"p = {self.p:.2g}"
+
+    def text(self, at: str) -> str:
+        """Return the result of the test in words; `at` is the intensity of the largest difference."""
+        return (
+            f"{self.p_text} ({self.method}, level {100.0 * self.level:g} %); "
+            f"the shares differ by at most {100.0 * self.largest:.1f} percentage points, at {at}"
+        )
+
+
 class UndeterminedError(Exception):
     """The data do not determine a curve; the message has a `{}` for each of the intensities `at`."""
 
@@ -61,8 +93,8 @@ class UndeterminedError(Exception):
         self.message, self.at = message, at
 
 
-def fit_to_outcomes(values: Array, fell: Array, confidence: float) -> Lognormal:
-    """Return the curve through the outcomes of samples at some intensities above zero.
+def fit_to_outcomes(values: Array, fell: Array, confidence: float) -> tuple[Lognormal, FitTest]:
+    """Return the curve through the outcomes of samples at some intensities above zero, and its test.
 
     `fell` is (samples, intensities): 1 if a sample fell, 0 if it stood, NaN if that is unknown. Raises
     UndeterminedError.
@@ -94,11 +126,41 @@ def fit_to_outcomes(values: Array, fell: Array, confidence: float) -> Lognormal:
         _within(number, deviations * spread) for number, spread in zip((median, dispersion), spreads, strict=True)
     )
     about_median, about_dispersion = of_both
-    return Lognormal(median, dispersion, about_median, about_dispersion, rises=bool(b > 0.0))
+    fitted = Lognormal(median, dispersion, about_median, about_dispersion, rises=bool(b > 0.0))
+    weights = design * (density / (above * below))
+    return fitted, _test_of_outcomes(values, fell, above, weights.T @ inverse, (design * count * density).T)
 
 
-def fit_to_capacities(capacities: Array, confidence: float) -> Lognormal:
-    """Return the curve of samples with known capacities. Raises UndeterminedError."""
+def _test_of_outcomes(values: Array, fell: Array, expected: Array, weights: Array, slopes: Array) -> FitTest:
+    """Return the chi-squared test of expected shares, corrected for the same samples at all points.
+
+    The statistic is the sum of the squared standard deviations of all counts. Its distribution is that of a weighted
+    sum of chi-squared variables, since counts are correlated and the curve is fitted to them; it is approximated as by
+    Rao and Scott, On chi-squared tests for multiway contingency tables, Annals of Statistics 12, 1984 (second order).
+    Correlations are those of the samples, variances those of the curve. `weights` (points, 2) times the residuals is
+    the change of the parameters, and `slopes` (points, 2) the derivatives of the counts by the parameters.
+    """
+    known = ~np.isnan(fell)
+    count, shares = known.sum(axis=0), np.nanmean(fell, axis=0)
+    residuals = np.where(known, fell - shares, 0.0)
+    spreads = np.sqrt((residuals**2).sum(axis=0))
+    scale = np.where(spreads > 0.0, spreads, 1.0)
+    correlation = (residuals / scale).T @ (residuals / scale)
+    np.fill_diagonal(correlation, 1.0)
+    deviations = np.sqrt(count * expected * (1.0 - expected))
+    moved = (np.eye(len(values)) - slopes @ weights.T) * deviations
+    # A count that is expected to be far below one sample has a spread of one sample.
+    units = np.maximum(deviations, 1.0)
+    covariance = moved @ correlation @ moved.T / np.outer(units, units)
+    mean, square = float(np.trace(covariance)), float((covariance**2).sum())
+    statistic = float((((shares - expected) * count / units) ** 2).sum())
+    p = float(chdtrc(mean**2 / square, statistic * mean / square))
+    worst = int(np.argmax(np.abs(shares - expected)))
+    return FitTest("chi-squared test of all points", p, float(abs(shares - expected)[worst]), float(values[worst]))
+
+
+def fit_to_capacities(capacities: Array, confidence: float) -> tuple[Lognormal, FitTest]:
+    """Return the curve of samples with known capacities, and its test. Raises UndeterminedError."""
     count = len(capacities)
     if count < FEWEST:
         raise UndeterminedError(f"only {count} samples have a known capacity, and a curve needs {FEWEST}")
@@ -110,7 +172,31 @@ def fit_to_capacities(capacities: Array, confidence: float) -> Lognormal:
     half = float(stdtrit(count - 1, 1.0 - 0.5 * error)) * unbiased / sqrt(count)
     squares = unbiased * sqrt(count - 1.0)
     low, high = (squares / sqrt(float(chdtri(count - 1, share))) for share in (0.5 * error, 1.0 - 0.5 * error))
-    return Lognormal(exp(mean), deviation, _within(exp(mean), half), Interval(low, high), rises=True)
+    fitted = Lognormal(exp(mean), deviation, _within(exp(mean), half), Interval(low, high), rises=True)
+    return fitted, _test_of_capacities(np.sort(logs), mean, unbiased)
+
+
+def _test_of_capacities(logs: Array, mean: float, deviation: float) -> FitTest:
+    """Return the test of Anderson and Darling of sorted logarithms, with estimated mean and deviation.
+
+    The p value is that of Stephens in D'Agostino and Stephens, Goodness-of-Fit Techniques, 1986, table 4.9.
+    """
+    count, z = len(logs), (logs - mean) / deviation
+    odd = 2.0 * np.arange(1, count + 1) - 1.0
+    raw = -count - float(odd @ (log_ndtr(z) + log_ndtr(-z[::-1]))) / count
+    a = min(raw * (1.0 + 0.75 / count + 2.25 / count**2), MOST_STATISTIC)
+    if a >= 0.6:  # noqa: PLR2004 -- the ranges of the four formulas
+        p = exp(1.2937 - 5.709 * a + 0.0186 * a**2)
+    elif a > 0.34:  # noqa: PLR2004
+        p = exp(0.9177 - 4.279 * a - 1.38 * a**2)
+    elif a > 0.2:  # noqa: PLR2004
+        p = 1.0 - exp(-8.318 + 42.796 * a - 59.938 * a**2)
+    else:
+        p = 1.0 - exp(-13.436 + 101.14 * a - 223.73 * a**2)
+    ranks = np.arange(count + 1) / count
+    off = np.maximum(ranks[1:] - ndtr(z), ndtr(z) - ranks[:-1])
+    worst = int(np.argmax(off))
+    return FitTest("Anderson-Darling test of the capacities", p, float(off[worst]), exp(float(logs[worst])))
 
 
 def _within(number: float, half: float) -> Interval:
@@ -138,8 +224,8 @@ def _most_likely(z: Array, fallen: Array, count: Array) -> Array:
 
 def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
     """Raise UndeterminedError if no curve has the largest likelihood, as for a step between two points."""
-    if len(values) < FEWEST_POINTS:
-        raise UndeterminedError("one intensity above zero is too few for a curve; take more points")
+    if len(values) < FEWEST_TESTED:
+        raise UndeterminedError(f"a curve and its test need {FEWEST_TESTED} points above zero; take more points")
     if fallen.sum() in (0, count.sum()):
         which = "no sample falls" if not fallen.any() else "all samples fall"
         raise UndeterminedError(f"{which} at any point above zero; take points on both sides of the change")
@@ -154,6 +240,9 @@ def _refuse_undetermined(values: Array, fallen: Array, count: Array) -> None:
 
 
 # The share of samples that fall, by intensity: points with exact intervals, and a lognormal curve through them.
+#
+# Samples that fall during the build count as fallen at each point and in the half point. The lognormal curve describes
+# the other samples.
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,37 +268,38 @@ class Fragility(Displayed):
 
     intensity: Intensity
     points: tuple[CurvePoint, ...]
-    curve: Lognormal | None  # of the samples that stand once built
+    curve: Lognormal | None  # of the samples that stand once built; None if they do not follow one
     no_curve: str  # reason why there is none
     half: float | None  # intensity at which half of the samples fall, by the points alone; None outside their range
     half_within: Interval | None  # of `half`, without assuming a lognormal curve; None outside the range of the points
     seed: int
     confidence: float
-    fell_built: int = 0  # samples that fell during the build, before they could be shaken
+    fell_built: int = 0  # samples that fell during the build, before the acceleration or tilt
     left_out: int = 0  # samples that the curve leaves out: undecided, or with no known upper bound of their capacity
     cpu_time: float = field(default=0.0, compare=False)  # [s], of all processes together
     name: str = ""  # of the case
+    refused: Lognormal | None = None  # the best fit, if the test refuses it
+    test: FitTest | None = None  # of the curve, or of the refused fit
+    bearing: float | None = None  # of the acceleration or tilt [rad]; None for the worst of each sample
+    jitter: str = ""  # placement errors in the scenario; empty if there are none
+    capacities: Mapping[int, Capacity] = field(default_factory=dict)  # by number of the sample
+
+    @property
+    def fit(self) -> Lognormal | None:
+        """The best fit, whether refused or not."""
+        return self.curve or self.refused
 
     def share(self, value: float) -> float | None:
-        """Return the share that falls by the curve, including the samples that fell during the build."""
-        if self.curve is None:
+        """Return the share that falls by the best fit, including the samples that fell during the build."""
+        if self.fit is None:
             return None
         before = self.fell_built / self.points[0].count if self.points else 0.0
-        return before + (1.0 - before) * self.curve.share(value)
+        return before + (1.0 - before) * self.fit.share(value)
 
     @property
-    def missed(self) -> tuple[CurvePoint, ...]:
-        """The points whose interval the curve misses."""
-        shares = ((point, self.share(point.value)) for point in self.points)
-        return tuple(p for p, share in shares if share is not None and not p.within.low <= share <= p.within.high)
-
-    @property
-    def is_lognormal(self) -> bool:
-        """Whether the curve describes the points: it lies within the interval of each.
-
-        As a fit goes close to its points, a true lognormal misses one of 11 in only 4 % of 600 trials at 95 %.
-        """
-        return self.curve is not None and not self.missed
+    def samples(self) -> int:
+        """The number of samples at each point."""
+        return self.points[0].count if self.points else 0
 
     @property
     def bracket(self) -> tuple["CurvePoint", "CurvePoint"] | None:
@@ -224,6 +314,43 @@ class CurveSettings:
     intensity: Intensity
     seed: int
     confidence: float
+    bearing: float | None = None  # [rad]
+    jitter: str = ""
+
+    def fragility(  # noqa: PLR0913, PLR0917 -- the fields of a curve
+        self,
+        points: tuple[CurvePoint, ...],
+        fitted: Callable[[], tuple[Lognormal, FitTest]],
+        half: float | None,
+        half_within: Interval | None,
+        fell_built: int = 0,
+        left_out: int = 0,
+    ) -> Fragility:
+        """Return a fragility curve with the fit, unless the data do not determine it or its test refuses it."""
+        curve, refused, test, why = None, None, None, ""
+        try:
+            curve, test = fitted()
+            if test.refuses:
+                curve, refused = None, curve
+                why = f"refused with {test.text(self.intensity.told(test.at))}"
+        except UndeterminedError as error:
+            why = error.message.format(*map(self.intensity.told, error.at))
+        return Fragility(
+            self.intensity,
+            points,
+            curve,
+            why,
+            half,
+            half_within,
+            self.seed,
+            self.confidence,
+            fell_built,
+            left_out,
+            refused=refused,
+            test=test,
+            bearing=self.bearing,
+            jitter=self.jitter,
+        )
 
 
 def curve_of_outcomes(
@@ -234,21 +361,14 @@ def curve_of_outcomes(
     above = [point.value for point in points if point.value > 0.0]
     # Zero has no logarithm.
     fell = np.array([[_fell(outcome) for outcome in outcomes[value]] for value in above]).T
-    curve, why = None, "no point is above zero"
-    if above:
-        try:
-            curve, why = fit_to_outcomes(np.array(above), fell, terms.confidence), ""
-        except UndeterminedError as error:
-            why = _why(error, terms.intensity)
     unknown = sum(point.unknown for point in points)
     bracket = _bracket(points)
     within = Interval(bracket[0].value, bracket[1].value) if bracket is not None else None
-    half = _half(points)
-    return Fragility(terms.intensity, points, curve, why, half, within, terms.seed, terms.confidence, left_out=unknown)
 
+    def fitted() -> tuple[Lognormal, FitTest]:
+        return fit_to_outcomes(np.array(above), fell, terms.confidence)
 
-def _why(error: UndeterminedError, intensity: Intensity) -> str:
-    return error.message.format(*map(intensity.told, error.at))
+    return terms.fragility(points, fitted, _half(points), within, left_out=unknown)
 
 
 def _fell(outcome: int) -> float:
@@ -270,17 +390,12 @@ def curve_of_capacities(
     built = [each for each in capacities if each.outcome == SampleOutcome.STANDS]
     known = [each for each in built if each.survived > 0.0 and each.fails < inf]
     middles = np.array([intensity.of_acceleration(0.5 * (each.survived + each.fails)) for each in known])
-    curve, why = None, ""
-    try:
-        curve = fit_to_capacities(middles, terms.confidence)
-    except UndeterminedError as error:
-        why = _why(error, intensity)
-    points = tuple(_shaken(terms, value, capacities, ways) for value in values)
+    points = tuple(_point_of_capacities(terms, value, capacities, ways) for value in values)
     fell = sum(each.outcome > 0 for each in capacities)
     half = _half_of(fell, middles.tolist(), len(capacities))
     left_out = len(capacities) - fell - len(known)
     within = None if half is None else _half_within(intensity, capacities, terms.confidence)
-    return Fragility(intensity, points, curve, why, half, within, terms.seed, terms.confidence, fell, left_out)
+    return terms.fragility(points, lambda: fit_to_capacities(middles, terms.confidence), half, within, fell, left_out)
 
 
 def _half_within(intensity: Intensity, capacities: Sequence[Capacity], confidence: float) -> Interval:
@@ -303,7 +418,9 @@ def _half_of(fell: int, capacities: Sequence[float], count: int) -> float | None
     return half if 0.0 < half < inf else None
 
 
-def _shaken(terms: CurveSettings, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]) -> CurvePoint:
+def _point_of_capacities(
+    terms: CurveSettings, value: float, capacities: Sequence[Capacity], ways: Mapping[str, int]
+) -> CurvePoint:
     acceleration = terms.intensity.acceleration(value)
     counts = Counter(
         "fell" if c.fails <= acceleration else "stood" if acceleration <= c.survived else "unknown" for c in capacities

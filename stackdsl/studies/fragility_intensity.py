@@ -1,7 +1,7 @@
 """The intensity of a fragility curve, and the capacity of each sample."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -21,22 +21,22 @@ from stackdsl.language.yaml.source import Plain
 from stackdsl.sampling.placement_errors import PlacementSampler
 from stackdsl.sampling.sample_outcomes import SampleOutcome, sample_outcomes_of
 from stackdsl.sampling.samples import BuildPlan, Draws, Setting
-from stackdsl.timeline import Timeline
+from stackdsl.timeline import Jitter, Timeline
 
-# The intensity axis of a fragility curve: friction, shaking, tilt, placement errors, or a variable of the scenario.
+# The intensity axis of a fragility curve: friction, a constant acceleration, tilt, placement errors, or a variable.
 
 
 class IntensityKind(StrEnum):
     """The kind of an intensity."""
 
     FRICTION = "friction"  # between bricks, unless a pair has its own
-    ACCELERATION = "acceleration"  # of the ground, after the build [g]
+    ACCELERATION = "acceleration"  # constant and horizontal, after the build [g]
     TILT = "tilt"  # of the whole scene, after the build [rad]
     JITTER = "jitter"  # all placement errors, with one factor
     VARIABLE = "variable"
 
 
-SHAKING: Final = (IntensityKind.ACCELERATION, IntensityKind.TILT)  # kinds for which each sample has a capacity
+STEADY: Final = (IntensityKind.ACCELERATION, IntensityKind.TILT)  # kinds for which each sample has a capacity
 UNITS: Final[Mapping[str, str]] = {"m": "mm", "rad": "deg", "kg": "g"}  # units of shown values
 UPRIGHT: Final = 0.5 * pi
 
@@ -55,9 +55,9 @@ class Intensity:
     written: float | None = None  # the value in the scenario; None if it has none
 
     @property
-    def is_shaking(self) -> bool:
-        """True if the intensity shakes or tilts the scene. Each sample has a capacity then."""
-        return self.kind in SHAKING
+    def is_steady(self) -> bool:
+        """True if the intensity is a constant acceleration or a tilt. Each sample has a capacity then."""
+        return self.kind in STEADY
 
     @property
     def shown_unit(self) -> str:
@@ -68,6 +68,10 @@ class Intensity:
         """Return a value in the unit for display."""
         return value / float(in_si(self.shown_unit)) if self.unit else value
 
+    def in_si(self, shown: float) -> float:
+        """Return the value that is shown as a number."""
+        return shown * float(in_si(self.shown_unit)) if self.unit else shown
+
     def told(self, value: float) -> str:
         """Return a value with its unit."""
         return f"{self.shown(value):.4g} {self.shown_unit}".rstrip()
@@ -77,7 +81,7 @@ class Intensity:
         if self.kind is IntensityKind.JITTER:
             assert self.written is not None
             return Setting(errors=value / self.written)
-        if self.is_shaking:
+        if self.is_steady:
             return Setting()
         number: Plain = quantity_text(Fraction(repr(value)), self.unit) if self.unit else value
         return Setting(fixed={self.name: number})
@@ -133,7 +137,22 @@ def _of_jitter(timeline: Timeline) -> Intensity:
     raise NoIntensityError("no step of the build has a `jitter`; add jitter: {position: 1 mm, yaw: 1 deg} to one")
 
 
-# Capacity: the horizontal acceleration that a sample survives once it is built, computed by statics.
+def jitter_text(jitters: Iterable[Jitter]) -> str:
+    """Return the placement errors of a scenario, such as `position normal 3 mm, yaw normal 1 deg`."""
+    texts = []
+    for jitter in jitters:
+        spreads = (("position", jitter.position, "m"), ("yaw", jitter.yaw, "rad"))
+        texts.append(
+            ", ".join(
+                f"{key} {spread.kind} {spread.width / float(in_si(UNITS[unit])):.6g} {UNITS[unit]}"
+                for key, spread, unit in spreads
+                if spread is not None
+            )
+        )
+    return " or ".join(dict.fromkeys(filter(None, texts)))
+
+
+# Capacity: the constant horizontal acceleration that a sample survives once it is built, computed by statics.
 
 
 ACCURACY = 1e-4  # relative accuracy of a capacity in the worst direction

@@ -1,12 +1,13 @@
 """A request for a fragility curve, and its plan: intensity, range, samples."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from re import fullmatch
 from typing import Final
 
 from stackdsl.checking.cases import Case
 from stackdsl.language.expressions import constant, unit_text
-from stackdsl.language.quantities import InputError
+from stackdsl.language.quantities import ACCELERATION, SIGNED, InputError, in_si, parse_quantity
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.systems import Method
 from stackdsl.studies.fragility import FragilityPlan
@@ -49,9 +50,9 @@ def plan_of(case: Case, asked: FragilityRequest) -> FragilityPlan:
         intensity = intensity_of(asked.over, case.variant, case.timeline)
     except NoIntensityError as error:
         raise FragilityRequestError(f"{asked.option('over')} {asked.over}: {error}") from error
-    if intensity.is_shaking and system_named(case.system).method is not Method.PROVEN:
+    if intensity.is_steady and system_named(case.system).method is not Method.PROVEN:
         raise NotProvenError(f"only statics computes survived intensities, '{case.system}' does not")
-    if asked.bearing is not None and not intensity.is_shaking:
+    if asked.bearing is not None and not intensity.is_steady:
         raise FragilityRequestError(f"{asked.option('bearing')} applies only to acceleration and tilt; remove it")
     written = case.scenario
     return FragilityPlan(
@@ -70,10 +71,10 @@ def _values(intensity: Intensity, asked: FragilityRequest) -> tuple[float, ...]:
     """Return the values of the points in SI; none if they follow from the survived capacities."""
     low, high = asked.option("from"), asked.option("to")
     ends = [_end(key, text, intensity) for key, text in ((low, asked.first), (high, asked.last))]
-    if ends == [None, None] and intensity.is_shaking:
+    if ends == [None, None] and intensity.is_steady:
         return ()
     written = intensity.written
-    if intensity.is_shaking and ends[0] is None:
+    if intensity.is_steady and ends[0] is None:
         ends[0] = 0.0
     if None in ends and (written is None or written <= 0.0):
         where = f"{asked.option('over')} {asked.over}"
@@ -94,6 +95,8 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
     if text is None:
         return None
     try:
+        if intensity.kind is IntensityKind.ACCELERATION:
+            return _acceleration(text)
         amount = constant(text)
     except InputError as mistake:
         raise FragilityRequestError(f"{key}: {mistake.message}; {mistake.hint}") from mistake
@@ -103,8 +106,13 @@ def _end(key: str, text: str | None, intensity: Intensity) -> float | None:
             remedy = f"write, for example, '{text} {intensity.shown_unit}'"
             raise FragilityRequestError(f"{key}: {text} has no unit; {remedy}")
         wanted = f"a quantity in {intensity.unit}" if intensity.unit else "a number"
-        wanted += ", in units of g" if intensity.kind is IntensityKind.ACCELERATION else ""
         raise FragilityRequestError(f"{key}: {text} has the wrong unit: {intensity.name} is {wanted}")
     if value < 0.0 and intensity.kind is not IntensityKind.VARIABLE:
         raise FragilityRequestError(f"{key}: {intensity.name} must not be negative")
     return value
+
+
+def _acceleration(text: str) -> float:
+    """Return an acceleration in g; a number without a unit is one in g. Raises InputError."""
+    written = f"{text} g" if fullmatch(SIGNED, text := text.strip()) else text
+    return parse_quantity(written, replace(ACCELERATION, positive=False)) / float(in_si("g0"))

@@ -7,9 +7,10 @@ from math import ceil, cos, floor, hypot, inf, isfinite, log10, pi, sin
 from textwrap import wrap
 from typing import TYPE_CHECKING, Final
 
-from stackdsl.report.studies import half_text
+from stackdsl.report.studies import half_text, settings_text
 from stackdsl.report.text import bearing_text, significant
 from stackdsl.viewing.svg import BLUE, FAINT, GREEN, GRID, GROUND, INK, RED, Point, encoded, svg_of, text_at, width_of
+from stackdsl.wording import how_many
 
 if TYPE_CHECKING:
     from stackdsl.judging.proofs import Survival
@@ -87,12 +88,13 @@ def titles(title: str, *answers: str) -> Iterator[str]:
         yield text_at(24, 50 + 16 * number, answer, colour=FAINT, font_size=f"{ANSWER:g}")
 
 
-# A fragility curve: points with their intervals, and the lognormal curve if it fits them.
+# A fragility curve: points with their intervals, and the lognormal curve, dashed if its test refuses it.
 
 
-WIDE, HIGH = 640.0, 420.0  # [px]
+WIDE, HIGH = 640.0, 390.0  # [px]; lines below the title add to the height
 SMOOTH = 80  # points of the drawn curve
 WIDEST = 90  # [characters] of a line below the title
+LABELS = {"acceleration": "constant horizontal acceleration", "tilt": "constant tilt"}  # of axes
 PADDING = 0.03  # of the range of the points, beyond its ends
 
 
@@ -101,14 +103,15 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
     unit, shown = fragility.intensity.shown_unit, fragility.intensity.shown
     known = [point for point in fragility.points if point.count > point.unknown]
     values = [shown(point.value) for point in known]
-    logarithmic = min(values) > 0.0
+    logarithmic = min(values) > 0.0 and not fragility.intensity.is_steady  # engineers draw accelerations linearly
     across = Axis(*_padded(min(values), max(values), logarithmic), 76, WIDE - 28, logarithmic)
     answers = _fragility_answer(fragility)
-    up = Axis(0.0, 1.0, HIGH - 60, 64 + 16 * len(answers))
-    x_title = f"{fragility.intensity.name} [{unit}]" if unit else fragility.intensity.name
+    height = HIGH + 16 * len(answers)
+    up = Axis(0.0, 1.0, height - 60, 64 + 16 * len(answers))
+    x_title = LABELS.get(fragility.intensity.kind, fragility.intensity.name) + (f" [{unit}]" if unit else "")
     x_title += ", logarithmic scale" * across.logarithmic
     shapes = [*titles(name, *answers), *grid_of(across, up, x_title, "share of samples that fall")]
-    if fragility.is_lognormal:
+    if fragility.fit is not None:
         shapes.append(_curve(fragility, known, across, up))
     shapes += [half] if (half := _half_marked(fragility, across, up)) else []
     for value, point in zip(values, known, strict=True):
@@ -118,9 +121,9 @@ def drawn_fragility(name: str, fragility: "Fragility", suffix: str) -> bytes:
         shapes.append(f'<circle cx="{x:.1f}" cy="{up.place(point.share):.1f}" r="4" fill="{BLUE}"/>')
     bars = f"bars: {100.0 * fragility.confidence:g} % interval of each point"
     bars += "; band: where half of the samples fall" * bool(half)
-    shapes.append(text_at(WIDE - 28, HIGH - 8, bars, "end"))
+    shapes.append(text_at(WIDE - 28, height - 8, bars, "end"))
     wide = 48.0 + max(WIDE - 48.0, width_of(name, TITLE), *(width_of(answer, ANSWER) for answer in answers))
-    return encoded(svg_of(wide, HIGH, shapes), suffix)
+    return encoded(svg_of(wide, height, shapes), suffix)
 
 
 def _padded(least: float, largest: float, logarithmic: bool) -> tuple[float, float]:
@@ -133,17 +136,22 @@ def _padded(least: float, largest: float, logarithmic: bool) -> tuple[float, flo
 
 
 def _fragility_answer(fragility: "Fragility") -> list[str]:
-    """Return the lines below the title: where half fall, and whether the points follow a lognormal curve."""
-    missed, count = len(fragility.missed), len(fragility.points)
-    why = fragility.no_curve or f"the best fit misses {missed} of {count} points"
-    curve = "line: lognormal curve" if fragility.is_lognormal else f"no lognormal curve: {why}"
-    return [line for text in (half_text(fragility), curve) for line in wrap(text, WIDEST)]
+    """Return the lines below the title: where half fall, whether the curve is lognormal, and the settings."""
+    test, curve = fragility.test, f"no lognormal curve: {fragility.no_curve}"
+    if fragility.refused is not None:
+        curve = f"dashed: no lognormal curve, the best fit is {fragility.no_curve}"
+    elif fragility.curve is not None and test is not None:
+        curve = f"line: lognormal curve, not refused, {test.text(fragility.intensity.told(test.at))}"
+    texts = [half_text(fragility), curve, settings_text(fragility)]
+    if fragility.fell_built:
+        texts.append(f"{how_many(fragility.fell_built, 'sample')} fell during the build, counted as fallen everywhere")
+    return [line for text in texts for line in wrap(text, WIDEST)]
 
 
 def _half_marked(fragility: "Fragility", across: Axis, up: Axis) -> str:
     """Return a mark of the intensity at which half of the samples fall, and a band over its interval."""
-    within, half = fragility.half_within, fragility.half if fragility.intensity.is_shaking else None
-    if fragility.curve is not None and fragility.is_lognormal and not fragility.fell_built:
+    within, half = fragility.half_within, fragility.half if fragility.intensity.is_steady else None
+    if fragility.curve is not None and not fragility.fell_built:
         within, half = fragility.curve.median_within, fragility.curve.median
     if within is None:
         return ""
@@ -164,7 +172,8 @@ def _curve(fragility: "Fragility", known: Sequence["CurvePoint"], across: Axis, 
     values = [low * (high / low) ** part if across.logarithmic else low + part * (high - low) for part in steps]
     shares = [(across.place(fragility.intensity.shown(v)), fragility.share(v)) for v in values]
     points = " ".join(f"{x:.1f},{up.place(share):.1f}" for x, share in shares if share is not None)
-    return f'<polyline points="{points}" fill="none" stroke="{INK}" stroke-width="1.5"/>'
+    dashed = ' stroke-dasharray="6 4"' if fragility.refused is not None else ""
+    return f'<polyline points="{points}" fill="none" stroke="{INK}" stroke-width="1.5"{dashed}/>'
 
 
 # The survived acceleration by bearing, as a polar plot.

@@ -1,6 +1,7 @@
 """Plots of studies: what they mark is where the numbers say, and no curve is drawn that does not hold."""
 
 import re
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.statistics import Interval
-from stackdsl.studies.fragility_curve import CurvePoint, Fragility, Lognormal
+from stackdsl.studies.fragility_curve import CurvePoint, FitTest, Fragility, Lognormal
 from stackdsl.studies.fragility_intensity import Intensity, IntensityKind
 from stackdsl.viewing.plots import MIDDLE, RADIUS, Axis, drawn_fragility, drawn_survival
 from stackdsl.viewing.svg import GREEN, RED, width_of
@@ -60,7 +61,7 @@ def test_a_logarithmic_axis_places_the_geometric_mean_in_the_middle() -> None:
     assert list(axis.ticks()) == pytest.approx([0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 
 
-def curve(*fell: int) -> Fragility:
+def curve(*fell: int, refused: bool = False) -> Fragility:
     """A curve with its median at 1 mm, and points of a hundred samples each at 0.5, 1 and 2 mm."""
     points = [
         CurvePoint(value, count, 0, 100, Interval(count / 100 - 0.05, count / 100 + 0.05))
@@ -69,16 +70,20 @@ def curve(*fell: int) -> Fragility:
     known = Interval(0.0, 1.0)
     lognormal = Lognormal(0.001, 0.5, known, known, rises=True)
     intensity = Intensity(IntensityKind.JITTER, "jitter", "m", 0.001)
-    return Fragility(intensity, tuple(points), lognormal, "", 0.001, Interval(0.0005, 0.002), 1, 0.95)
+    test = FitTest("test", 0.001 if refused else 0.5, 0.2, 0.001)
+    found = Fragility(intensity, tuple(points), lognormal, "", 0.001, Interval(0.0005, 0.002), 1, 0.95, test=test)
+    return replace(found, curve=None, refused=lognormal, no_curve="refused with p = 0.001") if refused else found
 
 
-def test_a_lognormal_curve_is_drawn_only_where_it_holds() -> None:
+def test_a_refused_lognormal_curve_is_dashed() -> None:
     # ln 2 / 0.5 = 1.386 standard deviations from the median: 8.3 % and 91.7 %.
     good = drawn_fragility("tower", curve(8, 50, 92), ".svg").decode()
     assert good.count("<polyline") == 1
-    poor = drawn_fragility("tower", curve(40, 50, 60), ".svg").decode()
-    assert poor.count("<polyline") == 0
-    assert "no lognormal curve: the best fit misses 2 of 3 points" in poor
+    assert not re.findall("<polyline[^>]*dasharray", good)
+    assert "line: lognormal curve, not refused, p = 0.5" in good
+    poor = drawn_fragility("tower", curve(40, 50, 60, refused=True), ".svg").decode()
+    assert len(re.findall("<polyline[^>]*dasharray", poor)) == 1
+    assert "dashed: no lognormal curve, the best fit is refused with p = 0.001" in poor
     assert poor.count("<circle") == 3
 
 
@@ -96,7 +101,7 @@ def test_the_plot_marks_the_half_point_that_its_text_states() -> None:
     points = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', good)]
     (foot,) = re.findall(r'H([\d.]+)V[\d.]+" stroke="[^"]+" stroke-dasharray', good)
     assert float(foot) == pytest.approx(points[1])
-    poor = drawn_fragility("tower", curve(40, 50, 60), ".svg").decode()
+    poor = drawn_fragility("tower", curve(40, 50, 60, refused=True), ".svg").decode()
     assert "half of the samples fall between jitter 0.5 mm and 2 mm" in poor
     ((x, width),) = re.findall(r'<rect x="([\d.]+)" y="[\d.]+" width="([\d.]+)" [^>]+ fill-opacity', poor)
     points = [float(x) for x in re.findall(r'<circle cx="([\d.]+)"', poor)]
