@@ -94,7 +94,7 @@ RANDOM = """so all runs would be the same. Add these lines:
 @click.option(
     "--capacities",
     type=FilePath,
-    help="Write the acceleration or tilt that each sample survives to this CSV file.",
+    help="Write the acceleration or tilt that each sample survives to this .csv file.",
 )
 @ON_FORM
 @ON_PLOT
