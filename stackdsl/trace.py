@@ -3,17 +3,18 @@
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from math import atan2, hypot, inf
+from math import atan2, degrees, dist, hypot, inf
 from typing import TypeAlias
 
 from stability.analysis.weakest import Weakest
 from stability.engines.protocol import WrongFriction
+from stability.geometry.vectors import lean_between
 from stability.model import BodyId, Brick, Pose
 from stability.name_order import MOST_NAMES, in_order, names_text
 from stability.problem import Motion, Verdict
 from stability.statics.assembly import Assembly
 from stackdsl.timeline import Action, FixedWorld, Removal
-from stackdsl.wording import broke_text, how_many, level_text
+from stackdsl.wording import broke_text, how_many, level_text, mm
 
 # Margins of a proof.
 
@@ -130,6 +131,34 @@ class BrickTrack:
     sunk: float | None = None  # largest depth below `rest` after the first hit [m], in place of `shift` for a collapse
     frozen: bool = False  # whether it is held fixed at the end, by any proof
     gives_way: str = ""  # reason why it is proven not to stand, if it has not left its place yet
+
+    @property
+    def end_shift(self) -> float:
+        """Distance of its final centre from `rest` [m]."""
+        return dist(self.final.position_W, self.rest.position_W)
+
+    @property
+    def end_tilt(self) -> float:
+        """Angle between its final vertical axis and that of `rest` [rad]."""
+        return lean_between(self.rest, self.final)
+
+    @property
+    def fell_by(self) -> str:
+        """Return by how much a fallen brick left its place, in words; empty for others."""
+        if self.state is not BrickState.FALLEN:
+            return ""
+        limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * self.brick.shape.least_thickness
+        way, word = (self.shift, "moved") if self.sunk is None else (self.sunk, "sank")
+        beyond = [f"{word} by {mm(way, 3)}"] if way > limit else []
+        beyond += [f"tilted by {degrees(self.tilt):.3g} deg"] if self.tilt > COLLAPSE_TILT else []
+        return ", ".join(beyond)
+
+    @property
+    def stands_again(self) -> bool:
+        """Whether it counts as fallen after a hit, but is proven to stand at the end, within its limits."""
+        limit = COLLAPSE_SHARE_OF_SMALLEST_SIDE * self.brick.shape.least_thickness
+        within = self.rest.position_W[2] - self.final.position_W[2] <= limit and self.end_tilt <= COLLAPSE_TILT
+        return self.state is BrickState.FALLEN and self.sunk is not None and self.frozen and within
 
 
 @dataclass(frozen=True, slots=True)

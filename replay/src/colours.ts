@@ -14,6 +14,7 @@ const STATES: [State, string, string][] = [
   [State.Thrown, "thrown or dropped", "--thrown"],
 ];
 const NOTHING = "nothing is known";
+const NOT_STORED = "as placed; the file stores no motion";
 const LEVELS = ramp("#1d2f6f #2b5c8a #3c8796 #62ae8b #a5cd7c #f2e58a");
 const MARGIN = ramp("#a63603 #d9742b #f3b77a #efe9dc #a9cde0 #5a9bc5 #1f5f99");
 const SHARE = ramp("#f2efe6 #cfe0e8 #9fc5da #629fc4 #2f74a8 #12497a");
@@ -98,7 +99,7 @@ export class Colours {
     switch (mode) {
       case "state": {
         const now = this.run.stateAt(brick, time);
-        if (this.run.told.marks && now === State.Awake) return unknown; // a golden file says nothing of the way
+        if (this.run.told.marks && now === State.Awake) return [NOT_STORED, unknown[1], unknown[2]]; // a golden file says nothing of the way
         const order = STATES.findIndex(([state]) => state === now);
         return order < 0 ? unknown : [STATES[order][1], token(STATES[order][2]), order];
       }

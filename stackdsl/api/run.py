@@ -195,8 +195,9 @@ class Run(Displayed):
         """Return one row per brick in order of placement: name, level, state, final centre of mass, shift and tilt.
 
         `state` is a `BrickState`, such as `frozen` (stands, proven), `standing` (stands, not proven) or `fallen`.
-        Place, shift and tilt of an `unplaced` brick are None. `full` adds the final orientation as a quaternion x, y,
-        z, w, the time at which the brick left its place, None if it did not, and whether it is frozen at the end.
+        Shift and tilt are the largest over the run. Place, shift and tilt of an `unplaced` brick are None. `full` adds
+        shift and tilt at the end, the final orientation as a quaternion x, y, z, w, the time at which the brick left
+        its place, None if it did not, whether it is frozen at the end, and by how much a fallen brick left its place.
         Columns with a unit end in it: `x_mm`, `tilt_deg`.
         """
         return Table(_row(name, track, full) for name, track in self.trace.tracks.items())
@@ -284,11 +285,12 @@ def _row(name: str, track: BrickTrack, full: bool) -> Row:
     measured = dict(zip(("x_mm", "y_mm", "z_mm"), (MILLIMETRES * at for at in track.final.position_W), strict=True))
     measured |= {"shift_mm": MILLIMETRES * track.shift, "tilt_deg": degrees(track.tilt)}
     if full:
+        measured |= {"end_shift_mm": MILLIMETRES * track.end_shift, "end_tilt_deg": degrees(track.end_tilt)}
         measured |= zip(("qx", "qy", "qz", "qw"), track.final.orientation, strict=True)
     unplaced = track.state is BrickState.UNPLACED  # the poses are then those of the plan
     row: Row = {"name": name, "level": track.level, "state": track.state.value}
     row |= dict.fromkeys(measured) if unplaced else measured
-    return {**row, "left_at_s": track.left_at, "frozen": track.frozen} if full else row
+    return {**row, "left_at_s": track.left_at, "frozen": track.frozen, "fell_by": track.fell_by} if full else row
 
 
 def _seven(pose: Pose) -> tuple[float, ...]:

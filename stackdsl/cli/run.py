@@ -1,8 +1,9 @@
 """`stackdsl run`: plays one file and prints its events as they happen."""
 
 import os
+import shlex
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
@@ -368,10 +369,19 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
         result = _without_end(case, error)
     else:
         result = judged(case, trace)
-        write_wrapped(with_known_marks(run_text(trace, result, all_names)))
+        write_wrapped(with_known_marks(run_text(trace, _seen_by(result, keeping.html), all_names)))
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result
+
+
+def _seen_by(result: VariantResult, html: Path | None) -> VariantResult:
+    """Return a result whose `see it` is the page of the run, or the command that writes one."""
+    why = result.why
+    if why is None or not (html is not None or why.see.startswith("stackdsl run ")):
+        return result
+    page = f"{shlex.quote(str(html))}, the page of this run" if html is not None else ""
+    return replace(result, why=replace(why, see=page or f"{why.see} --html run.html"))
 
 
 def _without_end(case: Case, error: BlockedPlacementError | PluginError) -> VariantResult:

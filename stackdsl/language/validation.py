@@ -290,7 +290,11 @@ SYNONYMS: Final = {
     **dict.fromkeys(("courses", "layers", "rows", "storeys"), "levels"),
 }  # words of new users for keys
 ROUND: Final = ("sphere", "ball", "cylinder", "cone", "capsule", "radius", "diameter")
-ROUND_BODIES: Final = "round bodies are not modelled; write a `prism` or `solid` with many faces, which does not roll"
+ROUND_BODIES: Final = (
+    "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces, as `points` "
+    "or as `prism: {outline: [[25 mm, 0 mm], [0 mm, 25 mm], [-25 mm, 0 mm], [0 mm, -25 mm]], depth: 50 mm}`; "
+    "docs/guides/teachers.md has a ball with 20 faces"
+)
 
 
 BRAKING: Final = frozenset({"acceleration", "braking", "brake", "survive", "survives"})

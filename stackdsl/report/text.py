@@ -170,11 +170,11 @@ def _is_proof_of(event: Event, placed: Event) -> bool:
 
 
 def _few_hits(reason: str) -> str:
-    parts = reason.split(", ")
+    parts = reason.split("; ")
     hits = [part for part in parts if IMMINENT in part]
     if len(hits) < len(parts) or len(hits) <= MOST_HITS:
         return reason
-    return f"{', '.join(hits[:MOST_HITS])} and {how_many(len(hits) - MOST_HITS, 'more hit')}"
+    return f"{'; '.join(hits[:MOST_HITS])} and {how_many(len(hits) - MOST_HITS, 'more hit')}"
 
 
 # Direction of a fall in words.
@@ -265,6 +265,8 @@ def _lines(trace: Trace, result: VariantResult, all_names: bool) -> Iterator[str
     if trace.moving:
         moving = in_order(trace.moving)
         yield f"still moving at the end: {', '.join(moving) if all_names else names_text(moving, among=trace.tracks)}"
+    again = in_order(name for name, track in trace.tracks.items() if track.stands_again)
+    yield from (f"{name} counts as fallen: {trace.tracks[name].fell_by}, but stands at the end" for name in again)
     if result.early_end is not None:
         yield ending_text(result.early_end)
     if result.touching_within:

@@ -22,9 +22,10 @@ from stackdsl.disk import read_file
 from stackdsl.goldens.file_format import directory_of
 from stackdsl.goldens.snapshot import friction_from
 from stackdsl.project_file import confined
+from stackdsl.report.golden_differences import STATE, STATES
 from stackdsl.results import GoldenDifference, GoldenResult
 from stackdsl.simulation.recording import Recorder, Recording
-from stackdsl.timeline import FixedWorld, Placement, Timeline
+from stackdsl.timeline import Arrival, FixedWorld, Placement, Timeline
 from stackdsl.trace import BrickState, BrickTrack, Event, EventKind, Trace
 from stackdsl.viewing.run_view import RunView, ShownProofs
 
@@ -49,8 +50,8 @@ def golden_view(golden: GoldenResult, now: RunView) -> RunView | None:
 
 
 def _view(content: Json, golden: GoldenResult, text: str, now: RunView) -> RunView:
-    bricks = {placement.brick.id: placement.brick for placement in now.timeline.placements}
-    placements = tuple(_placements(content, bricks))
+    planned = {placement.brick.id: placement for placement in now.timeline.placements}
+    placements = tuple(_placements(content, planned))
     if len({placement.brick.id for placement in placements}) < len(placements):
         raise ValueError("a brick is placed twice")
     timeline = Timeline(_world(content["world"]), placements, hold=0.0)
@@ -76,28 +77,38 @@ def _view(content: Json, golden: GoldenResult, text: str, now: RunView) -> RunVi
 
 
 def _verdict(content: Json, collapse: Json) -> str:
-    return f"{content['verdict']} at level {collapse['level']}" if collapse else str(content["verdict"])
+    verdict = f"{content['verdict']} at level {collapse['level']}" if collapse else content["verdict"]
+    return f"{verdict}; a golden file locks end states and stores no motion"
 
 
 def _marks(differences: Iterable[GoldenDifference]) -> Mapping[str, tuple[str, ...]]:
     """Return the differences in words, by brick or other subject."""
     marks: defaultdict[str, tuple[str, ...]] = defaultdict(tuple)
     for each in differences:
-        marks[each.subject] += (f"{each.quantity}: the golden file has {each.expected}, this run {each.got}",)
+        expected, got = (
+            STATES.get(text, text) if each.quantity == STATE else text for text in (each.expected, each.got)
+        )
+        marks[each.subject] += (f"{each.quantity}: {expected} in the golden file, {got} in this run",)
     return marks
 
 
-def _placements(content: Json, bricks: Mapping[BodyId, Brick]) -> Iterator[Placement]:
-    """Yield the placements of all bricks; one that is no box has the shape of the brick of that name in the run."""
+def _placements(content: Json, planned: Mapping[BodyId, Placement]) -> Iterator[Placement]:
+    """Yield the placements of all bricks.
+
+    A brick that is no box has the shape of the brick of that name in the run. One that the run throws or drops is no
+    part of the structure here either, so that the picture does not reach to the start of its flight.
+    """
     for event in content["events"]:
         for name, placed in event.get("placed", {}).items():
-            brick = bricks.get(name)
+            own = planned.get(name)
+            brick = own.brick if own is not None else None
             if "size_mm" in placed and (brick is None or isinstance(brick.shape, Box)):
                 brick = Brick(name, Box(_sides(placed["size_mm"])), _finite(placed["mass_g"]) / 1000.0)
             if brick is not None:
                 level = content["bricks"].get(name, {}).get("level", 0)
                 pose = Pose(_metres(placed["at_mm"]), _orientation(placed["turn_deg"]))
-                yield Placement(_finite(event["time_s"]), brick, int(level), pose)
+                arrival = own.arrival if own is not None and own.hits else Arrival.SET_DOWN
+                yield Placement(_finite(event["time_s"]), brick, int(level), pose, arrival)
 
 
 def _track(placement: Placement, bricks: Json, fell: float) -> BrickTrack:

@@ -350,4 +350,4 @@ def hit_description(hits: Iterable[Hit]) -> str:
     for by in in_order({by for by, _ in fastest}):
         speeds = {brick: speed for (other, brick), speed in fastest.items() if other == by}
         described.append(f"{about_to_hit(by, names_text(in_order(speeds)))} at {max(speeds.values()):.3g} m/s")
-    return ", ".join(described)
+    return "; ".join(described)

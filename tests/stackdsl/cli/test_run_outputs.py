@@ -55,3 +55,18 @@ def test_a_place_that_cannot_be_written_is_told(good: Path, stackdsl: Stackdsl) 
     result = stackdsl("run", "good.yaml", "--html", "nowhere/run.html")
     assert result.code == 4
     assert "nowhere/run.html cannot be written: No such file or directory" in result.err
+
+
+def test_a_failed_run_names_its_page_or_the_command_that_writes_one(good: Path, stackdsl: Stackdsl) -> None:
+    (good / "post.yaml").write_text(
+        "scenario: post\nbrick: kapla\nbuild: [{bricks: [{name: post, at: [0 mm, 0 mm, 58.8 mm],"
+        " rotate: [0 deg, 90 deg, 0 deg]}]}]\n"
+        "impacts: [{after: built + 0.1 s, push: {brick: post, impulse: [0.01 N*s, 0 N*s, 0 N*s]}}]\n"
+        "expect: [stands: all]\n"
+    )
+    (command,) = (line for line in stackdsl("run", "post.yaml").out.splitlines() if "see it" in line)
+    assert command.endswith("stackdsl run post.yaml -k 'post[exact]' --html run.html")
+    (seen,) = (
+        line for line in stackdsl("run", "post.yaml", "--html", "my page.html").out.splitlines() if "see it" in line
+    )
+    assert seen.endswith("'my page.html', the page of this run")

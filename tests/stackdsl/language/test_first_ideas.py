@@ -47,7 +47,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
         ),
         (
             "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
-            "round bodies are not modelled; write a `prism` or `solid` with many faces",
+            "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces",
         ),
     ],
 )

@@ -1,6 +1,6 @@
 """What a hit does to a structure: what counts as fallen, what as displaced, and what goes on after a collapse."""
 
-from math import radians, sin, sqrt
+from math import degrees, hypot, radians, sin, sqrt
 
 import pytest
 
@@ -53,6 +53,19 @@ def test_after_a_hit_only_what_sank_or_tilts_has_left_its_place(
         watch = watched(moves, radians(tilt), hit)
         assert watch.bricks["plank"].state(frozen=False) is expected
         assert watch.first_to_leave() == ("plank" if expected is BrickState.FALLEN else None)
+
+
+def test_a_brick_that_rocks_beyond_the_limit_and_stands_again_tells_by_how_much_it_fell() -> None:
+    watch = watched((0.0, 0.0, 0.0), radians(15.5))
+    half = 0.5 * radians(10.0)
+    watch.see(3.0, {"plank": BodyState(Pose((0.003, 0.0, 0.1015), (sin(half), 0.0, 0.0, sqrt(1.0 - sin(half) ** 2))))})
+    track = watch.bricks["plank"].track(frozen=True)
+    assert (track.state, track.fell_by, track.stands_again) == (BrickState.FALLEN, "tilted by 15.5 deg", True)
+    assert degrees(track.end_tilt) == pytest.approx(10.0)
+    assert track.end_shift == pytest.approx(hypot(0.003, 0.0015))
+    lying = watched((0.0, 0.0, -0.0045)).bricks["plank"].track(frozen=True)
+    assert (lying.fell_by, lying.stands_again) == ("sank by 4.5 mm", False)
+    assert not watched((0.02, 0.0, 0.0)).bricks["plank"].track(frozen=True).fell_by
 
 
 def test_what_fell_before_a_hit_stays_fallen() -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from stackdsl.goldens.file_format import canonical_text
 from stackdsl.goldens.snapshot import Identity, take
 from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
+from stackdsl.timeline import Arrival
 from stackdsl.trace import EventKind
 from stackdsl.viewing.golden_view import golden_view
 from stackdsl.viewing.replay.page import payload_of
@@ -51,8 +53,8 @@ def test_bricks_are_where_the_file_has_them_and_fall_when_it_says_so(tmp_path: P
     seen = view(tmp_path, json.dumps(told), tower, LEVEL_7)
     assert seen is not None
     assert seen.name == "slant-tower[exact], golden file"
-    assert seen.verdict == "collapses at level 7"
-    assert seen.marks == {"L7.1": ("state: the golden file has frozen, this run fallen",)}
+    assert seen.verdict == "collapses at level 7; a golden file locks end states and stores no motion"
+    assert seen.marks == {"L7.1": ("state: stands, proven in the golden file, fell in this run",)}
     assert tower.trace.collapse is not None
     fell = tower.trace.collapse.time
     before, after = seen.recording.at(fell - 0.1), seen.recording.at(fell + 0.1)
@@ -67,6 +69,14 @@ def test_bricks_are_where_the_file_has_them_and_fall_when_it_says_so(tmp_path: P
     assert left == {name for name, brick in told["bricks"].items() if brick["state"] == "fallen"}
     assert len(left) > 5
     json.dumps(payload_of(seen), allow_nan=False)
+
+
+def test_a_brick_that_the_run_throws_is_no_part_of_the_structure(tmp_path: Path, tower: RunView, text: str) -> None:
+    first, *others = tower.timeline.placements
+    timeline = replace(tower.timeline, actions=(replace(first, arrival=Arrival.THROWN), *others))
+    seen = view(tmp_path, text, replace(tower, timeline=timeline))
+    assert seen is not None
+    assert [placement.brick.id for placement in seen.timeline.placements if placement.hits] == [first.brick.id]
 
 
 def test_turned_bricks_are_turned_the_same_way(tmp_path: Path, tower: RunView, text: str) -> None:
