@@ -42,12 +42,12 @@ def text_of(page: "Chrome", place: str) -> str:
 
 
 @contextmanager
-def live_page_of_a_standing_column(browser: "Chrome") -> Iterator[RunPage]:
-    """Open the live page of a column of five planks, which is proven to stand."""
+def live_page_of_a_standing_column(browser: "Chrome", levels: int = 5) -> Iterator[RunPage]:
+    """Open the live page of a column of planks that is proven to stand; one of five slides before it tips."""
     with showing(OnePage(live_page("scene.yaml"))) as served:
         page = RunPage(served)
         page.expect(1)
-        saved(page, 5)
+        saved(page, levels)
         browser.get(served.url)
         wait_for(lambda: "Proven to stand" in text_of(browser, "h1"))
         yield page
@@ -118,16 +118,16 @@ def test_the_weakest_brick_is_told_once_its_margins_are_known(
     browser: "Chrome", monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("os.nice", lambda more: more)
-    (case,), _ = cases_of(parse(COLUMN.format(levels=5), "scene.yaml"))
+    (case,), _ = cases_of(parse(COLUMN.format(levels=8), "scene.yaml"))
     weakest = "[...document.querySelectorAll('button')].find(b => b.textContent === 'Weakest')"
-    with live_page_of_a_standing_column(browser) as page:
+    with live_page_of_a_standing_column(browser, 8) as page:
         assert browser.execute_script(f"return {weakest}.disabled && !{weakest}.hidden")
         margins = margined(case)
         page.note(0, margins.lines, margins.weakest)
         wait_for(lambda: "Weakest L1.1" in text_of(browser, ".lead"))
         page.show(0, played(case).json)
         wait_for(lambda: "Passed" in text_of(browser, "h1"))
-        assert "slide on ground" in text_of(browser, ".lead")
+        assert "tip over ground" in text_of(browser, ".lead")
         browser.execute_script(f"{weakest}.click()")
         wait_for(lambda: text_of(browser, ".inspector h2") == "L1.1")
         assert not browser.execute_script("return document.querySelector(`option[value='weakest']`).hidden")
