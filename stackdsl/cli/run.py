@@ -316,6 +316,7 @@ class _Playing:
 @ON_GLB
 @click.option("--watch", is_flag=True, help="Show FILE in a page on this machine, updated at each save.")
 @click.option("--all-names", is_flag=True, help="List every brick of an event, and all fallen bricks.")
+@click.option("--table", is_flag=True, help="Also print a table with a row for each brick: state, place, shift, tilt.")
 @click.pass_context
 def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     context: click.Context,
@@ -327,6 +328,7 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     glb: Path | None,
     watch: bool,
     all_names: bool,
+    table: bool,
 ) -> None:
     """Play FILE, print each event as it happens, and judge the claims. Golden files are not read."""
     if watch:
@@ -336,12 +338,12 @@ def run_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         context.exit(watch_run(file, Selection(systems, keyword)))
     gathered, selected = selected_of(file, Selection(systems, keyword))
     keeping = RunOutputs.of(record, html, glb, selected)
-    results = tuple(_run(case, keeping, all_names) for case in selected)
+    results = tuple(_run(case, keeping, all_names, table) for case in selected)
     keeping.write()
     context.exit(exit_code(Report(results, gathered.diagnostics)))
 
 
-def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
+def _run(case: Case, keeping: RunOutputs, all_names: bool, table: bool) -> VariantResult:
     """Play a case in this process and print its events and its result."""
     write(case.name)
     if case.skip is not None:
@@ -370,6 +372,10 @@ def _run(case: Case, keeping: RunOutputs, all_names: bool) -> VariantResult:
     else:
         result = judged(case, trace)
         write_wrapped(with_known_marks(run_text(trace, _seen_by(result, keeping.html), all_names)))
+        if table:
+            from stackdsl.api.run import Run  # noqa: PLC0415 -- most runs have no table
+
+            write(f"\n{Run(case, trace).table()}\n")
         keeping.played(case, trace, recorder, result)
     write("\n")
     return result

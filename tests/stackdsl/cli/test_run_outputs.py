@@ -70,3 +70,10 @@ def test_a_failed_run_names_its_page_or_the_command_that_writes_one(good: Path, 
         line for line in stackdsl("run", "post.yaml", "--html", "my page.html").out.splitlines() if "see it" in line
     )
     assert seen.endswith("'my page.html', the page of this run")
+
+
+def test_a_table_has_a_row_for_each_brick(good: Path, stackdsl: Stackdsl) -> None:
+    told = stackdsl("run", "good.yaml", "--table").out
+    header, *rows = told[told.index("name ") :].splitlines()[:4]
+    assert header.split()[-2:] == ["shift_mm", "tilt_deg"]
+    assert [row.split()[0] for row in rows] == ["L1.1", "L2.1", "L3.1"]
