@@ -64,5 +64,6 @@ def test_a_name_that_two_files_use_is_told_with_both_places(tmp_path: Path) -> N
     assert gathered.cases == ()
     (only,) = gathered.diagnostics
     assert (only.code, only.span.file) == ("SD203", (tmp_path / "b.yaml").as_posix())
-    assert f"two scenarios are called 'good'; the other one is at {(tmp_path / 'a.yaml').as_posix()}:1:11" in only.message
+    other = f"{(tmp_path / 'a.yaml').as_posix()}:1:11"
+    assert f"two scenarios are called 'good'; the other one is at {other}" in only.message
     assert "-k" in only.hint
