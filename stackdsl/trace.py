@@ -19,7 +19,7 @@ from stackdsl.wording import broke_text, how_many, level_text, mm
 # Margins of a proof.
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VerdictMargins:
     """Margins of a proof. Each is None if no claim needs it, or if no structure is proven to stand."""
 

@@ -119,7 +119,14 @@ def _(found: CaseMargins) -> Display:
     notes = [("note", note) for note in found.notes]
     if found.why:
         return Display(found.name, [("why", found.why), *notes], "\u2717 no margins", False)
-    known = VerdictMargins(found.acceleration, found.bearing, found.tilt, found.friction, placement=found.placement)
+    known = VerdictMargins(
+        acceleration=found.acceleration,
+        unaided=found.unaided,
+        bearing=found.bearing,
+        tilt=found.tilt,
+        friction=found.friction,
+        placement=found.placement,
+    )
     texts = [*margin_texts(known)] or ["any disturbance"]
     labels = ["survives", *[""] * (len(texts) - 1)]
     return Display(found.name, [*zip(labels, texts, strict=True), *notes], f"\u2713 {found.verdict}", True)

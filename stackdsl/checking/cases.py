@@ -63,6 +63,16 @@ class Case:
         return self.variant.parameters
 
     @property
+    def variables(self) -> dict[str, dict[str, float | str | None]]:
+        """The value chosen from each row of `matrix`: `written`, `number` and `unit`, and `si`, its value in SI.
+
+        The last three are None for a word.
+        """
+        from stackdsl.language.quantities import quantity_of  # noqa: PLC0415 -- slow to import
+
+        return {name: quantity_of(written) for name, written in self.parameters}
+
+    @property
     def tags(self) -> tuple[str, ...]:
         """The tags of the scenario."""
         return self.scenario.tags
@@ -116,6 +126,9 @@ class Case:
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, which says which function of `stackdsl` to call."""
             remedies = {each: f"write `{each}(case)` with {each} of stackdsl" for each in FUNCTIONS_OF_A_CASE}
+            remedies |= dict.fromkeys(
+                ("with_", "replace", "set"), "give the number a `matrix` in YAML, a case for each value"
+            )
             raise unknown_attribute(self, name, remedies)
 
 

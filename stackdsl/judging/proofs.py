@@ -248,7 +248,9 @@ def _shaken(problem: Problem, gravity: float) -> VerdictMargins:
     first = weakest_at(problem, worst)
     bearing = worst.bearing if first is None else first.bearing
     alone = unaided(problem, gravity, worst.value)
-    return VerdictMargins(worst.value, alone, bearing, tilt(worst.value), weakest=first)
+    return VerdictMargins(
+        acceleration=worst.value, unaided=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first
+    )
 
 
 LESS = 1e-3  # share of a margin by which it must be less without friction between side faces to be told

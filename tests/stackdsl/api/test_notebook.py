@@ -79,6 +79,10 @@ def test_the_cause_of_a_run_shows_itself_without_a_command() -> None:
 def test_margins_of_a_case_show_themselves_and_are_numbers() -> None:
     found = margins_of_case(leaning(9))
     assert text_of(found).startswith("\u2713 stable  leaning[exact]\n  survives  a horizontal acceleration of ")
+    # Nine planks, each 12 mm further: the upper eight tip at 4.8 mm over 31.2 mm, the whole of 9 at 10.8 over 35.1.
+    assert "0.153 g (worst direction: 0 deg)" in text_of(found)
+    assert "a tilt of 8.74 deg" in text_of(found)  # atan(4.8 / 31.2)
+    assert "friction down to 0" in text_of(found)
     # the centre of 8 planks is 54 mm beyond that of the lowest, and half a plank is 58.8 mm
     assert found.placement is not None
     assert 0.0 < found.placement < 0.0588 - 0.054
