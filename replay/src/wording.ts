@@ -107,12 +107,19 @@ export function eventText(run: Run, event: Told): string {
     case "woken":
       return wokenText(event.reason, who, one);
     case "frozen":
+      if (hasFallen(run, event)) return `${who} ${one ? "comes" : "come"} to rest`;
       return `${who} ${one ? "stands" : "stand"}${event.reason ? ", proven" : ", judged stable"}`;
     case "collapsed":
       return `${who} ${one ? "has left its place" : "have left their places"}${failedToStand(run) ? ": the claim fails" : ""}`;
     default:
       return `${event.kind} ${who}`;
   }
+}
+
+// True for bricks that all were thrown or have fallen before: at rest on the ground they do not stand.
+function hasFallen(run: Run, event: Told): boolean {
+  const fell = run.told.events.filter((other) => other.kind === "collapsed" && other.time <= event.time).flatMap((other) => other.bricks);
+  return event.bricks.every((brick) => run.told.bricks.thrown[brick] || fell.includes(brick));
 }
 
 // That bricks begin to move, and why: the reason often names another brick, such as the one of them that is hit.

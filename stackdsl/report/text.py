@@ -123,6 +123,7 @@ class EventLines:
         self._all_names = all_names
         self._placed: Event | None = None
         self._assembly: set[BodyId] = set()  # bricks that are placed and not removed
+        self._fallen: set[BodyId] = set()
 
     def after(self, event: Event) -> Iterator[str]:
         """Yield the lines that are complete with one more event."""
@@ -130,6 +131,8 @@ class EventLines:
             self._assembly |= set(event.bricks)
         elif event.kind is EventKind.REMOVED:
             self._assembly -= set(event.bricks)
+        elif event.kind is EventKind.COLLAPSED:
+            self._fallen |= set(event.bricks)
         placed, self._placed = self._placed, None
         if placed is not None and _is_proof_of(event, placed):
             yield from self._placed_lines(placed, f", proven to stand: {event.reason}")
@@ -155,6 +158,8 @@ class EventLines:
         bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
         named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1, among=self._assembly)
         reason = _few_hits(event.reason) if not self._all_names else event.reason
+        if event.kind is EventKind.FROZEN and self._fallen.issuperset(bricks):
+            reason = ""  # what lies on the ground is at rest, but does not stand
         imminent = event.kind is EventKind.WOKEN and IMMINENT in reason
         word = SIMULATED if imminent else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
         # The reason of a proof does not begin with a name, even if a brick is called `load`.

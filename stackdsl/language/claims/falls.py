@@ -62,11 +62,20 @@ class Falls(ExactlyOneKey, ClaimKind):
     def judge(self, trace: Trace) -> ClaimResult:
         """Compare the fallen bricks, or their number."""
         fallen = self._fallen(trace)
-        measured = f"{names_text(fallen, among=dict(remaining(trace)))} fell" if fallen else "nothing fell"
+        count = f"{how_many(len(fallen), 'brick')} fell"
         if self.count is not None:
-            return within(self.count, len(fallen), "bricks", f"{how_many(len(fallen), 'brick')} fell")
-        wrong = set(fallen).symmetric_difference(self.bricks or ())
-        return ClaimResult(measured, -float(len(wrong)), "bricks", passed=not wrong)
+            return within(self.count, len(fallen), "bricks", count)
+        present, expected = dict(remaining(trace)), self.bricks or ()
+        names = names_text(fallen, among=present)
+        measured = f"{count}: {names}" if ", " in names else f"{names} fell" if fallen else "nothing fell"
+        missing = [name for name in expected if name not in fallen]
+        unexpected = [name for name in fallen if name not in expected]
+        # Of two long lists a reader wants the difference.
+        for label, some, others in (("unexpected", unexpected, expected), ("missing", missing, fallen)):
+            if some and others:
+                measured += f"; {label}: {names_text(some, among=present)}"
+        wrong = len(missing) + len(unexpected)
+        return ClaimResult(measured, -float(wrong), "bricks", passed=not wrong)
 
     def _fallen(self, trace: Trace) -> list[BodyId]:
         fallen = [(name, track) for name, track in remaining(trace) if track.state is BrickState.FALLEN]

@@ -347,3 +347,11 @@ def test_a_truth_that_only_statics_can_tell_is_passed_over_on_a_bare_engine() ->
     case = compiled(text)[0][0]
     assert compare_with_truth(STANDING, case.scenario, case.variant, case.source) == ()
     assert len(compare_with_truth(ONE_PLANK, case.scenario, case.variant, case.source)) == 1
+
+
+def test_several_bricks_that_fall_are_counted_and_those_beside_the_expected_ones_are_named() -> None:
+    tracks = {f"L{level}.1": track(f"L{level}.1", level, state=BrickState.FALLEN) for level in (1, 3, 5)}
+    trace = replace(HIT, tracks={**HIT.tracks, **tracks})
+    told = outcome("falls: {bricks: [L3.1, L2.1]}", trace).measured
+    assert told == "3 bricks fell: L1.1, L3.1, L5.1; unexpected: L1.1, L5.1; missing: L2.1"
+    assert outcome("falls: {bricks: [L3.1]}", HIT).measured == "L3.1 fell"
