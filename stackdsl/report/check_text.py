@@ -348,7 +348,7 @@ def _row(report: Report, result: VariantResult) -> Row:
         "still moving": str(len(result.moving)) if result.moving else NOTHING,
         "met": f"{result.met}/{len(result.outcomes)}" if result.outcomes else NOTHING,
         "truth": {None: NOTHING, True: "agrees", False: "differs"}[result.truth_agrees],
-        "golden": result.golden.status.value if result.golden else NOTHING,
+        "golden": result.golden.status.value if result.golden is not None else NOTHING,
         "moved": NOTHING if result.refinement is None else f"{len(result.moved)}/{len(result.refinement)}",
         "wall s": f"{cost.wall_time:.2f}" if cost else NOTHING,
         "sim. s": f"{cost.simulated_time:.1f}" if result.is_one_run and cost else NOTHING,

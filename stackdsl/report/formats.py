@@ -257,7 +257,7 @@ def _cases(results: Sequence[VariantResult]) -> Iterator[str]:
         )
         yield "|---|---|---|---|---|---|"
         for result in results[:MOST_ROWS]:
-            golden = result.golden.status.value if result.golden else "-"
+            golden = result.golden.status.value if result.golden is not None else "-"
             wall = f"{result.cost.wall_time:.2f}" if result.cost else "-"
             drift = significant(1000.0 * result.drift) if result.is_one_run else "-"
             met = f"{result.met}/{len(result.outcomes)}"
@@ -313,7 +313,7 @@ def _fixed(result: VariantResult) -> list[object]:
 def _costs(result: VariantResult) -> list[object]:
     least = min(result.outcomes, key=lambda outcome: (outcome.passed, outcome.margin), default=None)
     margin = [least.margin, least.unit] if least is not None else ["", ""]
-    golden = result.golden.status.value if result.golden else ""
+    golden = result.golden.status.value if result.golden is not None else ""
     cost = result.cost
     costs = [cost.wall_time, cost.simulated_time, cost.steps] if cost is not None else ["", "", ""]
     return [len(result.outcomes), result.met, *margin, golden, *costs]
@@ -403,7 +403,7 @@ def _result(report: Report, result: VariantResult) -> dict[str, object]:
         "expectations": [_outcome(outcome) for outcome in result.outcomes],
         "truths": [_outcome(outcome) for outcome in result.truths],
         "refinement": None if result.refinement is None else [_change(change) for change in result.refinement],
-        "golden": _golden(result.golden) if result.golden else None,
+        "golden": _golden(result.golden) if result.golden is not None else None,
     }
 
 
