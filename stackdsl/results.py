@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import degrees, isfinite
-from typing import TypeAlias
+from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from stability.engines.protocol import WrongFriction
 from stability.geometry.placed_shape import top_W
 from stability.model import BodyId
 from stability.notebook import Displayed
-from stackdsl.diagnostics import Diagnostic, ScenarioWarning, Span
+from stability.statics.fall_description import FallSide
+from stackdsl.diagnostics import Diagnostic, ScenarioWarning, Span, unknown_attribute
 from stackdsl.exits import ExitCode
 from stackdsl.trace import (
     NO_PART,
@@ -28,7 +29,7 @@ from stackdsl.trace import (
     Trace,
     WrongEdges,
 )
-from stackdsl.wording import MILLIMETRES
+from stackdsl.wording import MILLIMETRES, side_text
 
 # Observations of a run, and their changes in another run of the same scene.
 
@@ -179,6 +180,21 @@ class FailureCause(Displayed):
     before: str = ""  # the last action before, with its place in the file
     first: str = ""  # the first brick that moved
     see: str = ""  # the shell command that shows it
+
+    @property
+    def why(self) -> str:
+        """The cause with the direction of the fall, as in reports; empty if unknown."""
+        return ", ".join(filter(None, [self.cause, side_text(FallSide(self.bearing, self.overhang))]))
+
+    def __str__(self) -> str:
+        """Return `why`."""
+        return self.why
+
+    if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, which names the attribute that is meant."""
+            raise unknown_attribute(self, name, {"reason": "write `why`", "text": "write `why`"})
 
 
 class GoldenStatus(StrEnum):

@@ -8,6 +8,7 @@ from typing import Final, TypeVar
 from stability.analysis.weakest import Weakest
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.name_order import MOST_NAMES, names_text
+from stability.statics.fall_description import FallSide
 
 MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
@@ -78,6 +79,11 @@ def weakest_text(weakest: Weakest) -> str:
     return f"weakest: {brick}; above {least} g towards {bearing} deg, {gives_way_text(weakest)}"
 
 
+def joint_text(lower: str, upper: str) -> str:
+    """Return the contact that limits the placement error."""
+    return f"limiting contact of the placement error: {upper} on {lower}"
+
+
 def slides_together(weakest: Weakest) -> bool:
     """Return whether the mechanism is that several bricks, and all that there are, slide together."""
     return bool(weakest.slides_on) and len(weakest.bricks) > 1
@@ -129,3 +135,24 @@ def broke_text(level: int | None, brick: str | None) -> str:
 def level_text(level: int, step: str) -> str:
     """Format a level, with its build step where several steps have that level: `level 2 of step 5`."""
     return f"level {level}" + (f" of {step}" if step else "")
+
+
+# Direction of a fall in words.
+
+
+AXES = {0: "+x", 90: "+y", 180: "-x", 270: "-y"}  # by bearing [deg]
+ROUNDED = 0.05  # [deg] a bearing within this of an axis counts as along it
+
+
+def side_text(side: FallSide) -> str:
+    """Return text such as `towards +x, its weight 1.2 mm beyond the edge`; empty if unknown."""
+    told = [f"towards {bearing_text(side.bearing)}"] if side.bearing is not None else []
+    told += [f"its weight {mm(side.overhang, 3)} beyond the edge"] if side.overhang is not None else []
+    return ", ".join(told)
+
+
+def bearing_text(bearing: float) -> str:
+    """Return a bearing [rad] as the name of an axis, or in degrees from +x towards +y."""
+    angle = degrees(bearing) % 360.0
+    nearest = 90 * round(angle / 90.0)
+    return AXES[nearest % 360] if abs(angle - nearest) <= ROUNDED else f"{angle:.1f} deg"

@@ -13,7 +13,7 @@ from stackdsl.checking.results import judged
 from stackdsl.judging.judge import stop_condition_of
 from stackdsl.report.golden_differences import folded_differences
 from stackdsl.report.outline import MARKS, Status, failure_lines, result_text, status_of
-from stackdsl.report.text import cause_text, margin_text
+from stackdsl.report.text import margin_text
 from stackdsl.results import GOLDEN_FAILURES, ClaimOutcome, FailureCause, GoldenResult, GoldenStatus, VariantResult
 from stackdsl.simulation.recording import Recorder
 from stackdsl.trace import Trace
@@ -24,7 +24,7 @@ HEIGHT: Final = 720  # [px] of the replay
 
 REMEDIES: Final = {
     GoldenStatus.MISSING: "golden(directory, update=True) writes it",
-    GoldenStatus.DIFFERENT: "golden(directory, update=True) accepts the run",
+    GoldenStatus.DIFFERENT: "golden(directory, update=True) accepts the run; stackdsl golden review shows both",
 }
 GOOD: Final = {Status.PASSED: True, Status.FAILED: False}  # other statuses are neither
 Shown = TypeVar("Shown", bound=Displayed)
@@ -74,7 +74,7 @@ def _verdict_text(result: VariantResult) -> str:
 
 @display_of.register
 def _(why: FailureCause) -> Display:
-    lines = {"why": cause_text(why), "after": why.before, "first": why.first}
+    lines = {"why": why.why, "after": why.before, "first": why.first}
     return Display("cause", [(label, text) for label, text in lines.items() if text])
 
 

@@ -1,5 +1,6 @@
 """The run of a case: its outcomes, arrays and tables, and the comparison with its golden file."""
 
+import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -23,13 +24,12 @@ from stackdsl.checking.play_case import play_case, with_margins
 from stackdsl.checking.results import judged, missed_by, snapshot_of
 from stackdsl.compiler.checks import requirements_of
 from stackdsl.diagnostics import unknown_attribute
-from stackdsl.goldens.golden import ELSEWHERE, check_golden, keeper_of, refusal
+from stackdsl.goldens.golden import ELSEWHERE, PendingStore, check_golden, is_ci, keeper_of, refusal
 from stackdsl.goldens.snapshot import Snapshot
 from stackdsl.judging.judge import compare_with_truth, judge, stop_condition_of
 from stackdsl.language.yaml.includes import variables_of
 from stackdsl.language.yaml.source import Loaded, Source
 from stackdsl.project_file import SCENARIOS, project_of
-from stackdsl.report.text import cause_text
 from stackdsl.results import ClaimOutcome, FailureCause, GoldenResult, VariantResult
 from stackdsl.trace import BrickState, BrickTrack, Event, Trace
 from stackdsl.wording import MILLIMETRES, level_text
@@ -110,7 +110,11 @@ class Run(Displayed):
     def _judged(self, case: Case, trace: Trace) -> tuple[ClaimOutcome, ...]:
         """Return the outcomes of the claims of a case on this run, each failure with its cause."""
         outcomes = judge(trace, case.scenario, case.variant, case.source, case.system)
-        return tuple(each if each.passed else replace(each, why=cause_text(self.cause)) for each in outcomes)
+        if all(each.passed for each in outcomes):
+            return tuple(outcomes)
+        # Another claim may need margins, whose weakest spot is then the cause.
+        why = (self.cause if case is self.case else failure_cause_of(case, trace)).why
+        return tuple(each if each.passed else replace(each, why=why) for each in outcomes)
 
     @cached_property
     def _result(self) -> VariantResult:
@@ -149,6 +153,8 @@ class Run(Displayed):
         The same scenario in YAML has the same golden file. A written file names its owner, which is this Python file
         or a YAML file outside the scenarios of the project. So `stackdsl check --update` does not remove it.
 
+        A difference is pending, as after `stackdsl check`: `stackdsl golden review` shows it. In CI, it is not stored.
+
         Raises GoldenWriteRefusedError if `update` is set in CI, and ProjectError if the project file is invalid.
         """
         folder = Path(directory)
@@ -159,6 +165,8 @@ class Run(Displayed):
         snapshot = replace(self.snapshot(), kept_by=keeper)
         refused = update and bool(snapshot.missed) and not accept_failing
         found = check_golden(snapshot, folder, update and not refused)
+        if not is_ci(os.environ):
+            PendingStore(project.state(folder), folder).note(self.case.name, found, snapshot.missed)
         return replace(found, note=refusal(snapshot, "accept_failing=True")) if refused and not found else found
 
     def arrays(self) -> Mapping[str, npt.NDArray[Any]]:
@@ -221,7 +229,7 @@ class Run(Displayed):
         """Return the failed expectations and their cause, or the verdict; pytest shows it where an assertion fails."""
         failed = [outcome for outcome in self.outcomes if not outcome.passed]
         told = "; ".join(f"{each.name}: expected {each.expected}, measured {each.measured}" for each in failed)
-        why = f", why: {cause}" if (failed or self.trace.collapse) and (cause := cause_text(self.cause)) else ""
+        why = f", why: {cause}" if (failed or self.trace.collapse) and (cause := self.cause.why) else ""
         return f"<{self.case.name} {'failed: ' * bool(told)}{told or self.verdict}{why}>"
 
     if not TYPE_CHECKING:  # with `__getattr__`, type checkers would accept any name
@@ -261,7 +269,7 @@ class RunVerdict(str):
         where = f" at {level_text(collapse.level, collapse.step)}" if collapse is not None else ""
         lines = {"expected": str(expected), "measured": f"{self}{where}"}
         if collapse is not None:
-            lines |= {"why": cause_text(cause), "after": cause.before, "first": cause.first}
+            lines |= {"why": cause.why, "after": cause.before, "first": cause.first}
         return [self._run.case.name, *(f"  {label:<8}  {text}" for label, text in lines.items() if text)]
 
 

@@ -27,7 +27,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import BrickState, Event, EventKind, RunVerdict, Trace
-from stackdsl.wording import mm, moving_text, shaking_text, touching_text, weakest_text
+from stackdsl.wording import joint_text, mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
@@ -47,18 +47,26 @@ def failure_cause_of(case: Case, trace: Trace) -> FailureCause:
     side = FallSide()
     if verdict is not None:
         side = fall_side(verdict, {name: Placed(track.brick, track.rest) for name, track in trace.tracks.items()})
-    # Of what stands, a claim on its margins fails by its weakest spot.
-    stands = trace.verdict is RunVerdict.STANDS
-    weakest = trace.margins.weakest if stands and case.timeline.margins else None
+    limit = _limit_of_margins(case, trace)
     return FailureCause(
-        cause=weakest_text(weakest) if weakest is not None else _cause(trace, verdict, woken),
+        cause=limit or _cause(trace, verdict, woken),
         moving=tuple(in_order(verdict.moving)) if verdict is not None else (),
         bearing=side.bearing,
         overhang=side.overhang,
-        before="" if weakest is not None else _before(case, trace, woken),
-        first="" if weakest is not None else _first(trace),
+        before="" if limit else _before(case, trace, woken),
+        first="" if limit else _first(trace),
         see=_see(case, proven=verdict is not None or trace.collapse is None),
     )
+
+
+def _limit_of_margins(case: Case, trace: Trace) -> str:
+    """Return the weakest spot of what stands, by which a claim on its margins fails; empty without such a claim."""
+    margins = trace.margins
+    if trace.verdict is not RunVerdict.STANDS or not case.timeline.margins:
+        return ""
+    if margins.weakest is not None:
+        return weakest_text(margins.weakest)
+    return joint_text(*margins.joint) if margins.joint is not None else ""
 
 
 def _see(case: Case, proven: bool) -> str:

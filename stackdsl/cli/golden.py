@@ -3,7 +3,8 @@
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Final
 
 import click
 
+from stability.name_order import names_text
 from stackdsl.checking.cache import ResultCache
 from stackdsl.checking.cases import STDIN, gather, survey
 from stackdsl.checking.check import unused_goldens
@@ -27,6 +29,9 @@ from stackdsl.goldens.golden import (
     Pending,
     PendingStore,
     StaleError,
+    content_of,
+    is_there,
+    keeper_in,
     refuse_in_ci,
     remove_obsolete,
 )
@@ -87,7 +92,7 @@ class GoldenFiles:
             is_meant = expression_of(keyword)
         except KeywordError as error:
             raise click.UsageError(str(error)) from error
-        waiting = self.waiting.all()
+        waiting = list(self.waiting.all())
         found = [each for each in waiting if is_meant(each.case.casefold())]
         if keyword and waiting and not found:
             names = ", ".join(visible(each.case) for each in waiting)
@@ -176,6 +181,7 @@ def review(context: click.Context, keyword: str) -> None:
     _refuse_in_ci()
     place: GoldenFiles = context.obj
     left = place.pending(keyword)
+    chosen = {each.golden for each in left}
     gone = no_longer_cases(left, place.waiting)
     while left:
         pending = left.pop(0)
@@ -193,7 +199,7 @@ def review(context: click.Context, keyword: str) -> None:
             elif key == "r":
                 place.waiting.reject(pending)
                 write(f"rejected: {visible(pending.golden)} is unchanged")
-    waiting = len(place.pending(keyword))
+    waiting = sum(each.golden in chosen for each in place.waiting.all())
     write(f"{waiting} pending")
     context.exit(ExitCode.GOLDEN if waiting else ExitCode.OK)
 
@@ -219,6 +225,13 @@ def _decision(pending: Pending) -> str:
             return key
 
 
+def _found(place: GoldenFiles, keyword: str) -> list[Pending]:
+    """Return the selected pending changes; print that there are none."""
+    if not (found := place.pending(keyword)):
+        write("0 pending")
+    return found
+
+
 @golden_command.command("accept", cls=OfCases)
 @ON_CASES
 @click.option("--accept-failing", is_flag=True, help="Also accept results that fail expectations.")
@@ -228,7 +241,7 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
     _refuse_in_ci()
     place: GoldenFiles = context.obj
     refused = 0
-    found = place.pending(keyword)
+    found = _found(place, keyword)
     gone = no_longer_cases(found, place.waiting)
     for pending in found:
         if pending.golden in gone:
@@ -254,7 +267,7 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
 def reject(context: click.Context, keyword: str) -> None:
     """Discard pending changes. The golden files stay unchanged."""
     place: GoldenFiles = context.obj
-    for pending in place.pending(keyword):
+    for pending in _found(place, keyword):
         with _told():
             place.waiting.reject(pending)
             write(f"rejected: {visible(pending.golden)} is unchanged")
@@ -275,12 +288,26 @@ def prune(context: click.Context, dry_run: bool) -> None:
         _refuse_in_ci()
     for file in unused if dry_run else remove_obsolete(unused):
         write(f"{'obsolete' if dry_run else 'removed'}: {file}")
+    if not unused:
+        write("nothing to remove")
+        for keeper, files in _kept(place.golden).items():
+            write(f"kept: {visible(names_text(files))}, by {visible(keeper)}; pytest tells which of them no test uses")
     if not dry_run:
         waiting = place.pending("")
         gone = no_longer_cases(waiting, place.waiting)
         for pending in waiting:
             if pending.golden in gone:
                 place.waiting.reject(pending)
+
+
+def _kept(golden: Path) -> Mapping[str, list[str]]:
+    """Return the golden files by the existing Python file that keeps them."""
+    kept = defaultdict[str, list[str]](list)
+    for file in sorted(golden.glob("*/*.json")):
+        keeper = keeper_in(content_of(str(file)))
+        if keeper.endswith(".py") and is_there(keeper, golden):
+            kept[keeper].append(file.as_posix())
+    return kept
 
 
 def _refuse_in_ci() -> None:

@@ -524,7 +524,7 @@ class PendingStore:
     def _is_own(self, pending: Pending) -> bool:
         """Return whether this program could have written a pending file: a snapshot, its case and its golden file."""
         identity = identity_in(pending.text)
-        if identity is None or pending.case != f"{identity.scenario}[{identity.variant}]":
+        if identity is None or pending.case != identity.case:
             return False
         if pending.golden != os.path.relpath(self.folder / golden_name(identity), self.home):
             return False

@@ -85,6 +85,11 @@ class Identity:
     variant: str  # such as `step=10mm,thesis`
     system: str
 
+    @property
+    def case(self) -> str:
+        """Return the name of the case: the scenario, then the variant in brackets."""
+        return f"{self.scenario}[{self.variant}]"
+
 
 @dataclass(frozen=True, slots=True)
 class FirstCollapse:

@@ -7,6 +7,8 @@ of `stackdsl check`.
 If stackdsl is installed, every run of pytest loads this plugin. So it imports other modules only when they are needed.
 """
 
+import os
+import shlex
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -103,22 +105,9 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     """Return a function from the identity of a snapshot to its golden file; the module docstring shows a test."""
     if not request.config.pluginmanager.has_plugin("syrupy"):
         pytest.fail(NEEDS_SYRUPY, pytrace=False)
-    from stackdsl.goldens.golden import keeper_of  # noqa: PLC0415 -- only for this fixture
-    from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory  # noqa: PLC0415 -- likewise
-    from stackdsl.pytest_plugin.shared_snapshots import (  # noqa: PLC0415 -- syrupy is optional
-        Lock,
-        UsedFiles,
-        compare_with_golden,
-    )
+    from stackdsl.pytest_plugin.shared_snapshots import compare_with_golden, lock_of  # noqa: PLC0415 -- syrupy is optional
 
-    folder = golden_directory(request.config, request.path)
-    keeper = keeper_of(str(request.path), folder, scenario_directory(request.config, request.path))
-    option = request.config.getoption
-    refuses_failing = bool(option("update_snapshots", default=False)) and not option("accept_failing")
-    used = request.config.stash.setdefault(UsedFiles, {})
-    return compare_with_golden(
-        request.getfixturevalue("snapshot"), Lock(keeper, request.node.nodeid, folder, refuses_failing, used)
-    )
+    return compare_with_golden(request.getfixturevalue("snapshot"), lock_of(request))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
@@ -131,5 +120,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     if incomplete or any("::" in argument for argument in config.args):
         return
     used: dict[Path, Locked] = config.stash.get(UsedFiles, {})
-    for file in unused_files(used):
-        terminalreporter.write_line(f"obsolete golden file, which no test uses: {file}; remove it", yellow=True)
+    for file in map(os.path.relpath, unused_files(used)):
+        remedy = f"remove it with: {shlex.join(['rm', file])}"
+        terminalreporter.write_line(f"obsolete golden file, which no test uses: {file}; {remedy}", yellow=True)

@@ -40,7 +40,8 @@ Name = pytest.StashKey[dict[str, Source]]()  # the first scenario of each name
 Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without a scenario, by their directory
 
 
-ACCEPT_FAILING = "pytest --snapshot-update --accept-failing"
+ACCEPT = "pytest --snapshot-update"
+ACCEPT_FAILING = f"{ACCEPT} --accept-failing"
 REVIEW = "stackdsl golden review"
 IN_CI = "pytest outside of CI, and commit the golden file"
 NEEDS_SYRUPY = " (after: pip install 'stackdsl[pytest]')"
@@ -164,7 +165,7 @@ class ScenarioItem(pytest.Item):
             return IN_CI
         if result.golden is not None and result.golden.status is GoldenStatus.RENAMED:
             return "stackdsl check --update"
-        return "pytest --snapshot-update" + NEEDS_SYRUPY * (not self.config.pluginmanager.has_plugin("syrupy"))
+        return ACCEPT + NEEDS_SYRUPY * (not self.config.pluginmanager.has_plugin("syrupy"))
 
     def _result(self) -> VariantResult:
         case = self.case

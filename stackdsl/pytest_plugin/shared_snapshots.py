@@ -1,7 +1,8 @@
 """Golden files for tests in Python, through syrupy: the same files, comparison and bytes as in `stackdsl check`.
 
 A run that fails its expectations is accepted only with --accept-failing, and two tests cannot lock different runs in
-one file. Files that their tests no longer use are reported, but not removed.
+one file. Files that their tests no longer use are reported, but not removed. A difference is pending until it is
+accepted or rejected, as one of a scenario in YAML.
 """
 
 import json
@@ -22,18 +23,26 @@ from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, Seri
 from stackdsl.goldens.file_format import canonical_text, directory_of, golden_name
 from stackdsl.goldens.golden import (
     ELSEWHERE,
+    PendingStore,
+    check_golden,
     content_of,
+    is_ci,
     judge_text,
     keeper_in,
+    keeper_of,
     refusal,
     refuse_in_ci,
+    remove_obsolete,
     write_golden,
 )
 from stackdsl.goldens.snapshot import Identity, Snapshot
-from stackdsl.pytest_plugin.golden_directory import golden_directory
+from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory, state_directory
+from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, IN_CI, REVIEW
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning
+from stackdsl.report.golden_differences import difference_lines
 from stackdsl.results import GoldenStatus
 
+WIDTH = 100  # of the lines of a difference, which pytest indents
 Golden = Callable[[Identity], SnapshotAssertion]
 
 
@@ -46,6 +55,7 @@ class Locked(NamedTuple):
 
 
 UsedFiles = pytest.StashKey[dict[Path, Locked]]()
+ReplacedFiles = pytest.StashKey[dict[Path, bytes | None]]()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +66,17 @@ class Lock:
     test: str
     folder: Path
     refuses_failing: bool  # whether a golden file is to be written only for a run that meets its expectations
+    waiting: PendingStore | None  # of differences that await a decision; None in CI
     used: dict[Path, Locked]
+    replaced: dict[Path, bytes | None]  # earlier content of each file that this session has written
 
     def refuse(self, snapshot: Snapshot, text: str) -> None:
         """Fail the test if another one has locked another run in its file, or if the run must not be accepted."""
         file = self.folder / golden_name(snapshot.identity)
         first = self.used.setdefault(file, Locked(self.test, text, self.keeper))
         if first.test != self.test and not _agree(first.text, text):
+            self.used[file] = first._replace(text="")  # so that no later run is written
+            self.take_back(file)
             name = snapshot.identity.scenario
             pytest.fail(
                 f"SD203 two tests have different runs of scenarios called '{name}', which share one golden file: "
@@ -74,6 +88,32 @@ class Lock:
             stored = content_of(str(file))
             if not isinstance(stored, bytes) or not _agree(stored.decode("utf-8", "replace"), text):
                 pytest.fail(f"{file}: {refusal(snapshot, '--accept-failing')}", pytrace=False)
+
+    def note(self, snapshot: Snapshot) -> None:
+        """Store the difference of a snapshot from its golden file, or drop an earlier one."""
+        if self.waiting is not None:
+            found = check_golden(replace(snapshot, kept_by=self.keeper), self.folder, update=False)
+            self.waiting.note(snapshot.identity.case, found, snapshot.missed)
+
+    def write(self, file: Path, text: str) -> None:
+        """Write a golden file, and drop its pending difference."""
+        before = content_of(str(file))
+        self.replaced.setdefault(file, before if isinstance(before, bytes) else None)
+        write_golden(file, text, directory_of(file))
+        self._settle(file)
+
+    def take_back(self, file: Path) -> None:
+        """Restore a golden file that this session has written, and drop its pending difference."""
+        self._settle(file)
+        if file in self.replaced:
+            if (before := self.replaced.pop(file)) is None:
+                remove_obsolete([str(file)])
+            else:
+                write_golden(file, before.decode("utf-8", "replace"), directory_of(file))
+
+    def _settle(self, file: Path) -> None:
+        if self.waiting is not None:
+            self.waiting.forget([str(file)])
 
 
 def _agree(stored: str, text: str) -> bool:
@@ -92,6 +132,7 @@ class GoldenExtension(JSONSnapshotExtension):
     """Stores snapshots in the golden files of `stackdsl check`; the index of an assertion is the file name."""
 
     lock: ClassVar["Lock"]
+    fails: bool = False  # whether the run of the snapshot fails its expectations
 
     def serialize(
         self,
@@ -105,6 +146,8 @@ class GoldenExtension(JSONSnapshotExtension):
             raise TypeError(f"a golden file needs a Snapshot of stackdsl, not {type(data).__name__}")
         text = canonical_text(replace(data, kept_by=self.lock.keeper or None))
         self.lock.refuse(data, text)
+        self.lock.note(data)
+        self.fails = bool(data.missed)
         return text
 
     def matches(self, *, serialized_data: SerializableData, snapshot_data: SerializableData) -> bool:
@@ -114,15 +157,18 @@ class GoldenExtension(JSONSnapshotExtension):
         return result.status in (GoldenStatus.SAME, GoldenStatus.OTHER_ENGINE)
 
     def diff_lines(self, serialized_data: SerializedData, snapshot_data: SerializedData) -> Iterator[str]:
-        """Yield one line per difference, instead of the line-by-line diff of syrupy."""
+        """Yield the commands, then the differences as in reports, instead of the line-by-line diff of syrupy.
+
+        The commands come first, since pytest shows only the first lines of a long text.
+        """
+        yield f"accept with: {IN_CI if is_ci(os.environ) else ACCEPT_FAILING if self.fails else ACCEPT}"
+        if self.lock.waiting is not None:
+            yield f"decide with: {REVIEW}"
         if not snapshot_data:
-            yield "there is no golden file; write it with: pytest --snapshot-update"
             return
         result = judge_text("", str(snapshot_data), json.loads(serialized_data))
         yield from filter(None, [result.note])
-        for each in result.differences:
-            values = f"expected {each.expected}, got {each.got} (tolerance {each.tolerance})"
-            yield f"{each.subject}: {each.quantity}: {values}"
+        yield from difference_lines(result.differences, WIDTH)
 
     def discover_snapshots(
         self, *, test_location: PyTestLocation, ignore_extensions: list[str] | None = None
@@ -157,8 +203,23 @@ class GoldenExtension(JSONSnapshotExtension):
     ) -> None:
         refuse_in_ci(os.environ)
         for snapshot in snapshot_collection:
-            file = Path(snapshot_collection.location)
-            write_golden(file, str(snapshot.data), directory_of(file))
+            cls.lock.write(Path(snapshot_collection.location), str(snapshot.data))
+
+
+def lock_of(request: pytest.FixtureRequest) -> Lock:
+    """Return the use of golden files by the test of a request."""
+    config, test = request.config, request.path
+    folder = golden_directory(config, test)
+    updates, accept_failing = (config.getoption(name, default=False) for name in ("update_snapshots", "accept_failing"))
+    return Lock(
+        keeper=keeper_of(str(test), folder, scenario_directory(config, test)),
+        test=request.node.nodeid,
+        folder=folder,
+        refuses_failing=bool(updates) and not accept_failing,
+        waiting=None if is_ci(os.environ) else PendingStore(state_directory(config, test, folder), folder),
+        used=config.stash.setdefault(UsedFiles, {}),
+        replaced=config.stash.setdefault(ReplacedFiles, {}),
+    )
 
 
 def compare_with_golden(snapshot: SnapshotAssertion, lock: Lock) -> Golden:

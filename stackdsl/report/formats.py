@@ -15,7 +15,7 @@ from stability.engines.protocol import WrongFriction
 from stackdsl.diagnostics import Diagnostic, Span
 from stackdsl.language.quantities import number_or_word, quantity_of
 from stackdsl.report.outline import remedy_text, stop_text
-from stackdsl.report.text import TO_CLAIM, cause_text, closing_line, outcome_text, significant, unchecked_text
+from stackdsl.report.text import TO_CLAIM, closing_line, outcome_text, significant, unchecked_text
 from stackdsl.results import (
     UNCHECKED,
     Change,
@@ -85,7 +85,7 @@ def ranked_failures_of(result: VariantResult) -> Iterator[RankedFailure]:
         yield RankedFailure(Rank.STOPPED, result.name, f"{result.status}: {stop_text(result)}", result.file)
     for outcome in result.outcomes:
         if not outcome.passed:
-            cause = cause_text(result.why) if result.why is not None else ""
+            cause = result.why.why if result.why is not None else ""
             text = "; ".join(filter(None, [outcome_text(outcome), cause]))
             yield RankedFailure(Rank.FAILED, result.name, text, *_place(outcome.span))
     if result.unchecked and result.must_claim:
@@ -110,7 +110,7 @@ def warnings_of(result: VariantResult) -> Iterator[RankedFailure]:
 
 
 def _unchecked(result: VariantResult) -> str:
-    cause = cause_text(result.why) if result.why is not None else ""
+    cause = result.why.why if result.why is not None else ""
     return "; ".join(filter(None, [unchecked_text(result), cause, TO_CLAIM]))
 
 

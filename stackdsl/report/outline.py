@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
-from stackdsl.report.text import cause_text, margin_text, significant, unchecked_text
+from stackdsl.report.text import margin_text, significant, unchecked_text
 from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import KNOWN
@@ -124,7 +124,7 @@ def result_text(result: VariantResult) -> str:
     if result.ensemble is not None:
         return result.ensemble.summary
     if result.collapse is not None:
-        cause = cause_text(result.why) if result.why is not None else ""
+        cause = result.why.why if result.why is not None else ""
         if result.collapse.fallen:
             return f"{result.collapse.text}; {cause}" if cause else result.collapse.text
         where = f"collapses at {level_text(result.collapse.level, result.collapse.step)}"
@@ -152,7 +152,7 @@ def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
         yield "measured", "all expectations are met"
     if result.numerical:
         yield "why", f"a numerical collapse: {result.numerical}"
-    elif result.why is not None and (cause := cause_text(result.why)):
+    elif result.why is not None and (cause := result.why.why):
         yield "why", cause
     if result.why is not None and result.why.before:
         yield "after", result.why.before

@@ -26,7 +26,6 @@ from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs,
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.language.claims.margin import Margin
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
-from stackdsl.report.text import side_text
 from stackdsl.report.warnings import modified_text
 from stackdsl.shown_text import without_commands
 from stackdsl.simulation.known_systems import system_named
@@ -45,10 +44,12 @@ from stackdsl.timeline import (
 )
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import (
+    joint_text,
     mass_text,
     moving_text,
     rounded_up,
     shaking_text,
+    side_text,
     slides_together,
     survived_text,
     touching_text,
@@ -329,8 +330,7 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
     if margins.weakest is not None:
         yield f"    {weakest_text(margins.weakest)}"
     if margins.joint is not None:
-        lower, upper = margins.joint
-        yield f"    limiting contact of the placement error: {upper} on {lower}"
+        yield f"    {joint_text(*margins.joint)}"
     if margins.guaranteed is not None:
         yield f"    rest is {_certainty(margins)}"
 

@@ -17,7 +17,6 @@ from stackdsl.judging.proofs import BearingSurvival, Survival
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, Suggestion
 from stackdsl.report.statics import counterweight_text, friction_text, later_text, weakest_json
 from stackdsl.report.study_table import StudyTable, rows_within
-from stackdsl.report.text import bearing_text
 from stackdsl.report.warnings import levels_told
 from stackdsl.shown_text import visible
 from stackdsl.studies.find_limit import End, FoundLimit, Want
@@ -25,6 +24,7 @@ from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, Sl
 from stackdsl.timeline import Timeline, leaves_to_engine
 from stackdsl.wording import (
     all_bricks_text,
+    bearing_text,
     gives_way_text,
     how_many,
     rounded_down,

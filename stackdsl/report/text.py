@@ -1,12 +1,11 @@
 """The report of a check or a run as text."""
 
 from collections.abc import Iterator
-from math import degrees, isfinite
+from math import isfinite
 
 from stability.model import BodyId
 from stability.name_order import in_order, names_text
 from stability.stabilizers.approach import IMMINENT
-from stability.statics.fall_description import FallSide
 from stackdsl.report.warnings import (
     modified_text,
     passed_text,
@@ -23,7 +22,7 @@ from stackdsl.results import (
     VariantResult,
 )
 from stackdsl.trace import UNRELIABLE, BrickState, Event, EventKind, Trace
-from stackdsl.wording import energy_fault, how_many, level_text, mm, shortened, touching_text
+from stackdsl.wording import energy_fault, how_many, level_text, shortened, touching_text
 
 # One expectation as one line: the expected and the measured value, and the margin to the threshold.
 #
@@ -182,39 +181,13 @@ def _few_hits(reason: str) -> str:
     return f"{'; '.join(hits[:MOST_HITS])} and {how_many(len(hits) - MOST_HITS, 'more hit')}"
 
 
-# Direction of a fall in words.
-
-
-AXES = {0: "+x", 90: "+y", 180: "-x", 270: "-y"}  # by bearing [deg]
-ROUNDED = 0.05  # [deg] a bearing within this of an axis counts as along it
-
-
-def side_text(side: FallSide) -> str:
-    """Return text such as `towards +x, its weight 1.2 mm beyond the edge`; empty if unknown."""
-    told = [f"towards {bearing_text(side.bearing)}"] if side.bearing is not None else []
-    told += [f"its weight {mm(side.overhang, 3)} beyond the edge"] if side.overhang is not None else []
-    return ", ".join(told)
-
-
-def bearing_text(bearing: float) -> str:
-    """Return a bearing [rad] as the name of an axis, or in degrees from +x towards +y."""
-    angle = degrees(bearing) % 360.0
-    nearest = 90 * round(angle / 90.0)
-    return AXES[nearest % 360] if abs(angle - nearest) <= ROUNDED else f"{angle:.1f} deg"
-
-
 # Cause of a failed run, in a few lines.
 
 
 def why_lines(why: FailureCause) -> Iterator[str]:
     """Yield one line for each known fact about the cause."""
-    told = {"why": cause_text(why), "after": why.before, "first": why.first, "see it": why.see}
+    told = {"why": why.why, "after": why.before, "first": why.first, "see it": why.see}
     yield from (f"  {name:<8}  {text}" for name, text in told.items() if text)
-
-
-def cause_text(why: FailureCause) -> str:
-    """Return cause and direction on one line; empty if unknown."""
-    return ", ".join(filter(None, [why.cause, side_text(FallSide(why.bearing, why.overhang))]))
 
 
 # Text for a run that ended early.

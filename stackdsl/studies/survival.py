@@ -6,10 +6,12 @@ from typing import Final
 
 from stability.name_order import names_text
 from stability.notebook import Displayed
+from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
 from stackdsl.studies.find_limit import SearchError
 from stackdsl.trace import VerdictMargins
+from stackdsl.wording import side_text
 
 BEARINGS: Final = 72
 FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
@@ -26,7 +28,8 @@ def survive_in(
     """
     proofs = proofs_of(case.timeline)
     if unproven := _unproven(proofs):
-        raise SearchError(f"{unproven}; only a stable structure has margins")
+        judged = f"{proofs.verdict.stability.upper()}: " * bool(proofs.assembly.bricks)
+        raise SearchError(f"{judged}{unproven}; only a stable structure has margins")
     survival = survival_of(proofs.assembly, bearings, accuracy, on_bearing)
     if survival is None:
         raise SearchError("unknown: no contact forces were found that are far enough inside the friction cones")
@@ -60,11 +63,11 @@ def margins_in(case: Case, name: str) -> CaseMargins:
 
 
 def _unproven(proofs: Proofs) -> str:
-    """Return why a structure is not proven to stand; empty if it is."""
+    """Return why a structure is not proven to stand, with the direction of a fall; empty if it is."""
     if not proofs.assembly.bricks:
         return "no brick is set down at rest, so statics has nothing to judge"
     verdict = proofs.verdict
-    return f"{verdict.stability.upper()}: {verdict.reason}" if verdict.reason else ""
+    return ", ".join(filter(None, [verdict.reason, side_text(fall_side(verdict, proofs.assembly.bricks))]))
 
 
 def _notes(case: Case, proofs: Proofs) -> tuple[str, ...]:

@@ -11,10 +11,12 @@ from stackdsl.api.cases import ScenarioError
 from stackdsl.api.run import NotMeasuredError, UncheckedWarning, play
 from stackdsl.api.scenario import Scenario
 from stackdsl.api.single_bricks import brick, bricks
+from stackdsl.api.studies import margins
 from stackdsl.api.written import Written
 from stackdsl.checking.cases import cases_of
 from stackdsl.checking.results import snapshot_of
 from stackdsl.goldens.file_format import canonical_text
+from stackdsl.goldens.golden import PendingStore
 from stackdsl.language.yaml.source import parse
 from stackdsl.results import GoldenStatus
 from tests.engines_at_hand import needs_pybullet
@@ -195,15 +197,34 @@ def test_a_brick_that_leans_on_fallen_ones_adds_no_height() -> None:
     assert run.judge(claims.height(">= 1 mm")).measured == "7.8 mm, after a collapse at level 4"  # the lowest plank
 
 
+def test_the_cause_of_a_run_is_told_in_the_words_of_the_report() -> None:
+    fallen = Scenario("fallen", brick="kapla", build=[layouts.column(levels=10, step="12 mm", every="1 s")])
+    cause = fallen.play().cause
+    assert str(cause) == cause.why == margins(fallen).why
+    assert cause.why.endswith("tip over L1.1, towards +x, its weight 1.2 mm beyond the edge")
+    with pytest.raises(AttributeError, match="did you mean 'overhang'"):
+        getattr(cause, "overhangs")  # noqa: B009 -- type checkers know that there is none
+
+
+def test_the_cause_of_a_missed_margin_is_what_limits_it() -> None:
+    run = Scenario("leaning", brick="kapla", build=[layouts.column(levels=9, step="12 mm")]).play()
+    assert run.judge(claims.margin(placement=">= 3 mm")).why.endswith("placement error: L2.1 on L1.1")
+    assert run.judge(claims.margin(tilt=">= 5 deg")).why.startswith("weakest: L2.1; above ")
+
+
 def test_a_golden_file_is_that_of_the_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CI", raising=False)
     run = column().play()
-    assert not run.golden(tmp_path)
-    assert run.golden(tmp_path, update=True).status is GoldenStatus.WRITTEN
-    assert run.golden(tmp_path)
-    moved = column(step="8 mm").play().golden(tmp_path)
+    assert not run.golden(tmp_path / "golden")
+    assert run.golden(tmp_path / "golden", update=True).status is GoldenStatus.WRITTEN
+    assert run.golden(tmp_path / "golden")
+    moved = column(step="8 mm").play().golden(tmp_path / "golden")
     assert not moved
     assert "x when placed of L2.1 5.00 mm -> 8.00 mm" in repr(moved)
+    waiting = PendingStore(tmp_path / ".stackdsl")
+    assert [pending.file for pending in waiting.all()] == [""]
+    assert column().play().golden(tmp_path / "golden")
+    assert not list(waiting.all())
 
 
 def test_a_run_that_fails_is_accepted_only_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,6 +49,17 @@ def test_a_case_that_is_named_without_an_option_is_answered_by_the_option(stackd
         assert (refused.code, option in refused.err) == (4, True)
 
 
+def test_a_name_of_no_pending_case_is_answered_by_the_pending_ones(
+    stackdsl: Stackdsl, tmp_path: Path, locked: Path
+) -> None:
+    for command in ("accept", "reject", "review"):
+        assert stackdsl("golden", command, "-k", "bad").out == "0 pending\n"
+    change(tmp_path, MOVED)
+    stackdsl("check")
+    refused = stackdsl("golden", "accept", "-k", "bad")
+    assert (refused.code, "'bad' in its name; pending: good[exact]" in refused.err) == (4, True)
+
+
 def test_a_golden_that_agrees_again_is_no_longer_pending(stackdsl: Stackdsl, tmp_path: Path, locked: Path) -> None:
     stackdsl("check")
     change(tmp_path, MOVED)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from stackdsl.goldens.file_format import canonical_text, golden_name
+from stackdsl.goldens.golden import PendingStore
 from tests.stackdsl.goldens.towers import IDENTITY, taken, tower
 
 TEXT = canonical_text(taken(tower()))
@@ -46,12 +47,37 @@ def test_a_file_that_agrees_passes_and_is_not_rewritten(
     assert file.read_text(encoding="utf-8") == text
 
 
-def test_a_difference_fails_and_is_told_by_brick_quantity_and_tolerance(file: Path, pytester: pytest.Pytester) -> None:
+def test_a_difference_fails_and_is_told_as_in_reports_with_the_commands_that_decide_on_it(file: Path, pytester: pytest.Pytester) -> None:
     file.write_text(MOVED, encoding="utf-8")
     result = pytester.runpytest()
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*L2.1: x: expected 3.00 mm, got 0.00 mm (tolerance ± 0.5 mm)"])
+    commands = ["*accept with: pytest --snapshot-update", "*decide with: stackdsl golden review"]
+    result.stdout.fnmatch_lines([*commands, "* x  L2.1: 3.00 mm -> 0.00 mm (tolerance ± 0.5 mm)"])
     assert file.read_text(encoding="utf-8") == MOVED
+
+
+def test_a_difference_is_pending_until_it_is_accepted(file: Path, pytester: pytest.Pytester) -> None:
+    waiting = PendingStore(pytester.path / ".stackdsl")
+    file.write_text(MOVED, encoding="utf-8")
+    pytester.runpytest().assert_outcomes(failed=1)
+    (pending,) = waiting.all()
+    assert (pending.case, len(pending.differences(waiting))) == (IDENTITY.case, 1)
+    waiting.accept(pending)
+    pytester.runpytest().assert_outcomes(passed=1)
+    assert not list(waiting.all())
+
+
+def test_an_update_leaves_nothing_pending(file: Path, pytester: pytest.Pytester) -> None:
+    file.write_text(MOVED, encoding="utf-8")
+    pytester.runpytest("--snapshot-update").assert_outcomes(passed=1)
+    assert not list(PendingStore(pytester.path / ".stackdsl").all())
+
+
+def test_nothing_is_pending_in_ci(file: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CI", "true")
+    file.write_text(MOVED, encoding="utf-8")
+    pytester.runpytest().stdout.fnmatch_lines(["*accept with: pytest outside of CI*"])
+    assert not (pytester.path / ".stackdsl").exists()
 
 
 def test_a_missing_file_fails_with_the_remedy(file: Path, pytester: pytest.Pytester) -> None:
@@ -195,11 +221,24 @@ def towers(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Callab
     return run
 
 
-def test_two_tests_do_not_lock_different_runs_in_one_file(towers: Callable[..., pytest.RunResult]) -> None:
+def test_two_tests_do_not_lock_different_runs_in_one_file(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
     result = towers('"tower"', "5 mm", "--snapshot-update")
     result.assert_outcomes(passed=1, failed=1)
     both = "test_towers.py::test_tower[[]2[]] and test_towers.py::test_tower[[]3[]]"
     result.stdout.fnmatch_lines([f"SD203 two tests *'tower'*: {both}", '*= *f"tower-{levels}"'])
+    assert not (pytester.path / "golden" / "tower").exists()
+
+
+def test_a_golden_file_stays_as_it_was_if_two_tests_have_different_runs(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
+    towers('"tower"', "5 mm", "--snapshot-update", "-k", "2").assert_outcomes(passed=1, deselected=1)
+    file = pytester.path / "golden" / "tower" / "exact.json"
+    before = file.read_bytes()
+    towers('"tower"', "6 mm", "--snapshot-update").assert_outcomes(passed=1, failed=1)
+    assert file.read_bytes() == before
 
 
 def test_a_failing_run_is_accepted_only_with_accept_failing(
@@ -217,9 +256,9 @@ def test_golden_files_of_a_scenario_that_has_another_name_now_are_told(
     towers: Callable[..., pytest.RunResult],
 ) -> None:
     towers('f"tower-{levels}"', "5 mm", "--snapshot-update").stdout.no_fnmatch_line("obsolete*")
-    told = "obsolete golden file, which no test uses: *{}*; remove it"
+    told = "obsolete golden file, which no test uses: {0}; remove it with: rm {0}"
     part = towers('f"stack-{levels}"', "5 mm", "--snapshot-update", "-k", "2")
     part.stdout.no_fnmatch_line("obsolete*")
     whole = towers('f"stack-{levels}"', "5 mm", "--snapshot-update")
-    whole.stdout.fnmatch_lines([told.format("tower-2"), told.format("tower-3")])
-    whole.stdout.no_fnmatch_line(told.format("stack"))
+    whole.stdout.fnmatch_lines([told.format(f"golden/tower-{levels}/exact.json") for levels in (2, 3)])
+    whole.stdout.no_fnmatch_line(told.format("golden/stack*"))
