@@ -197,7 +197,9 @@ def test_golden_files_that_somebody_else_keeps_are_not_removed(stackdsl: Stackds
     assert (result.code, "removed" in result.out) == (0, False)
     assert [file.exists() for file in theirs] == [True, True, True]
     pruned = stackdsl("golden", "prune").out
-    assert pruned.startswith("nothing to remove\nkept: golden/in-a-test/exact.json, golden/in-python/exact.json, by trials/")
+    assert pruned.startswith(
+        "nothing to remove\nkept: golden/in-a-test/exact.json, golden/in-python/exact.json, by trials/"
+    )
     tests.unlink()
     assert stackdsl("check").out.count("obsolete, no variant") == 2
     assert stackdsl("check", ".").out.count("obsolete, no variant") == 2  # all of `wip` is known here

@@ -47,7 +47,9 @@ def test_a_file_that_agrees_passes_and_is_not_rewritten(
     assert file.read_text(encoding="utf-8") == text
 
 
-def test_a_difference_fails_and_is_told_as_in_reports_with_the_commands_that_decide_on_it(file: Path, pytester: pytest.Pytester) -> None:
+def test_a_difference_fails_and_is_told_as_in_reports_with_the_commands_that_decide_on_it(
+    file: Path, pytester: pytest.Pytester
+) -> None:
     file.write_text(MOVED, encoding="utf-8")
     result = pytester.runpytest()
     result.assert_outcomes(failed=1)
