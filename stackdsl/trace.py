@@ -6,7 +6,7 @@ from enum import StrEnum
 from math import atan2, degrees, dist, hypot, inf
 from typing import TypeAlias
 
-from stability.analysis.weakest import Weakest
+from stability.analysis.weakest import Apart, Weakest
 from stability.engines.protocol import WrongFriction
 from stability.geometry.vectors import lean_between
 from stability.model import BodyId, Brick, Pose
@@ -24,7 +24,7 @@ class VerdictMargins:
     """Margins of a proof. Each is None if no claim needs it, or if no structure is proven to stand."""
 
     acceleration: float | None = None  # least horizontal acceleration, over all bearings, that brings it down [g]
-    unaided: float | None = None  # the same without friction between side faces; None where that is equal [g]
+    apart: Apart | None = None  # the same without friction between side faces; None where that is equal
     bearing: float | None = None  # of that acceleration, from +x towards +y [rad]
     tilt: float | None = None  # least tilt of the whole scene that brings it down [rad]
     friction: float | None = None  # least Coulomb coefficient of the roughest contact, with all others in proportion

@@ -5,13 +5,15 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from math import degrees, isfinite
 from typing import Final, TypeVar
 
-from stability.analysis.weakest import Weakest
+from stability.analysis.weakest import Apart, Weakest
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.name_order import MOST_NAMES, names_text
 from stability.statics.fall_description import FallSide
 
 MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
+PARTS: Final = "; "  # between the parts of a mechanism
+FEW: Final = 3  # parts of a mechanism, or reasons, that are written out
 
 Name = TypeVar("Name")
 
@@ -62,9 +64,30 @@ def survived_text(value: float) -> str:
     return rounded_down(float(f"{value:.5g}"))
 
 
-def unaided_text(alone: float) -> str:
-    """Say what friction between neighbours adds to a margin of acceleration; `alone` is the margin without it [g]."""
-    return f"with friction between neighbours that touch; {survived_text(alone)} g without it"
+GAPS: Final = "if neighbours may be apart, write gaps between them, such as 2 mm"
+
+
+def aided_text(apart: Apart) -> str:
+    """Say what friction between neighbours adds to a margin of acceleration."""
+    if apart.acceleration is None:
+        return "only with friction between neighbours that touch; it falls without it"
+    return f"with friction between neighbours that touch; {survived_text(apart.acceleration)} g without it"
+
+
+def apart_text(apart: Apart) -> str:
+    """Say what gives way first without friction between neighbours: in a fall, or above an acceleration."""
+    way = in_short(apart.gives_way)
+    if apart.acceleration is None:
+        return f"it stands only with friction between neighbours that touch: without it, {way}"
+    return f"without friction between neighbours, above {survived_text(apart.acceleration)} g, {way}"
+
+
+def in_short(gives_way: str) -> str:
+    """Return the first parts of a mechanism."""
+    parts = gives_way.split(PARTS)
+    if len(parts) <= FEW:
+        return gives_way
+    return f"{PARTS.join(parts[: FEW - 1])}{PARTS}and {len(parts) - FEW + 1} other parts"
 
 
 def mass_text(mass: float) -> str:

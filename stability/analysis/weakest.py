@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from math import degrees, pi, radians
 from typing import TYPE_CHECKING
 
-from stability.model import BodyId
+from stability.geometry.vectors import dot
+from stability.model import BodyId, Vec3
 from stability.name_order import in_order, natural_key
 from stability.problem import Contact, Problem
 from stability.statics.fall_description import described, really_moving, sliding_supports
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 DIGITS = 6  # of a bearing in degrees, and of heights in metres: with more, rounding would choose the named brick
 
 STEEP = 0.5**0.5  # z of a unit normal at 45 deg
+UP: Vec3 = (0.0, 0.0, 1.0)
+UPRIGHT = 1e-3  # cosine between the normals of a side face and of a bed: larger for the joints of an arch
 # Coulomb coefficient in place of infinity. With 10, limits would be lower by up to about 1 %. With 1000, the forces on
 # a load that carries a heavy carton are found only to 4 %.
 NO_SLIDING = 300.0
@@ -61,31 +64,74 @@ def weakest_at(problem: Problem, margin: "AccelerationMargin") -> Weakest | None
     return Weakest(lowest, tuple(bricks), margin.value, margin.upper, bearing, words, supports, friction)
 
 
+@dataclass(frozen=True, slots=True)
+class Apart:
+    """Behaviour of a structure that stands, without friction between the side faces of bricks."""
+
+    acceleration: float | None  # horizontal, survived in every direction [g]; None if the structure falls at rest
+    gives_way: str  # description of the first mechanism, or of the fall
+
+
 def _carries(contact: Contact) -> bool:
     """Return whether the normals of a contact are closer to the vertical than to the horizontal."""
     return all(abs(normal[2]) > STEEP for normal in contact.normals_W)
 
 
-def without_neighbours(problem: Problem, gravity: float | None = None) -> float | None:
-    """Return the margin of acceleration [g] without friction between the side faces of bricks.
+def without_neighbours(problem: Problem, gravity: float | None = None) -> Apart | None:
+    """Return what a structure that stands survives without friction between the side faces of bricks.
 
-    None if no such faces touch with friction, or if the structure needs this friction at rest, as an arch does. Faces
-    that touch exactly, as in tables of nominal sizes, carry part of the weight of a neighbour by friction, which a
-    small gap takes away.
+    None if no such faces touch with friction, or if the structure needs this friction at rest by its shape, as an arch
+    does. Faces that touch exactly, as in tables of nominal sizes, carry part of the weight of a neighbour by friction,
+    which a small gap takes away.
     """
-    from stability.analysis.acceleration_margin import acceleration  # noqa: PLC0415 -- it brings numpy
+    apart = _apart(problem)
+    if apart is None:
+        return None
+    first = weakest(apart, gravity)
+    return fall_without_neighbours(problem) if first is None else Apart(first.acceleration, first.gives_way)
 
-    def beside(contact: Contact) -> bool:
-        return contact.lower in problem.bricks and contact.upper in problem.bricks and not _carries(contact)
 
-    if not any(beside(contact) and contact.law.friction for contact in problem.contacts):
+def fall_without_neighbours(problem: Problem) -> Apart | None:
+    """Return the fall of a structure that stands only by friction between vertical faces; None if there is none."""
+    from stability.statics.equilibrium import falling_motion  # noqa: PLC0415 -- it brings numpy
+    from stability.statics.mechanism import smallest_mechanism  # noqa: PLC0415 -- it brings numpy
+
+    apart = _apart(problem)
+    if apart is None or not _is_upright(problem):
+        return None
+    motion = falling_motion(apart)
+    return None if motion is None else Apart(None, described(apart, smallest_mechanism(apart, motion)))
+
+
+def _is_beside(problem: Problem, contact: Contact) -> bool:
+    return contact.lower in problem.bricks and contact.upper in problem.bricks and not _carries(contact)
+
+
+def _apart(problem: Problem) -> Problem | None:
+    """Return the problem without friction between the side faces of bricks; None if it has none."""
+    if not any(_is_beside(problem, contact) and contact.law.friction for contact in problem.contacts):
         return None
     contacts = [
-        replace(contact, law=contact.law.with_friction(0.0)) if beside(contact) else contact
+        replace(contact, law=contact.law.with_friction(0.0)) if _is_beside(problem, contact) else contact
         for contact in problem.contacts
     ]
-    margin = acceleration(replace(problem, contacts=tuple(contacts)), gravity=gravity)
-    return None if margin is None else margin.value
+    return replace(problem, contacts=tuple(contacts))
+
+
+def _is_upright(problem: Problem) -> bool:
+    """Return whether all side faces in contact are at right angles to the beds of their bricks, as those of boxes."""
+    beds: dict[BodyId, list[Vec3]] = {}
+    for contact in filter(_carries, problem.contacts):
+        for name in (contact.lower, contact.upper):
+            beds.setdefault(name, []).extend(contact.normals_W)
+    return all(
+        abs(dot(side, bed)) <= UPRIGHT
+        for contact in problem.contacts
+        if _is_beside(problem, contact)
+        for name in (contact.lower, contact.upper)
+        for bed in beds.get(name, [UP])
+        for side in contact.normals_W
+    )
 
 
 def first_tipping(problem: Problem, gravity: float | None = None) -> Weakest | None:

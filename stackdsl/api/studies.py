@@ -3,6 +3,7 @@
 import re
 from typing import Final
 
+from stability.analysis.weakest import Apart
 from stability.notebook import Display, display_of
 from stackdsl.api.arguments import refuse_other_types, refuse_outside
 from stackdsl.api.cases import OneCase, one_case
@@ -121,7 +122,7 @@ def _(found: CaseMargins) -> Display:
         return Display(found.name, [("why", found.why), *notes], "\u2717 no margins", False)
     known = VerdictMargins(
         acceleration=found.acceleration,
-        unaided=found.unaided,
+        apart=None if found.unaided is None else Apart(found.unaided or None, ""),
         bearing=found.bearing,
         tilt=found.tilt,
         friction=found.friction,

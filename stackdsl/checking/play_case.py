@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
+from stability.problem import Stability, Stage
 from stability.work_limit import TooMuchWorkError, limited
 from stackdsl import work
 from stackdsl.judging.judge import Refinement, compare_with_refined, with_numerical_collapse
@@ -50,11 +51,16 @@ def with_margins(trace: Trace, timeline: Timeline) -> Trace:
     """Return a trace with the margins of the proof that the claims of a timeline need or report."""
     has_few_bricks = len(trace.tracks) <= MAX_BRICKS_FOR_REPORTED_MARGINS
     margins = {*timeline.margins, *(timeline.reported_margins if has_few_bricks else ())}
-    if not margins or trace.statics is None:
+    assembly = trace.assembly
+    needs_cones = assembly is not None and any(assembly.stage(name) is Stage.CONES for name in assembly.bricks)
+    if trace.statics is None or not (margins or needs_cones):
         return trace
-    from stackdsl.judging.proofs import margins_of  # noqa: PLC0415 -- imports numpy
+    from stackdsl.judging.proofs import fall_apart, margins_of  # noqa: PLC0415 -- imports numpy
 
-    return replace(trace, margins=margins_of(trace, margins))
+    known = margins_of(trace, margins)
+    if assembly is not None and known.apart is None and trace.statics.stability is Stability.STABLE:
+        known = replace(known, apart=fall_apart(assembly))
+    return replace(trace, margins=known)
 
 
 @contextmanager

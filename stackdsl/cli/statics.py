@@ -20,7 +20,7 @@ from stackdsl.cli.options import Number
 from stackdsl.cli.terminal import counted, tell
 from stackdsl.exits import ExitCode
 from stackdsl.judging.judge import expected_of
-from stackdsl.judging.proofs import Survival, finished_structure_of, piling_of, proofs_of
+from stackdsl.judging.proofs import Survival, fall_apart, finished_structure_of, piling_of, proofs_of
 from stackdsl.judging.remedies import FallingBuild, suggestions
 from stackdsl.language.claims.margin import Margin
 from stackdsl.language.quantities import ANGLE, InputError, parse_quantity
@@ -56,7 +56,7 @@ from stackdsl.studies.find_limit import (
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.timeline import leaves_to_engine
 from stackdsl.viewing.plots import drawn_survival
-from stackdsl.wording import how_many
+from stackdsl.wording import GAPS, apart_text, how_many
 
 # `stackdsl survive`: acceleration and tilt that a structure survives, by bearing, and the part that fails first.
 
@@ -241,9 +241,12 @@ def _suggestions(name: str, case: Case) -> Parts:
         tell(f"{name}: it is undecided whether it stands ({verdict.reason}), so there is nothing to repair")
         return
     if verdict.stability is Stability.STABLE:
-        if missed := [*missed_lines(case, proofs.assembly)]:
+        missed, fall = [*missed_lines(case, proofs.assembly)], fall_apart(proofs.assembly)
+        if missed:
             yield Part(name, [f"{name} is proven to stand, but misses a margin:", *missed])
-        else:
+        if fall is not None:
+            yield Part(name, [f"{name}: {apart_text(fall)}", f"  {GAPS}"])
+        if not missed and fall is None:
             tell(f"{name} is proven to stand, so there is nothing to repair")
         if any(map(leaves_to_engine, case.timeline.as_set_down().actions)):
             tell(f"{name}: judged up to the first action that needs an engine, such as a hit or shaking")

@@ -2,28 +2,20 @@
 
 from collections.abc import Collection, Iterator
 
+from stability.analysis.weakest import Apart
 from stackdsl.diagnostics import ScenarioWarning
 from stackdsl.language.claims.claim_result import placed
 from stackdsl.results import ClaimOutcome
 from stackdsl.trace import BrickState, Trace
-from stackdsl.wording import mm, survived_text
+from stackdsl.wording import GAPS, apart_text, mm
 
 SLID = 0.05  # share of its length by which a structure may slide without a warning
 
 
 def warnings_about(outcomes: Collection[ClaimOutcome], trace: Trace) -> Iterator[ScenarioWarning]:
     """Yield what the claims that are met leave open."""
-    alone = trace.margins.unaided
-    for outcome in outcomes:
-        if outcome.passed and outcome.name == "margin" and alone is not None:
-            limits = [number.least for number in outcome.numbers if number.unit == "g"]
-            if any(limit is not None and alone < limit for limit in limits):
-                yield ScenarioWarning(
-                    outcome.span,
-                    "the margin is met only with friction between neighbours that touch; it is "
-                    f"{survived_text(alone)} g without it",
-                    "if neighbours may be apart, write gaps between them, such as 2 mm",
-                )
+    if trace.margins.apart is not None:
+        yield from _aided(outcomes, trace.margins.apart)
     told = {outcome.name for outcome in outcomes}
     stands = next((outcome for outcome in outcomes if outcome.passed and outcome.name == "stands"), None)
     if stands is not None and not told & {"drift", "displaced"} and (slid := _slid(trace)) > 0.0:
@@ -32,6 +24,21 @@ def warnings_about(outcomes: Collection[ClaimOutcome], trace: Trace) -> Iterator
             f"all bricks stand, but the whole structure slid by {mm(slid, 3)}",
             "to limit this, add a claim such as `drift: <= 10 mm`",
         )
+
+
+def _aided(outcomes: Collection[ClaimOutcome], apart: Apart) -> Iterator[ScenarioWarning]:
+    """Yield the claims that are met only with friction between neighbours; one of them if the structure falls."""
+    met = {outcome.name: outcome for outcome in outcomes if outcome.passed}
+    if apart.acceleration is None:
+        claim = met.get("margin") or met.get("stands") or met.get("verdict")
+        if claim is not None:
+            yield ScenarioWarning(claim.span, apart_text(apart), GAPS)
+        return
+    for outcome in outcomes:
+        limits = [number.least for number in outcome.numbers if number.unit == "g"]
+        if outcome.passed and outcome.name == "margin" and any(each and apart.acceleration < each for each in limits):
+            message = f"the margin is met only with friction between neighbours that touch; {apart_text(apart)}"
+            yield ScenarioWarning(outcome.span, message, GAPS)
 
 
 def _slid(trace: Trace) -> float:

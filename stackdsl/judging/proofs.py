@@ -10,7 +10,15 @@ from stability.analysis.margins import least_friction
 from stability.analysis.placement_margin import placement
 from stability.analysis.repair import Piling
 from stability.analysis.uniqueness import outcome
-from stability.analysis.weakest import Weakest, first_tipping, weakest, weakest_at, without_neighbours
+from stability.analysis.weakest import (
+    Apart,
+    Weakest,
+    fall_without_neighbours,
+    first_tipping,
+    weakest,
+    weakest_at,
+    without_neighbours,
+)
 from stability.dynamics.onset import as_it_begins
 from stability.model import BodyId
 from stability.notebook import Displayed
@@ -247,19 +255,26 @@ def _shaken(problem: Problem, gravity: float) -> VerdictMargins:
         return VerdictMargins()
     first = weakest_at(problem, worst)
     bearing = worst.bearing if first is None else first.bearing
-    alone = unaided(problem, gravity, worst.value)
-    return VerdictMargins(
-        acceleration=worst.value, unaided=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first
-    )
+    alone = apart(problem, gravity, worst.value)
+    return VerdictMargins(acceleration=worst.value, apart=alone, bearing=bearing, tilt=tilt(worst.value), weakest=first)
 
 
 LESS = 1e-3  # share of a margin by which it must be less without friction between side faces to be told
 
 
-def unaided(problem: Problem, gravity: float, value: float) -> float | None:
-    """Return the margin of acceleration [g] without friction between side faces, if that is less than `value`."""
+def apart(problem: Problem, gravity: float, value: float) -> Apart | None:
+    """Return what is survived without friction between side faces, if that is less than `value` [g]."""
     alone = without_neighbours(problem, gravity)
-    return None if alone is None or alone >= value * (1.0 - LESS) else alone
+    return None if alone is None or (alone.acceleration or 0.0) >= value * (1.0 - LESS) else alone
+
+
+def fall_apart(assembly: Assembly) -> Apart | None:
+    """Return the fall of a structure that stands only by friction between side faces; None if there is none."""
+    if len(assembly.bricks) > MOST_FOR_WEAKEST or all(
+        assembly.stage(name) is not Stage.CONES for name in assembly.bricks
+    ):
+        return None  # vertical forces hold it without such friction, or the program takes long
+    return fall_without_neighbours(assembly.problem())
 
 
 # The acceleration that a structure survives, by bearing, proven without an engine.
@@ -288,7 +303,7 @@ class Survival(Displayed):
     along: Sequence[BearingSurvival]
     weakest: Weakest | None  # None if nothing gives way, or with more bricks than `MOST_FOR_WEAKEST`
     tips: Weakest | None = None  # if all bricks slide together first: the mechanism that opens if none can slide
-    unaided: float | None = None  # least survived acceleration without friction between side faces, if less [g]
+    apart: Apart | None = None  # what it survives without friction between side faces, if less
     name: str = ""  # of the case
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
 
@@ -315,7 +330,7 @@ def survival_of(
     first = weakest(problem, assembly.gravity) if len(assembly.bricks) <= MOST_FOR_WEAKEST else None
     texts: dict[int, str] = {}  # by motion, as several bearings share one
     tips = first_tipping(problem, assembly.gravity) if first is not None and first.slides_on else None
-    alone = unaided(problem, assembly.gravity, first.acceleration) if first is not None else None
+    alone = apart(problem, assembly.gravity, first.acceleration) if first is not None else None
     return Survival(tuple(_along(problem, each, first, texts) for each in bearings), first, tips, alone)
 
 

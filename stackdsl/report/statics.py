@@ -22,7 +22,15 @@ from stackdsl.checking.cases import Case
 from stackdsl.compiler.fit import Fit, TimedShape, fits
 from stackdsl.judging.judge import expected_of
 from stackdsl.judging.numbers import ScenarioNumbers
-from stackdsl.judging.proofs import ALL, MOST_FOR_PROGRAMS, JudgedGroup, Proofs, margins_of_assembly, proofs_of
+from stackdsl.judging.proofs import (
+    ALL,
+    MOST_FOR_PROGRAMS,
+    JudgedGroup,
+    Proofs,
+    fall_apart,
+    margins_of_assembly,
+    proofs_of,
+)
 from stackdsl.judging.remedies import HeavierBrick, MoreFriction, OtherNumber, Remedies, remedies_of
 from stackdsl.language.claims.margin import Margin
 from stackdsl.report.blocks import Block, blocks_text, hanging, line, table
@@ -44,6 +52,9 @@ from stackdsl.timeline import (
 )
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import (
+    aided_text,
+    apart_text,
+    in_short,
     joint_text,
     mass_text,
     moving_text,
@@ -53,7 +64,6 @@ from stackdsl.wording import (
     slides_together,
     survived_text,
     touching_text,
-    unaided_text,
     weakest_text,
 )
 
@@ -296,6 +306,8 @@ def proven_lines(  # noqa: PLR0913, PLR0917 -- all parts of the text
         yield f"  statics: every placement is proven to stand{touching_text(within)}{cost}"
         if within > 0.0:
             yield "    with `touching: exactly`, it is not proven to stand"
+        if fall := fall_apart(proofs.assembly):
+            yield f"    {apart_text(fall)}"
         yield from _margins(proofs, extent, margins)
 
 
@@ -329,6 +341,8 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield "    these margins rely on contacts whose pressure statics does not determine"
     if margins.weakest is not None:
         yield f"    {weakest_text(margins.weakest)}"
+    if margins.apart is not None and margins.apart.acceleration is not None:
+        yield f"    {apart_text(margins.apart)}"
     if margins.joint is not None:
         yield f"    {joint_text(*margins.joint)}"
     if margins.guaranteed is not None:
@@ -347,7 +361,7 @@ def margin_texts(margins: VerdictMargins) -> Iterator[str]:
         worst = (
             f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""
         )
-        neighbours = f", {unaided_text(margins.unaided)}" if margins.unaided is not None else ""
+        neighbours = f", {aided_text(margins.apart)}" if margins.apart is not None else ""
         yield f"a horizontal acceleration of {survived_text(margins.acceleration)} g{worst}{neighbours}"
     if margins.tilt is not None:
         yield f"a tilt of {survived_text(degrees(margins.tilt))} deg"
@@ -528,5 +542,11 @@ def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
         tips = first_tipping(assembly.problem(), assembly.gravity)
         if tips is not None and tips.acceleration < wanted:
             least = survived_text(tips.acceleration)
-            yield f"  without friction between neighbours, tipping begins above {least} g, at any friction below:"
+            yield f"  tipping begins above {least} g, however good the friction is: {in_short(tips.gives_way)}"
             yield "    a part tips above b/h times g: h is the height of its centre, b its distance from the edge"
+            lower = f"{100.0 * (1.0 - tips.acceleration / wanted):.2g} %"
+            yield f"    to tip only above {wanted:.4g} g, the centre of what tips must be {lower} lower:"
+            yield "    take off its top layer, or put heavy bricks lower"
+        apart = margins.apart
+        if apart is not None and apart.acceleration is not None and (tips is None or tips.gives_way != apart.gives_way):
+            yield f"  {apart_text(apart)}"

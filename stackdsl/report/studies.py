@@ -23,15 +23,19 @@ from stackdsl.studies.find_limit import End, FoundLimit, Want
 from stackdsl.studies.sensitivities import Effect, MarginKind, Sensitivities, SlopeSource
 from stackdsl.timeline import Timeline, leaves_to_engine
 from stackdsl.wording import (
+    FEW,
+    PARTS,
+    aided_text,
     all_bricks_text,
+    apart_text,
     bearing_text,
     gives_way_text,
     how_many,
+    in_short,
     rounded_down,
     rounded_up,
     slides_together,
     survived_text,
-    unaided_text,
 )
 
 if TYPE_CHECKING:  # these import scipy
@@ -40,8 +44,6 @@ if TYPE_CHECKING:  # these import scipy
     from stackdsl.studies.sweep import SweptCase
 
 LABEL: Final = 11  # [characters] column of labels
-PARTS: Final = "; "  # between the parts of a mechanism
-FEW: Final = 3  # parts of a mechanism, or reasons, that are written out
 MOST_ROWS: Final = 8  # ways to give way
 OF: Final = " of "  # between the kind of a number and its brick
 PULLED: Final = 16  # [characters] column of the headings of pulls
@@ -544,8 +546,10 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     least = worst.survived if first is None else first.acceleration
     where = f"{'along these bearings' if first is None else 'in every direction'}, a tilt of"
     yield f"{name} survives {survived_text(least)} g {where} {survived_text(degrees(tilt(least)))} deg"
-    if survival.unaided is not None:
-        yield f"  {unaided_text(survival.unaided)}"
+    if survival.apart is not None:
+        apart = survival.apart
+        aided = f"{aided_text(apart)}: {in_short(apart.gives_way)}"
+        yield f"  {apart_text(apart) if apart.acceleration is None else aided}"
     yield ""
     rows = list(_survival_rows(survival))
     rows.insert(0, ("towards", "survives", "what gives way first"))
@@ -566,18 +570,18 @@ def _tipping(tips: Weakest, survival: Survival) -> str:
     """Describe the mechanism that opens if nothing slides; if the whole structure tips, by the number of bricks."""
     first, (bricks, tip, rest) = survival.weakest, tips.gives_way.partition(" tip ")
     whole = first is not None and slides_together(first) and tips.bricks == first.bricks and PARTS not in rest
-    return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else _in_short(tips.gives_way)
+    return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else in_short(tips.gives_way)
 
 
 def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
     """Yield bearings, survived accelerations and failure: the weakest bearing first, then the others by failure."""
     if survival.weakest is not None:
         first = survival.weakest
-        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", _in_short(gives_way_text(first))
+        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", in_short(gives_way_text(first))
     ways: dict[str, list[list[BearingSurvival]]] = {}
     for run in _alike(survival.along):
-        ways.setdefault(_in_short(run[0].gives_way), []).append(run)
-    if survival.weakest is not None and list(ways) == [_in_short(survival.weakest.gives_way)]:
+        ways.setdefault(in_short(run[0].gives_way), []).append(run)
+    if survival.weakest is not None and list(ways) == [in_short(survival.weakest.gives_way)]:
         return  # the same in every direction
     for way, runs in sorted(ways.items(), key=lambda each: min(row.survived for run in each[1] for row in run)):
         spans = ", ".join(_span(run) for run in runs)
@@ -585,7 +589,7 @@ def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
         if min(survived) == inf:
             yield f"{spans} deg", "any", "nothing"
             continue
-        same = survival.weakest is not None and way == _in_short(survival.weakest.gives_way)
+        same = survival.weakest is not None and way == in_short(survival.weakest.gives_way)
         yield f"{spans} deg", f"{_range(survived)} g", "the same" if same else way
 
 
@@ -613,14 +617,6 @@ def _towards(bearing: float) -> str:
     return angle if name.endswith("deg") else f"{angle} ({name})"
 
 
-def _in_short(gives_way: str) -> str:
-    """Return the first parts of a mechanism."""
-    parts = gives_way.split(PARTS)
-    if len(parts) <= FEW:
-        return gives_way
-    return f"{PARTS.join(parts[: FEW - 1])}{PARTS}and {len(parts) - FEW + 1} other parts"
-
-
 def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
     """Return a row for each bearing; empty or `null` where nothing gives way."""
     cases = [
@@ -629,7 +625,7 @@ def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
             "survives_g": _finite_margin(
                 (survival.weakest and survival.weakest.acceleration) or survival.worst.survived
             ),
-            "without_neighbours_g": None if survival.unaided is None else _rounded(survival.unaided),
+            "without_neighbours_g": None if survival.apart is None else _rounded(survival.apart.acceleration or 0.0),
             "weakest": None if survival.weakest is None else weakest_json(survival.weakest),
             "bearings": [*map(_survival_row, survival.along)],
         }

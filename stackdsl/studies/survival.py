@@ -44,7 +44,9 @@ class CaseMargins(Displayed):
     verdict: str  # `stable`, `unstable` or `undecided`
     why: str  # why it is not proven to stand; empty if it is
     acceleration: float | None  # horizontal, in the worst direction [g]
-    unaided: float | None  # the same without friction between side faces that touch; None where that is equal [g]
+    unaided: (
+        float | None
+    )  # the same without friction between side faces that touch; None where equal, 0 if it falls [g]
     bearing: float | None  # of that direction, from +x towards +y [rad]
     tilt: float | None  # of the whole scene, in the worst direction [rad]
     friction: float | None  # least coefficient of the roughest contact, with all others in proportion
@@ -57,7 +59,8 @@ def margins_in(case: Case, name: str) -> CaseMargins:
     proofs = proofs_of(case.timeline)
     unproven = _unproven(proofs)
     found = VerdictMargins() if unproven else margins_of_assembly(proofs.assembly, ALL)
-    numbers = (found.acceleration, found.unaided, found.bearing, found.tilt, found.friction, found.placement)
+    unaided = None if found.apart is None else found.apart.acceleration or 0.0
+    numbers = (found.acceleration, unaided, found.bearing, found.tilt, found.friction, found.placement)
     notes = () if unproven else _notes(case, proofs)
     return CaseMargins(name, proofs.verdict.stability.value, unproven, *numbers, notes=notes)
 

@@ -16,7 +16,7 @@ from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all
 from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
-from stackdsl.wording import unaided_text
+from stackdsl.wording import aided_text
 
 UNITS: Final = {"acceleration": "g", "tilt": "deg", "friction": "", "placement": "mm"}
 
@@ -52,10 +52,10 @@ class Margin(AtLeastOneKey, ClaimKind):
     def compared(self, margins: VerdictMargins) -> ClaimResult:
         """Compare the margins of a structure that stands."""
         result = all_of([_part(key, getattr(self, key), getattr(margins, key)) for key in self.written_keys])
-        alone = margins.unaided
-        if alone is None or self.acceleration is None:
+        apart = margins.apart
+        if apart is None or self.acceleration is None:
             return result
-        return replace(result, measured=f"{result.measured}, {unaided_text(alone)}")
+        return replace(result, measured=f"{result.measured}, {aided_text(apart)}")
 
 
 def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace) -> str:
