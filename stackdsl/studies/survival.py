@@ -44,9 +44,7 @@ class CaseMargins(Displayed):
     verdict: str  # `stable`, `unstable` or `undecided`
     why: str  # why it is not proven to stand; empty if it is
     acceleration: float | None  # horizontal, in the worst direction [g]
-    unaided: (
-        float | None
-    )  # the same without friction between side faces that touch; None where equal, 0 if it falls [g]
+    unaided: float | None  # the same without friction between side faces; None where equal, 0 if it falls without it
     bearing: float | None  # of that direction, from +x towards +y [rad]
     tilt: float | None  # of the whole scene, in the worst direction [rad]
     friction: float | None  # least coefficient of the roughest contact, with all others in proportion
