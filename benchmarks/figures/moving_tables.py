@@ -14,6 +14,26 @@ _SLIPS = (
 _HITS = tuple(f"level {level}, {speed} m per s" for level, speed in product((3, 13), (1, 2, 4)))
 
 MOVING_TABLES: Mapping[str, Table] = {
+    "rigid-engine": Table(
+        "rigid-engine",
+        "known",
+        (
+            Column("quantity", "{case}"),
+            Column("closed form or reference", "{reference:sig3}"),
+            Column("`rigid`", "{engine:sig3}"),
+            Column("error", "{error_percent:+.2f} %"),
+        ),
+    ),
+    "rigid-engine-cost": Table(
+        "rigid-engine",
+        "costs",
+        (
+            Column("scene, every brick awake", "{scene}"),
+            Column("`rigid`, ms of processor for 1 ms", "{engine_ms:sig2}"),
+            Column("PyBullet without corrections, ms", "{pybullet_ms:sig2}"),
+            Column("ratio", "{ratio:sig2}"),
+        ),
+    ),
     "wall-hits": Table(
         "wall-hits",
         "runs",

@@ -9,6 +9,7 @@ import pytest
 
 from stability.engines.lazy_world import stepped_world
 from stability.engines.protocol import World
+from stability.engines.rigid.settings import RigidSettings
 from stability.geometry.box import Box
 from stability.geometry.vectors import add, cross, subtract
 from stability.model import GROUND, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
@@ -84,9 +85,10 @@ def test_free_fall_covers_half_g_t_squared(opened: Opened) -> None:
     with opened() as engine:
         engine.add_brick(plank(), Pose((0.0, 0.0, 1.0)))
         t = play(engine, 0.1) * engine.settings.time_step
-        # A semi-implicit Euler step falls g t dt / 2 further than the parabola.
+        # A semi-implicit Euler step falls g t dt / 2 further than the parabola; `rigid` follows the parabola.
+        further = 0.0 if isinstance(engine.settings, RigidSettings) else engine.settings.time_step
         fallen = 1.0 - position(engine, "plank")[2]
-        assert fallen == pytest.approx(9.81 * t * (t + engine.settings.time_step) / 2.0, rel=1e-5)
+        assert fallen == pytest.approx(9.81 * t * (t + further) / 2.0, rel=1e-5)
         assert engine.time() == pytest.approx(t)
 
 
@@ -94,6 +96,8 @@ def test_fast_bodies_split_steps_to_limit_their_travel(opened: Opened) -> None:
     #   Split in two, a step of dt falls g t dt / 4 further than the parabola, not g t dt / 2.
     with opened() as engine:
         settings = engine.settings
+        if isinstance(settings, RigidSettings):
+            pytest.skip("it looks ahead instead")
         assert settings.most_travel is not None
         engine.set_max_speed(1.5 * settings.most_travel / settings.time_step)
         engine.add_brick(plank(), Pose((0.0, 0.0, 1.0)))

@@ -1,0 +1,1 @@
+"""A rigid-body engine of our own for convex solids, compiled by numba: small steps, exact cones, no penetration."""

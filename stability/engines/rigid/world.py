@@ -1,0 +1,281 @@
+"""World of the rigid-body engine, in which bricks can be welded into rigid groups."""
+
+from collections import defaultdict
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+
+from stability.contact_law import Friction, GivenFriction, as_friction
+from stability.dynamics.rigid_body import AppliedForce, pushed
+from stability.dynamics.rigid_group import common_motion, grouped
+from stability.engines.bodies import EngineWorld, OwnBodies
+from stability.engines.pressing import AppliedLoads
+from stability.engines.protocol import NOTHING_PRESCRIBED, PrescribedMotion, StepClock
+from stability.engines.rigid.arrays import GAP, PRESSES, RUBS, RUBS_ACROSS, Ints, Points, Solids, no_points
+from stability.engines.rigid.bodies import BodyRows, extent, single, solids_of
+from stability.engines.rigid.colliding import carry_over, contacts
+from stability.engines.rigid.settings import RigidSettings
+from stability.engines.rigid.solving import advance
+from stability.geometry.bounding_boxes import BoundingBoxes
+from stability.geometry.vectors import add, add_scaled, body_axes, rotate, scale
+from stability.model import AT_REST, BodyId, BodyState, Brick, ContactPoint, Plane, Pose, Vec3
+
+FIRST_ROOM = 64
+
+
+@dataclass
+class ContactPoints:
+    """Contact points of a world, which carry their impulses from step to step."""
+
+    points: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
+    count: int = field(default=0, init=False)
+    _spare: Points = field(default_factory=lambda: no_points(FIRST_ROOM), init=False)
+
+    def find(self, bodies: BodyRows, solids: Solids, order: Ints, duration: float, near: float) -> None:
+        """Find the points of the next step of a duration [s], up to a gap [m]."""
+        count = contacts(bodies.arrays, solids, self._spare, order, duration, near)
+        if count > len(self._spare.key):
+            self._spare = no_points(2 * count)
+            contacts(bodies.arrays, solids, self._spare, order, duration, near)
+        carry_over(self._spare, count, self.points, self.count)
+        self.points, self._spare, self.count = self._spare, self.points, count
+
+    def renumber(self, before: Sequence[BodyId], now: Sequence[BodyId]) -> None:
+        """Renumber the solids of the points after a change, and drop the points of removed solids."""
+        if not self.count:
+            return
+        numbers = {name: number for number, name in enumerate(now)}
+        renumbered = np.array([numbers.get(name, -1) for name in before])
+        pairs = self.points.solids[: self.count]
+        on_plane = pairs[:, 0] < 0
+        first, second = np.where(on_plane, pairs[:, 0], renumbered[pairs[:, 0]]), renumbered[pairs[:, 1]]
+        lost = (second < 0) | (~on_plane & ((first < 0) | (first > second)))
+        # In the order of `contacts`.
+        rows = np.lexsort((np.where(on_plane, -first, second), np.where(on_plane, second, first), ~on_plane))
+        rows = rows[~lost[rows]]
+        self.count = count = len(rows)
+        self.points.solids[:count] = np.stack((first, second), axis=1)[rows]
+        self.points.key[:count], self.points.row[:count] = self.points.key[rows], self.points.row[rows]
+
+
+@dataclass
+class RigidWorld(EngineWorld):
+    """World of bricks and planes; create it by `opened`."""
+
+    settings: RigidSettings
+    own: OwnBodies
+    gravity: float  # [m/s2] along -z
+    friction: Friction
+    clock: StepClock
+    presses: AppliedLoads = field(default_factory=AppliedLoads, init=False)
+    _bodies: BodyRows = field(default_factory=BodyRows, init=False)
+    _frozen: set[BodyId] = field(default_factory=set, init=False)
+    _guided: set[BodyId] = field(default_factory=set, init=False)  # in the last step
+    _solids: Solids | None = field(default=None, init=False)  # None after a change
+    _names: tuple[BodyId, ...] = field(default=(), init=False)  # of the bricks of the solids
+    _order: Ints = field(default_factory=lambda: np.arange(0), init=False)  # of the solids along an axis
+    _contacts: ContactPoints = field(default_factory=ContactPoints, init=False)
+    _part: float = field(default=1.0, init=False)  # duration of the last sub-step [s]
+    _touching: dict[BodyId, list[int]] | None = field(default=None, init=False)
+    _bounds: BoundingBoxes | None = field(default=None, init=False)
+
+    @classmethod
+    def opened(
+        cls, settings: RigidSettings, gravity: float, friction: GivenFriction, heaviest: float | None = None
+    ) -> Self:
+        """Open an empty world with gravity [m/s2] along -z; `heaviest` has no effect."""
+        return cls(settings, OwnBodies(), gravity, as_friction(friction), StepClock(settings))
+
+    def close(self) -> None:
+        self._solids = None
+
+    def step(self, prescribed: PrescribedMotion = NOTHING_PRESCRIBED) -> None:
+        solids, settings, duration = self._built(), self.settings, self.settings.time_step
+        self._guide(prescribed)
+        self._press(duration)
+        self._contacts.find(self._bodies, solids, self._order, duration, 2.0 * settings.edge_radius)
+        parts = max(self.clock.pass_step(), settings.parts)
+        x, y, z = prescribed.acceleration_W
+        advance(
+            self._bodies.arrays,
+            self._contacts.points,
+            self._contacts.count,
+            (duration, parts, settings.sweeps, settings.first_sweeps),
+            settings.recovery,
+            np.array((-x, -y, -self.gravity - z)),
+        )
+        self._part = duration / parts
+        self._moved()
+
+    def _guide(self, prescribed: PrescribedMotion) -> None:
+        """Prescribe the motion of guided bricks; those that are guided no longer move freely."""
+        for name in self._guided - prescribed.guided.keys():
+            if name in self._bodies.row and name not in self._frozen:
+                self._bodies.release(self._bodies.row[name])
+        self._guided = {*prescribed.guided}
+        for name, motion in prescribed.guided.items():
+            self._bodies.guide(self._bodies.row[name], motion, self._bodies.state(name))
+
+    def _press(self, duration: float) -> None:
+        """Set the forces from outside during the next step."""
+        arrays = self._bodies.arrays
+        arrays.force[:] = arrays.torque[:] = 0.0
+        for acting in self.presses.acting(self, duration):
+            row = self._bodies.row[acting.brick.id]
+            arrays.force[row], arrays.torque[row] = acting.wrench(duration)
+
+    def _moved(self) -> None:
+        self._touching = self._bounds = None
+
+    def _changed(self) -> None:
+        self._solids = None
+        self._moved()
+
+    def _built(self) -> Solids:
+        """Return the solids of all bricks; build them after a change."""
+        if self._solids is None:
+            before, self._names = self._names, tuple(self._bodies.row)
+            planes = self.own.planes.values()
+            self._solids = solids_of(self._bodies, planes, self.friction, self.settings.edge_radius)
+            self._contacts.renumber(before, self._names)
+            self._order = np.arange(len(self._names))
+        return self._solids
+
+    # --- changes ------------------------------------------------------------------------------------------------------
+
+    def add_plane(self, plane: Plane) -> None:
+        self.own.add_plane(plane)
+        self._changed()
+
+    def add_brick(self, brick: Brick, pose: Pose, velocity_W: Vec3 = AT_REST) -> None:
+        self.own.add_brick(brick)
+        self._bodies.add(single(brick, pose), BodyState(pose, velocity_W))
+        self._changed()
+
+    def remove_brick(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
+        self._part_from_others(brick)
+        self._bodies.drop(self._bodies.row[brick])
+        self._frozen.discard(brick)
+        self.own.remove_brick(brick)
+        self._changed()
+
+    def set_state(self, brick: BodyId, state: BodyState) -> None:
+        self._part_from_others(brick)
+        row = self._bodies.row[brick]
+        self._frozen.discard(brick)
+        self._bodies.release(row)
+        self._bodies.put(row, state.pose)
+        self._bodies.arrays.motion[row] = *state.velocity_W, *state.angular_velocity_W
+        self._moved()
+
+    def push(self, brick: BodyId, impulse_W: Vec3, at_W: Vec3) -> None:
+        self.set_state(brick, pushed(self._bodies.state(brick), self.own.bricks[brick], impulse_W, at_W))
+
+    def apply_forces(self, brick: BodyId, forces: Sequence[AppliedForce]) -> None:
+        self.presses.apply_forces(self.own.bricks[brick], self._bodies.state(brick), forces)
+
+    def freeze(self, brick: BodyId) -> None:
+        self.presses.leave(brick)
+        self._part_from_others(brick)
+        self._bodies.hold(self._bodies.row[brick])
+        self._frozen.add(brick)
+
+    def holds(self, brick: BodyId) -> bool:
+        return brick in self._frozen
+
+    def wake(self, brick: BodyId) -> None:
+        self._frozen.discard(brick)
+        self._bodies.release(self._bodies.row[brick])
+
+    def put_at(self, brick: BodyId, pose: Pose) -> None:
+        self._bodies.put(self._bodies.row[brick], pose)
+        self._moved()
+
+    def weld(self, bricks: Collection[BodyId]) -> None:
+        for brick in bricks:
+            self.presses.leave(brick)
+            self._part_from_others(brick)
+        states = self.states(bricks)
+        group = grouped((self.own.bricks[brick], states[brick].pose) for brick in bricks)
+        motion = common_motion(group, states)
+        for brick in bricks:
+            self._frozen.discard(brick)
+            self._bodies.drop(self._bodies.row[brick])
+        self._bodies.add(group, BodyState(group.pose, *motion))
+        self._changed()
+
+    def unweld(self, brick: BodyId) -> tuple[BodyId, ...]:
+        row = self._bodies.row[brick]
+        members = self._bodies.groups[row].bricks
+        states = self.states(members)
+        self._bodies.drop(row)
+        for name, member in members.items():
+            self._bodies.add(single(member, states[name].pose), states[name])
+        self._changed()
+        return tuple(members)
+
+    def _part_from_others(self, brick: BodyId) -> None:
+        """Unweld the group of a brick, if it is in one."""
+        if len(self._members(brick)) > 1:
+            self.unweld(brick)
+
+    def _members(self, brick: BodyId) -> Collection[BodyId]:
+        return self._bodies.groups[self._bodies.row[brick]].bricks.keys()
+
+    # --- queries ------------------------------------------------------------------------------------------------------
+
+    def states(self, bodies: Collection[BodyId]) -> dict[BodyId, BodyState]:
+        planes = self.own.planes
+        return {
+            body: BodyState(Pose(planes[body].point_W)) if body in planes else self._bodies.state(body)
+            for body in bodies
+        }
+
+    def contacts(self, brick: BodyId) -> Sequence[ContactPoint]:
+        if self._touching is None:
+            self._touching = self._by_body()
+        return [self._contact_point(number) for number in self._touching.get(brick, ())]
+
+    def _by_body(self) -> dict[BodyId, list[int]]:
+        """Return the points that touch, or almost touch, by brick and plane."""
+        count, touching = self._contacts.count, defaultdict[BodyId, list[int]](list)
+        row = self._contacts.points.row[:count]
+        for number in np.flatnonzero((row[:, PRESSES] > 0.0) | (row[:, GAP] < self.settings.edge_radius)).tolist():
+            for name in self._bodies_at(number):
+                touching[name].append(number)
+        return touching
+
+    def _bodies_at(self, number: int) -> tuple[BodyId, BodyId]:
+        first, second = self._contacts.points.solids[number].tolist()
+        return tuple(self.own.planes)[-1 - first] if first < 0 else self._names[first], self._names[second]
+
+    def _contact_point(self, number: int) -> ContactPoint:
+        points = self._contacts.points
+        row, on_plane = points.row[number].tolist(), points.solids[number, 0] < 0
+        first, second = self._bodies_at(number)
+        normal, along, across = ((row[k], row[k + 1], row[k + 2]) for k in (0, 3, 6))
+        x, y, z = self._bodies.arrays.position[points.bodies[number, 1]].tolist()
+        # The point is a corner over a half-space, or in the middle of the gap between two solids.
+        below = row[GAP] if on_plane else 0.5 * row[GAP]
+        at_W = add_scaled((x + row[25], y + row[26], z + row[27]), -below, normal)
+        rubs_W = add(scale(row[RUBS] / self._part, along), scale(row[RUBS_ACROSS] / self._part, across))
+        return ContactPoint(second, first, at_W, normal, row[GAP], row[PRESSES] / self._part, rubs_W)
+
+    def neighbours(self, brick: BodyId, within: float) -> Sequence[BodyId]:
+        if self._bounds is None:
+            self._bounds = self._bounding_boxes()
+        members = self._members(brick)
+        return [other for other in self.own.neighbours(brick, self._bounds, within) if other not in members]
+
+    def _bounding_boxes(self) -> BoundingBoxes:
+        poses = {name: state.pose for name, state in self.states(self.own.bricks).items()}
+        extents = [extent(self._bodies.groups[self._bodies.row[name]], name) for name in poses]
+        middles = [
+            add(pose.position_W, rotate(pose.orientation, middle))
+            for pose, (middle, _) in zip(poses.values(), extents, strict=True)
+        ]
+        axes = np.array([body_axes(pose.orientation) for pose in poses.values()]).transpose(0, 2, 1)
+        return BoundingBoxes.around(poses, np.array(middles), axes, np.array([half for _, half in extents]))
