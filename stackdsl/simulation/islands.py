@@ -199,6 +199,7 @@ def affected_bricks(moment: Moment, present: Mapping[BodyId, TrackedBrick]) -> l
 
 
 AT_ONCE: Final = 1e-4  # [m] bodies hit within this distance of the first one are hit together
+ASLANT = 1.02  # ratio of the speed of a body to that into a face from which both are told
 GRAZE: Final = 1e-6  # [m] least overlap across the path of a hit
 
 
@@ -276,8 +277,14 @@ class FirstContacts:
         nearest = min(touch.off_centre for touch in hit.values())
         before_centre = [name for name in in_order(hit) if hit[name].off_centre <= nearest + AT_ONCE]
         others = and_text(in_order(hit.keys() - before_centre))
-        speed = max(touch.speed for touch in hit.values())
-        return f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at {speed:.3g} m/s"
+        speed, whole = max(touch.speed for touch in hit.values()), hypot(*before_W)
+        text = f"{brick} hits {and_text(before_centre)}{', with ' * bool(others)}{others} at "
+        # A body that comes aslant hits with a part of its speed.
+        return (
+            f"{text}{whole:.3g} m/s, {speed:.3g} m/s of it into the face"
+            if whole > ASLANT * speed
+            else f"{text}{speed:.3g} m/s"
+        )
 
     def _reached(self, brick: BodyId, flight: _Flight, other: BodyId, step: float) -> _Touch | None:
         """Return when and how a flying brick reaches a body within a step [s]; None if it does not.

@@ -38,11 +38,17 @@ class Height(Shorthand, ClaimKind):
 
 
 def _without_support(trace: Trace) -> Set[BodyId]:
-    """Return the bricks that fell or are unsettled, and those that lean on them: all their supports are among these."""
+    """Return the bricks that fell or are unsettled, and those that lean on them: all bricks below them are among these.
+
+    The supports of a brick are those of its first proof, which may follow a fall; then the ground counts for nothing.
+    """
     lost = (BrickState.FALLEN, BrickState.UNSETTLED)
     down = {name for name, track in trace.tracks.items() if track.state in lost}
-    supports = {name: {edge.lower for edge in edges} for name, edges in trace.edges_when_placed.items() if edges}
-    while leaning := {name for name, lower in supports.items() if lower <= down} - down:
+    supports = {
+        name: {edge.lower for edge in edges if edge.lower in trace.tracks}
+        for name, edges in trace.edges_when_placed.items()
+    }
+    while leaning := {name for name, lower in supports.items() if lower and lower <= down} - down:
         down |= leaning
     return down
 
