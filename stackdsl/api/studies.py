@@ -78,8 +78,9 @@ def sensitivities(case: OneCase, of: str = MarginKind.ACCELERATION, check: int =
 def margins(case: OneCase) -> CaseMargins:
     """Return the disturbances that a case survives, as numbers, as `stackdsl explain --margins` reports them.
 
-    `acceleration` [g], `tilt` [rad], `friction` and `placement` [m] are None for a structure that is not proven to
-    stand; `why` then says why not. So a loop over a number needs no exception.
+    `acceleration` [g] in the worst direction, `tilt` [rad], `friction` (least coefficient) and `placement` [m]
+    (position error that all bricks may have at once, each in its worst direction) are None for a structure that is
+    not proven to stand; `why` then says why not. So a loop over a number needs no exception.
     """
     known = one_case(case)
     return survival.margins_in(known, known.name)

@@ -37,11 +37,12 @@ from stackdsl.goldens.golden import (
 )
 from stackdsl.goldens.snapshot import Identity, Snapshot
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory, state_directory
-from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, IN_CI, REVIEW
+from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, REVIEW
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning
 from stackdsl.report.golden_differences import difference_lines
 from stackdsl.results import GoldenStatus
 
+UPDATE_OUTSIDE = "pytest --snapshot-update outside of CI, and commit the golden file"
 WIDTH = 100  # of the lines of a difference, which pytest indents
 Golden = Callable[[Identity], SnapshotAssertion]
 
@@ -161,7 +162,7 @@ class GoldenExtension(JSONSnapshotExtension):
 
         The commands come first, since pytest shows only the first lines of a long text.
         """
-        yield f"accept with: {IN_CI if is_ci(os.environ) else ACCEPT_FAILING if self.fails else ACCEPT}"
+        yield f"accept with: {UPDATE_OUTSIDE if is_ci(os.environ) else ACCEPT_FAILING if self.fails else ACCEPT}"
         if self.lock.waiting is not None:
             yield f"decide with: {REVIEW}"
         if not snapshot_data:

@@ -538,7 +538,7 @@ def missed_lines(case: Case, assembly: Assembly) -> Iterator[str]:
             continue
         yield f"  {weakest_text(margins.weakest)}"
         if slides_together(margins.weakest):
-            yield f"  to slide only above {wanted:.4g} g, it needs a coefficient of friction of at least {wanted:.4g}"
+            yield f"  to slide only above {wanted:.4g} g, it needs a coefficient of friction of more than {wanted:.4g}"
         tips = first_tipping(assembly.problem(), assembly.gravity)
         if tips is not None and tips.acceleration < wanted:
             least = survived_text(tips.acceleration)

@@ -563,6 +563,7 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
         where = f"{survived_text(tips.acceleration)} g towards {_towards(tips.bearing)}"
         where += ", without friction between neighbours"
         yield f"  If no brick slides on the one below, tipping begins above {where}: {_tipping(tips, survival)}."
+        yield "  If bricks slide, parts may tip at less: set the friction of mats in the file, and ask again."
     yield "  Bearings count from +x towards +y."
 
 

@@ -212,7 +212,7 @@ def test_suggest_of_a_load_that_stands_tells_which_margin_it_misses(stackdsl: St
     write(tmp_path, PAIR, "pair.yaml")
     lines = stackdsl("suggest", "pair.yaml").out.splitlines()
     assert lines[:2] == ["pair is proven to stand, but misses a margin:", "  measured acceleration 0.2 g"]
-    assert lines[3] == "  to slide only above 0.25 g, it needs a coefficient of friction of at least 0.25"
+    assert lines[3] == "  to slide only above 0.25 g, it needs a coefficient of friction of more than 0.25"
     write(tmp_path, PAIR.replace("0.25 g", "0.35 g"), "pair.yaml")
     lines = stackdsl("suggest", "pair.yaml").out.splitlines()
     assert lines[4].startswith("  tipping begins above 0.3 g, however good the friction is: ")

@@ -78,7 +78,7 @@ def test_an_update_leaves_nothing_pending(file: Path, pytester: pytest.Pytester)
 def test_nothing_is_pending_in_ci(file: Path, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CI", "true")
     file.write_text(MOVED, encoding="utf-8")
-    pytester.runpytest().stdout.fnmatch_lines(["*accept with: pytest outside of CI*"])
+    pytester.runpytest().stdout.fnmatch_lines(["*accept with: pytest --snapshot-update outside of CI*"])
     assert not (pytester.path / ".stackdsl").exists()
 
 
