@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.chromium import CUT, complaints, resize
+from tests.chromium import CUT, complaints, resize, wait_for
 from tests.paths import ROOT
 
 if TYPE_CHECKING:
@@ -101,10 +101,15 @@ def test_a_term_links_to_its_definition_at_its_first_use(browser: "Chrome") -> N
     assert not {"limits", "table"} & terms.keys(), "words of every day are no terms unless they are emphasized"
 
 
+def cells(browser: "Chrome") -> list[str]:
+    return list(browser.execute_script("return [...document.querySelectorAll('article td')].map(td => td.textContent)"))
+
+
 def test_a_class_has_a_page_of_its_own_with_a_list_of_its_members(browser: "Chrome") -> None:
     show(browser, "docs/api")
     browser.execute_script("arguments[0].click()", browser.find_element("link text", "Assembly"))
-    rows = browser.execute_script("return [...document.querySelectorAll('article td')].map(td => td.textContent)")
+    wait_for(lambda: browser.current_url.endswith("/stability.Assembly.html") and cells(browser))
+    rows = cells(browser)
     told = dict(zip(rows[::2], rows[1::2], strict=True))
     assert told["add"] == "Set down one brick at rest and return the verdict on all bricks."
     assert {"verdict", "forces", "remove"} <= told.keys()

@@ -15,13 +15,13 @@ from stability.geometry.box import Box
 from stability.geometry.vectors import rotate
 from stability.model import GROUND, BodyId, Brick, Plane, Pose
 from stackdsl.simulation.known_systems import system_named
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 
 SLOPE, GRAVITY, TIME, ROUGH = radians(15.0), 9.81, 0.2, 0.6
 TURN = (0.0, sin(0.5 * SLOPE), 0.0, cos(0.5 * SLOPE))
 DOWNHILL = (cos(SLOPE), 0.0, -sin(SLOPE))
 FLOOR = Plane(GROUND, (0.0, 0.0, 0.0), (sin(SLOPE), 0.0, cos(SLOPE)), ROUGH)
-ENGINES = pytest.mark.parametrize("system", ["stock", "tuned", *PEERS])
+ENGINES = pytest.mark.parametrize("system", ["stock", "tuned", *WITH_RIGID])
 
 
 def stacked(system: str, friction: Friction, names: Mapping[BodyId, float]) -> World:

@@ -7,9 +7,9 @@ from stability.engines.protocol import Guided, PrescribedMotion, World
 from stability.geometry.box import Box
 from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stackdsl.simulation.known_systems import system_named
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 
-SYSTEMS = ["stock", "tuned", *PEERS]
+SYSTEMS = ["stock", "tuned", *WITH_RIGID]
 CUBE, MASS = Box((0.04, 0.04, 0.04)), 0.03
 UP: Vec3 = (0.0, 0.0, 1.0)
 

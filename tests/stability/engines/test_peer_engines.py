@@ -14,14 +14,14 @@ from stability.geometry.box import Box
 from stability.geometry.vectors import add, cross, subtract
 from stability.model import GROUND, Brick, HalfSpace, Plane, Pose, Quaternion, Vec3
 from stackdsl.simulation.known_systems import missing, system_named
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 
 SIZE = LENGTH, WIDTH, THICKNESS = (0.1176, 0.0234, 0.0078)
 MASS = 0.012
 WEIGHT = 9.81 * MASS
 MANY = 200
 CROSSED: Quaternion = (0.0, 0.0, 0.5**0.5, 0.5**0.5)
-BARE = ["mujoco-stiff", *PEERS]
+BARE = ["mujoco-stiff", *WITH_RIGID]
 # Other engines need not join bricks, nor tell of friction.
 MUJOCO_ALONE = pytest.mark.parametrize("opened", ["mujoco", "mujoco-stiff"], indirect=True)
 Opened: TypeAlias = Callable[..., AbstractContextManager[World]]

@@ -10,7 +10,7 @@ from stability.model import GROUND, Brick, Plane, Pose, Vec3
 from stackdsl.simulation.known_systems import missing, system_named
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.worlds import settings_for
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 from tests.scenes import timeline_of
 
 EARTH, KAPLA = 9.81, 0.1176  # [m/s2], [m] the length; width and thickness are a fifth and a fifteenth of it
@@ -27,7 +27,7 @@ SCENES = pytest.mark.parametrize(
 )
 
 
-@pytest.fixture(params=["mujoco-stiff", *PEERS])
+@pytest.fixture(params=["mujoco-stiff", *WITH_RIGID])
 def peer(request: pytest.FixtureRequest) -> str:
     for _, package in missing([request.param]):
         pytest.skip(f"{package.name} is not installed")

@@ -13,7 +13,7 @@ from stability.geometry.solid_making import prism, solid_of_corners
 from stability.geometry.vectors import about, multiply, norm, scale, turn_between
 from stability.model import AT_REST, GROUND, IDENTITY, BodyState, Brick, ConvexShape, Plane, Pose, Quaternion, Vec3
 from stackdsl.simulation.known_systems import system_named
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 
 MASS = 0.2
 TETRAHEDRON = solid_of_corners([(0.0, 0.0, 0.0), (0.05, 0.0, 0.0), (0.01, 0.04, 0.0), (0.02, 0.01, 0.03)])
@@ -22,7 +22,7 @@ ROOF = prism([(0.0, 0.0), (0.1, 0.0), (0.0, 0.05)], 0.06)
 Opened = Callable[[float], World]
 
 
-@pytest.fixture(params=["stock", "tuned", "exact", *PEERS])
+@pytest.fixture(params=["stock", "tuned", "exact", *WITH_RIGID])
 def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
     """Empty worlds with gravity, of each engine that is installed."""
     worlds: list[World] = []
@@ -59,7 +59,7 @@ def turned_freely(shape: ConvexShape, angular_velocity: Vec3, duration: float) -
 
 
 # `stock` damps spins, and follows wobbling less accurately.
-@pytest.mark.parametrize("opened", ["tuned", "exact", *PEERS], indirect=True)
+@pytest.mark.parametrize("opened", ["tuned", "exact", *WITH_RIGID], indirect=True)
 @pytest.mark.parametrize("shape", [TETRAHEDRON.shape, CARTON], ids=["tetrahedron", "carton"])
 def test_a_solid_that_spins_freely_wobbles_as_its_moments_say(shape: ConvexShape, opened: Opened) -> None:
     world, spin, duration = opened(0.0), (3.0, 1.0, -1.5), 0.5

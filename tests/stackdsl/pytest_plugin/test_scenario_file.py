@@ -168,7 +168,10 @@ def test_a_failed_comparison_of_a_verdict_has_expected_measured_and_why(pytester
     )
 
 
-def test_an_asserted_result_is_told_whole_and_in_the_summary(pytester: pytest.Pytester) -> None:
+def test_an_asserted_result_is_told_whole_and_in_the_summary(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CI", "true")  # elsewhere, pytest shortens its summary
     pytester.makeconftest('pytest_plugins = ["stackdsl.pytest_plugin"]')
     pytester.makepyfile(
         """

@@ -218,7 +218,7 @@ def towers(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Callab
     def run(name: str, step: str, *options: str) -> pytest.RunResult:
         text = TOWERS.replace('"NAME"', name).replace("STEP", step)
         (pytester.path / "test_towers.py").write_text(text, encoding="utf-8")
-        return pytester.runpytest(*options)
+        return pytester.runpytest_subprocess(*options)
 
     return run
 

@@ -11,7 +11,7 @@ from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.recording import Recorder, Recording
 from stackdsl.simulation.runner import play
 from stackdsl.trace import Trace
-from tests.engines_at_hand import PEERS
+from tests.engines_at_hand import WITH_RIGID
 from tests.planks import plank
 from tests.scenes import timeline_of
 
@@ -33,7 +33,7 @@ def timeless(trace: Trace) -> Trace:
     return replace(trace, cost=cost, statics=statics)
 
 
-@pytest.mark.parametrize("system", ["exact", pytest.param("thesis", marks=pytest.mark.slow), "tuned", *PEERS])
+@pytest.mark.parametrize("system", ["exact", pytest.param("thesis", marks=pytest.mark.slow), "tuned", *WITH_RIGID])
 def test_every_engine_is_recorded_from_where_bricks_came_to_where_they_ended(system: str) -> None:
     trace, recording = recorded(COLUMN, FALL, system)
     first, last = recording.at(0.0), recording.at(trace.cost.simulated_time)

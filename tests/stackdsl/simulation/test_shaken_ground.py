@@ -16,8 +16,6 @@ ENGINES = [
     "tuned",
     *(
         pytest.param(peer, marks=pytest.mark.skipif(bool(missing([peer])), reason=f"{peer} is not installed"))
-        if isinstance(peer, str)
-        else peer
         for peer in PEERS
     ),
 ]
