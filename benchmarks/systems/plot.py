@@ -47,7 +47,7 @@ def floor_of(errors: Sequence[float]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Point:
-    """What the picture shows of a row of stored points."""
+    """Point of the plot, from a row of the stored results."""
 
     system: str
     pace: float  # [s] wall time for a simulated second

@@ -184,7 +184,7 @@ def _shown(file: str) -> str:
     return file if inside.startswith("..") else inside
 
 
-# What is wrong with the result of a method; empty if nothing is.
+# Descriptions of invalid results of a method; empty for valid results.
 
 
 def _states_mistake(states: object, bodies: Collection[BodyId]) -> str:

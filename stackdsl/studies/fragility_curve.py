@@ -69,7 +69,7 @@ class FitTest:
 
     @property
     def refuses(self) -> bool:
-        """Whether the curve is refused."""
+        """Whether the test rejects the lognormal curve."""
         return self.p < self.level
 
     @property

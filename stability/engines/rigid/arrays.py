@@ -1,12 +1,20 @@
-"""Arrays of the rigid-body engine: bodies, their solids, contact points. SI units."""
+"""Arrays of the rigid-body engine, in SI units, and the compilation of the functions that work on them."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def compiled(function: Function) -> Function:
+    """Return the function as machine code, which is kept for later processes."""
+    return cast("Function", njit(cache=True, error_model="numpy")(function))
 
 
 class Bodies(NamedTuple):

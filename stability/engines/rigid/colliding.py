@@ -21,8 +21,8 @@ from stability.engines.rigid.arrays import (
     Ints,
     Points,
     Solids,
+    compiled,
 )
-from stability.engines.rigid.compiling import compiled
 
 MOST_CORNERS = 128  # of a common area
 FLAT = 0.9998  # cosine of the angle between two faces that touch along an area

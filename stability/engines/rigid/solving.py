@@ -11,6 +11,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 
 from stability.engines.rigid.arrays import (
+    ALONG,
     DRAGS,
     DRAGS_ACROSS,
     FRESH,
@@ -18,6 +19,7 @@ from stability.engines.rigid.arrays import (
     GAP,
     MASS,
     MASS_ACROSS,
+    NORMAL,
     OFFSET,
     PRESSES,
     RUBS,
@@ -25,8 +27,8 @@ from stability.engines.rigid.arrays import (
     Array,
     Bodies,
     Points,
+    compiled,
 )
-from stability.engines.rigid.compiling import compiled
 
 # An overlap acts as a damped spring of a quarter of the frequency of the sub-steps, with ten times critical damping.
 PHASE, DAMPING = 0.5 * pi, 10.0
@@ -178,34 +180,21 @@ def _prepare(bodies: Bodies, points: Points, count: int) -> None:
                 for column in range(turns, turns + 9):
                     row[c, column] = 0.0
                 continue
-            t, u, v = y * d - z * b, z * a - x * d, x * b - y * a
-            e, f, g = (
-                k[i, 0] * t + k[i, 1] * u + k[i, 2] * v,
-                k[i, 1] * t + k[i, 3] * u + k[i, 4] * v,
-                k[i, 2] * t + k[i, 4] * u + k[i, 5] * v,
-            )
-            row[c, turns], row[c, turns + 1], row[c, turns + 2] = e, f, g
-            normal += m + t * e + u * f + v * g
-            a, b, d = row[c, 3], row[c, 4], row[c, 5]
-            t, u, v = y * d - z * b, z * a - x * d, x * b - y * a
-            drags += t * e + u * f + v * g
-            p, q, r = (
-                k[i, 0] * t + k[i, 1] * u + k[i, 2] * v,
-                k[i, 1] * t + k[i, 3] * u + k[i, 4] * v,
-                k[i, 2] * t + k[i, 4] * u + k[i, 5] * v,
-            )
-            row[c, turns + 3], row[c, turns + 4], row[c, turns + 5] = p, q, r
-            along += m + t * p + u * q + v * r
-            a, b, d = row[c, 6], row[c, 7], row[c, 8]
-            t, u, v = y * d - z * b, z * a - x * d, x * b - y * a
-            drags_across += t * e + u * f + v * g
-            p, q, r = (
-                k[i, 0] * t + k[i, 1] * u + k[i, 2] * v,
-                k[i, 1] * t + k[i, 3] * u + k[i, 4] * v,
-                k[i, 2] * t + k[i, 4] * u + k[i, 5] * v,
-            )
-            row[c, turns + 6], row[c, turns + 7], row[c, turns + 8] = p, q, r
-            across += m + t * p + u * q + v * r
+            for axis in range(0, 9, 3):
+                a, b, d, to = row[c, axis], row[c, axis + 1], row[c, axis + 2], turns + axis
+                t, u, v = y * d - z * b, z * a - x * d, x * b - y * a
+                p = k[i, 0] * t + k[i, 1] * u + k[i, 2] * v
+                q = k[i, 1] * t + k[i, 3] * u + k[i, 4] * v
+                r = k[i, 2] * t + k[i, 4] * u + k[i, 5] * v
+                row[c, to], row[c, to + 1], row[c, to + 2] = p, q, r
+                along_axis = m + t * p + u * q + v * r
+                coupled = t * row[c, turns] + u * row[c, turns + 1] + v * row[c, turns + 2]
+                if axis == NORMAL:
+                    normal += along_axis
+                elif axis == ALONG:
+                    along, drags = along + along_axis, drags + coupled
+                else:
+                    across, drags_across = across + along_axis, drags_across + coupled
         row[c, GAP], row[c, MASS], row[c, MASS_ACROSS] = gap, 1.0 / normal, 1.0 / max(along, across)
         row[c, DRAGS], row[c, DRAGS_ACROSS] = drags, drags_across
 
