@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NoReturn, TypeAlias
 from stability.engines.protocol import WrongFriction
 from stability.geometry.placed_shape import top_W
 from stability.model import BodyId
+from stability.name_order import names_text
 from stability.notebook import Displayed
 from stability.statics.fall_description import FallSide
 from stackdsl.diagnostics import Diagnostic, ScenarioWarning, Span, unknown_attribute
@@ -29,7 +30,7 @@ from stackdsl.trace import (
     Trace,
     WrongEdges,
 )
-from stackdsl.wording import MILLIMETRES, side_text
+from stackdsl.wording import MILLIMETRES, and_text, how_many, side_text
 
 # Observations of a run, and their changes in another run of the same scene.
 
@@ -237,6 +238,35 @@ class GoldenDifference:
     unit: str = field(default="", compare=False)
 
 
+PLURAL = {"state": "states", "place": "places", "state and place": "states and places"}
+
+
+@dataclass(frozen=True, slots=True)
+class Unclear:
+    """The observations of a run or its golden file that a tiny change may alter, so that they are not compared."""
+
+    states: tuple[str, ...] = ()  # names of bricks
+    places: tuple[str, ...] = ()  # names of bricks
+    others: tuple[str, ...] = ()  # such as `the height`
+    bricks: tuple[str, ...] = ()  # all names, for ranges
+
+    @property
+    def text(self) -> str:
+        """Return `1 state and 9 places are unclear and not compared: state of L4.1; places of ...`, or ``."""
+        named = [(noun, names) for noun, names in (("state", self.states), ("place", self.places)) if names]
+        what = and_text([*(how_many(len(names), noun) for noun, names in named), *self.others])
+        if not what:
+            return ""
+        alone = (len(self.states), len(self.places), len(self.others)) in {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
+        if self.states == self.places:
+            named = [("state and place", names) for _, names in named[:1]]
+        whose = [
+            f"{noun if len(names) == 1 else PLURAL[noun]} of {names_text(names, among=self.bricks)}"
+            for noun, names in named
+        ]
+        return f"{what} {'is' if alone else 'are'} unclear and not compared{': ' * bool(whose)}{'; '.join(whose)}"
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class GoldenResult(Displayed):
     """The comparison of one snapshot with its file; false unless they agree or the file was just written."""
@@ -248,6 +278,7 @@ class GoldenResult(Displayed):
     digest: str = ""  # SHA-256 of the golden file; empty if there is none
     renamed_from: str = ""  # the file of another name with the same content
     offered: str = field(default="", compare=False)  # text of the new golden file; empty if it is the same
+    unclear: Unclear = field(default=Unclear(), compare=False)
 
     def __bool__(self) -> bool:
         """Return whether nothing is left to decide, so that `assert run.golden(directory)` fails on a difference."""
@@ -257,7 +288,8 @@ class GoldenResult(Displayed):
         """Return the status with the first differences, which pytest shows where an assertion fails."""
         told = [f"{each.quantity} of {each.subject} {each.expected} -> {each.got}" for each in self.differences[:FEW]]
         more = [f"and {count} more"] if (count := len(self.differences[FEW:])) else []
-        return f"<{self.status}: golden file {self.file}{': ' * bool(told)}{', '.join([*told, *more])}>"
+        left = f"; {self.unclear.text}" if told and self.unclear.text else ""
+        return f"<{self.status}: golden file {self.file}{': ' * bool(told)}{', '.join([*told, *more])}{left}>"
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,7 +84,7 @@ def _(golden: GoldenResult) -> Display:
     note = [("note", golden.note)] if golden.note else []
     remedy = REMEDIES.get(golden.status, "") if not note else ""
     helps = [("helps", remedy)] if remedy else []
-    changes = folded_differences(golden.differences) if golden.differences else ()
+    changes = folded_differences(golden)
     return Display(golden.file, [*changes, *note, *helps], f"golden file {golden.status}", good)
 
 

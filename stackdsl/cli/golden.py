@@ -165,7 +165,7 @@ def _named(pending: Pending) -> str:
 
 
 def _summary(pending: Pending, place: GoldenFiles) -> str:
-    count = len(pending.differences(place.waiting))
+    count = len(pending.compared(place.waiting).differences)
     told = [f"{count} difference{'s' * (count != 1)}"] if count else []
     told += [f"was {visible(pending.renamed_from)}"] if pending.renamed_from else []
     told += [f"fails {how_many(len(pending.failed), 'expectation')}"] if pending.failed else []
@@ -205,7 +205,7 @@ def review(context: click.Context, keyword: str) -> None:
 
 
 def _shown(pending: Pending, place: GoldenFiles) -> str:
-    found = pending.differences(place.waiting)
+    found = pending.compared(place.waiting)
     width, colour = paper()
     head = [line(f"{visible(pending.status)}: {_named(pending)}", "bold"), line(f"  {_summary(pending, place)}")]
     failed = [line(f"  fails: {visible(text)}") for text in pending.failed]
@@ -254,9 +254,10 @@ def accept(context: click.Context, keyword: str, accept_failing: bool) -> None:
             refused += 1
             continue
         with _told() as told:
+            unclear = pending.unclear.text
             place.waiting.accept(pending)
             was = f", was {visible(pending.renamed_from)}" if pending.renamed_from else ""
-            write(f"accepted: {visible(pending.golden)}{was}")
+            write(f"accepted: {visible(pending.golden)}{was}{'; ' * bool(unclear)}{unclear}")
         refused += len(told)
     context.exit(ExitCode.GOLDEN if refused else ExitCode.OK)
 

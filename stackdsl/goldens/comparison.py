@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import TypeAlias
 
+from stability.name_order import in_order
 from stackdsl.goldens.file_format import (
     IsValue,
     check_keys,
@@ -39,7 +40,7 @@ from stackdsl.goldens.snapshot import (
     Snapshot,
     differing_samples,
 )
-from stackdsl.results import GoldenDifference
+from stackdsl.results import GoldenDifference, Unclear
 from stackdsl.trace import BrickState
 
 ABSENT = "none"
@@ -73,6 +74,35 @@ def compare_documents(expected: Object, got: Object, *, other_engine: bool = Fal
         *_placings(_by_brick(expected), _by_brick(got)),
         *_bricks(_object(expected, "bricks"), _object(got, "bricks"), bool(_object(expected, "collapse"))),
     )
+
+
+UNLOCKED = {"height_mm": "the height", "levels_standing": "the number of standing levels"}
+NO_PLACE = [state.value for state in (BrickState.REMOVED, BrickState.UNPLACED, BrickState.UNWATCHED)]
+
+
+def unclear_in(*documents: Object) -> Unclear:
+    """Return what is unclear in at least one of the JSON values, so that it is not compared."""
+    bricks = [_object(each, "bricks") for each in documents]
+    names = in_order({name for each in bricks for name in each})
+    states, places = [], []
+    for name in names:
+        entries = [_object(each, name) for each in bricks if name in each]
+        seen = [entry.get("state") for entry in entries]
+        if UNCLEAR in seen:
+            states.append(name)
+        elif any(state != seen[0] for state in seen):
+            continue  # this difference is told, and two places in different states are not the same observation
+        if not all(state in NO_PLACE for state in seen) and any(_is_open(entry.get("at_mm")) for entry in entries):
+            places.append(name)
+    others = [text for key, text in UNLOCKED.items() if any(each.get(key) == UNCLEAR for each in documents)]
+    if any(_object(each, "collapse").get("gave_way") == UNCLEAR for each in documents):
+        others.append("the brick that gave way")
+    return Unclear(tuple(states), tuple(places), tuple(others), tuple(names))
+
+
+def _is_open(place: object) -> bool:
+    """Return whether a place is not locked, or not in every direction."""
+    return not isinstance(place, list | tuple) or UNCLEAR in place
 
 
 def _decided(expected: Object, got: Object) -> Differences:

@@ -26,7 +26,7 @@ from stackdsl.disk import (
     replace_file,
     unlinked,
 )
-from stackdsl.goldens.comparison import compare_documents
+from stackdsl.goldens.comparison import compare_documents, unclear_in
 from stackdsl.goldens.file_format import GOLDEN_NAME, canonical_text, directory_of, document, golden_name
 from stackdsl.goldens.snapshot import (
     FORMAT,
@@ -37,7 +37,7 @@ from stackdsl.goldens.snapshot import (
     stamp_note,
 )
 from stackdsl.project_file import GOLDEN
-from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
+from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus, Unclear
 from stackdsl.shown_text import visible
 
 # Owner of a golden file outside the project's scenarios: a test in Python, or YAML elsewhere.
@@ -110,6 +110,7 @@ LEFT_OVER = 3600.0  # [s] a temporary file of this age belongs to a run that was
 NOT_CI = ("", "0", "false", "no")  # values of the environment variable CI that mean the opposite
 
 
+COMPARED: Final = set[str]()  # paths of golden files that this process has compared: pytest tells the others
 LEFT_ALONE = (GoldenStatus.SAME, GoldenStatus.NEWER, GoldenStatus.OTHER_ENGINE)  # not changed by an update
 
 
@@ -171,13 +172,15 @@ def check_golden(
     if update or write_new_goldens:
         refuse_in_ci(os.environ)
     path = directory / golden_name(snapshot.identity)
+    COMPARED.add(os.path.abspath(path))
     found, digest = stored or stored_golden(path, directory)
     kept, keeper = keeper_in(found), snapshot.kept_by or ""
     if is_there(kept, directory):
         keeper = kept
     text = canonical_text(replace(snapshot, kept_by=keeper or None))
     if found == text.encode("ascii"):  # the usual case; parsing the file of a large scene takes three times as long
-        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=digest)
+        unclear = _visible_unclear(unclear_in(document(snapshot)))
+        return GoldenResult(GoldenStatus.SAME, path.as_posix(), digest=digest, unclear=unclear)
     result = replace(judged_content(path.as_posix(), found, document(snapshot)), digest=digest)
     if result.status is GoldenStatus.MISSING and write_new_goldens and not update:
         return _written(path, directory, text, result, GoldenStatus.NEW)
@@ -199,7 +202,13 @@ def _written(path: Path, directory: Path, text: str, result: GoldenResult, statu
         write_golden(path, text, directory)
     except OSError as error:
         return replace(result, note=f"cannot be written: {error.strerror}; {WRITABLE}")
-    return replace(result, status=status, note="", digest="")
+    unclear = result.unclear if result.differences else _visible_unclear(unclear_in(json.loads(text)))
+    return replace(result, status=status, note="", digest="", unclear=unclear)
+
+
+def _visible_unclear(unclear: Unclear) -> Unclear:
+    told = (tuple(map(visible, names)) for names in (unclear.states, unclear.places, unclear.others, unclear.bricks))
+    return Unclear(*told)
 
 
 def content(path: Path, directory: Path) -> bytes | GoldenResult:
@@ -253,13 +262,15 @@ def judge_text(file: str, text: str, got: Mapping[str, object]) -> GoldenResult:
         stamps = expected.get("stamp"), got.get("stamp")
         other_engine = made_by_other_engine(*stamps)
         differences = compare_documents(expected, got, other_engine=other_engine)
+        unclear = Unclear() if other_engine else _visible_unclear(unclear_in(expected, got))
     except NewerFormatError as error:
         return GoldenResult(GoldenStatus.NEWER, file, note=visible(str(error)))
     except (ValueError, RecursionError) as error:
         return GoldenResult(GoldenStatus.UNREADABLE, file, note=visible(_why_not(text, error)))
     agrees = GoldenStatus.OTHER_ENGINE if other_engine else GoldenStatus.SAME
     status = GoldenStatus.DIFFERENT if differences else agrees
-    return GoldenResult(status, file, tuple(map(_escaped, differences)), visible(stamp_note(*stamps)))
+    escaped = tuple(map(_escaped, differences))
+    return GoldenResult(status, file, escaped, visible(stamp_note(*stamps)), unclear=unclear)
 
 
 def _escaped(found: GoldenDifference) -> GoldenDifference:
@@ -437,13 +448,15 @@ class Pending:
         """The golden files that `accept` writes or removes."""
         return tuple(filter(None, (self.golden, self.renamed_from)))
 
-    def differences(self, goldens: "PendingStore") -> tuple[GoldenDifference, ...]:
-        """Return the differences from the golden file, as far as it is readable."""
+    def compared(self, goldens: "PendingStore") -> GoldenResult:
+        """Return the comparison with the golden file, without differences as far as it is not readable."""
         found = goldens.content(self.renamed_from or self.golden)
-        if not isinstance(found, bytes):
-            return ()
-        got = json.loads(self.text)
-        return judge_text(self.golden, found.decode("utf-8", "replace"), got).differences
+        return judged_content(self.golden, found, json.loads(self.text))
+
+    @property
+    def unclear(self) -> Unclear:
+        """What the golden file will not lock."""
+        return _visible_unclear(unclear_in(json.loads(self.text)))
 
     def is_stale(self, goldens: "PendingStore") -> bool:
         """Return whether the golden file has changed since the comparison."""

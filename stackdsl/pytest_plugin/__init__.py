@@ -8,7 +8,6 @@ If stackdsl is installed, every run of pytest loads this plugin. So it imports o
 """
 
 import os
-import shlex
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from stackdsl.pytest_plugin.scenario_file import ScenarioFile
     from stackdsl.pytest_plugin.shared_snapshots import Golden
 
+Collected = pytest.StashKey[list[pytest.Item]]()
 NEEDS_SYRUPY = "the fixture `golden` needs syrupy; try: pip install 'stackdsl[pytest]'"
 
 
@@ -110,16 +110,50 @@ def golden(request: pytest.FixtureRequest) -> "Golden":
     return compare_with_golden(request.getfixturevalue("snapshot"), lock_of(request))
 
 
+def pytest_sessionstart() -> None:
+    """Forget which golden files an earlier session of this process has compared."""
+    if "stackdsl.goldens.golden" in sys.modules:
+        from stackdsl.goldens.golden import COMPARED  # noqa: PLC0415 -- only after a session with scenarios
+
+        COMPARED.clear()
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Keep the tests, of which `pytest_terminal_summary` needs to know whether all of a file have passed."""
+    session.config.stash[Collected] = session.items
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Report golden files that no test uses any more, if all tests of their files have passed."""
+    """Tell what new golden files do not lock, and report or remove golden files that no test uses any more.
+
+    A golden file is unused only if all tests of the file that wrote it were selected and have passed.
+    """
+    if "stackdsl.pytest_plugin.scenario_file" not in sys.modules:
+        return
+    from stackdsl.pytest_plugin.scenario_file import LockedFiles  # noqa: PLC0415 -- only for scenarios
+    from stackdsl.report.golden_differences import unclear_lines  # noqa: PLC0415 -- likewise
+
+    for line in unclear_lines(config.stash.get(LockedFiles, {}).values()):
+        terminalreporter.write_line(line)
     if "stackdsl.pytest_plugin.shared_snapshots" not in sys.modules:
         return
-    from stackdsl.pytest_plugin.shared_snapshots import Locked, UsedFiles, unused_files  # noqa: PLC0415 -- syrupy is optional
+    from stackdsl.pytest_plugin.shared_snapshots import remove_unused, unused_files  # noqa: PLC0415 -- syrupy is optional
 
-    incomplete = {"failed", "error", "skipped", "deselected"}.intersection(terminalreporter.stats)
-    if incomplete or any("::" in argument for argument in config.args):
-        return
-    used: dict[Path, Locked] = config.stash.get(UsedFiles, {})
-    for file in map(os.path.relpath, unused_files(used)):
-        remedy = f"remove it with: {shlex.join(['rm', file])}"
-        terminalreporter.write_line(f"obsolete golden file, which no test uses: {file}; {remedy}", yellow=True)
+    for file in unused_files(config, _passed_files(terminalreporter, config)):
+        shown = os.path.relpath(file)
+        if remove_unused(config, file):
+            terminalreporter.write_line(f"removed golden file, which no test uses: {shown}", yellow=True)
+        else:
+            remedy = "remove it with: pytest --snapshot-update"
+            terminalreporter.write_line(f"obsolete golden file, which no test uses: {shown}; {remedy}", yellow=True)
+
+
+def _passed_files(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> list[Path]:
+    """Return the test files all of whose tests were selected and have passed."""
+    stats = terminalreporter.stats
+    passed = {report.nodeid for report in stats.get("passed", ())}
+    partly = {item.path for item in stats.get("deselected", ())}
+    partly |= {Path(os.path.abspath(each.partition("::")[0])) for each in config.args if "::" in each}
+    items = config.stash.get(Collected, [])
+    partly |= {item.path for item in items if item.nodeid not in passed}
+    return sorted({item.path for item in items} - partly)

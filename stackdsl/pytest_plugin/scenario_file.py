@@ -28,7 +28,7 @@ from stackdsl.report.check_text import report_text
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.report.formats import warnings_of
 from stackdsl.report.outline import failure_lines
-from stackdsl.results import GoldenStatus, Report, VariantResult
+from stackdsl.results import GoldenResult, GoldenStatus, Report, VariantResult
 from stackdsl.simulation.brick_tracks import Blocked
 from stackdsl.simulation.known_systems import unplayable
 from stackdsl.simulation.systems import SYSTEMS
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 Name = pytest.StashKey[dict[str, Source]]()  # the first scenario of each name
 Unused = pytest.StashKey[dict[Path, tuple[str, ...]]]()  # golden files without a scenario, by their directory
+
+LockedFiles = pytest.StashKey[dict[Path, GoldenResult]]()  # golden files that this session has written
 
 
 ACCEPT = "pytest --snapshot-update"
@@ -129,6 +131,8 @@ class ScenarioItem(pytest.Item):
         result = self._result()
         if not is_ci(os.environ):
             note_pending(result, self._waiting())
+        if result.golden is not None and result.golden.status in (GoldenStatus.NEW, GoldenStatus.WRITTEN):
+            self.config.stash.setdefault(LockedFiles, {})[Path(result.golden.file)] = result.golden
         if result.golden is not None and result.golden.status is GoldenStatus.OTHER_ENGINE:
             warn(OtherEngineWarning(f"{ENGINE_INDEPENDENT}: {result.golden.note}"), stacklevel=1)
         for finding in warnings_of(result):

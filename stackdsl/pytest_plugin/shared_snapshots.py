@@ -1,14 +1,15 @@
 """Golden files for tests in Python, through syrupy: the same files, comparison and bytes as in `stackdsl check`.
 
 A run that fails its expectations is accepted only with --accept-failing, and two tests cannot lock different runs in
-one file. Files that their tests no longer use are reported, but not removed. A difference is pending until it is
-accepted or rejected, as one of a scenario in YAML.
+one file. A file that no test uses any more is reported, and removed by --snapshot-update. A difference is pending until
+it is accepted or rejected, as one of a scenario in YAML.
 """
 
 import json
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, NamedTuple
@@ -22,6 +23,7 @@ from syrupy.types import PropertyFilter, PropertyMatcher, SerializableData, Seri
 
 from stackdsl.goldens.file_format import canonical_text, directory_of, golden_name
 from stackdsl.goldens.golden import (
+    COMPARED,
     ELSEWHERE,
     PendingStore,
     check_golden,
@@ -37,10 +39,10 @@ from stackdsl.goldens.golden import (
 )
 from stackdsl.goldens.snapshot import Identity, Snapshot
 from stackdsl.pytest_plugin.golden_directory import golden_directory, scenario_directory, state_directory
-from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, REVIEW
+from stackdsl.pytest_plugin.scenario_file import ACCEPT, ACCEPT_FAILING, REVIEW, LockedFiles
 from stackdsl.pytest_plugin.scenario_warnings import ENGINE_INDEPENDENT, OtherEngineWarning
 from stackdsl.report.golden_differences import difference_lines
-from stackdsl.results import GoldenStatus
+from stackdsl.results import GoldenResult, GoldenStatus
 
 UPDATE_OUTSIDE = "pytest --snapshot-update outside of CI, and commit the golden file"
 WIDTH = 100  # of the lines of a difference, which pytest indents
@@ -70,6 +72,7 @@ class Lock:
     waiting: PendingStore | None  # of differences that await a decision; None in CI
     used: dict[Path, Locked]
     replaced: dict[Path, bytes | None]  # earlier content of each file that this session has written
+    locked: dict[Path, GoldenResult]  # the same files, with what they leave unclear
 
     def refuse(self, snapshot: Snapshot, text: str) -> None:
         """Fail the test if another one has locked another run in its file, or if the run must not be accepted."""
@@ -101,11 +104,14 @@ class Lock:
         before = content_of(str(file))
         self.replaced.setdefault(file, before if isinstance(before, bytes) else None)
         write_golden(file, text, directory_of(file))
+        # A golden file that did not agree was shown by the failed test before.
+        self.locked[file] = replace(judge_text(os.path.relpath(file), text, json.loads(text)), status=GoldenStatus.NEW)
         self._settle(file)
 
     def take_back(self, file: Path) -> None:
         """Restore a golden file that this session has written, and drop its pending difference."""
         self._settle(file)
+        self.locked.pop(file, None)
         if file in self.replaced:
             if (before := self.replaced.pop(file)) is None:
                 remove_obsolete([str(file)])
@@ -121,12 +127,30 @@ def _agree(stored: str, text: str) -> bool:
     return bool(judge_text("", stored, json.loads(text)))
 
 
-def unused_files(used: Mapping[Path, Locked]) -> list[Path]:
-    """Return the golden files of the tests of this session that none of them has used."""
-    keepers = {locked.keeper for locked in used.values()} - {"", ELSEWHERE}
-    folders = {directory_of(file) for file in used}
-    found = [file for folder in folders for file in folder.glob("*/*.json") if file not in used]
-    return sorted(file for file in found if keeper_in(content_of(str(file))) in keepers)
+def unused_files(config: pytest.Config, tests: Iterable[Path]) -> Iterator[Path]:
+    """Yield the golden files of these test files, all of whose tests have passed, that no test has used."""
+    used = config.stash.get(UsedFiles, {})
+    owners = defaultdict[Path, set[str]](set)  # by directory of golden files
+    for test in tests:
+        folder = golden_directory(config, test)
+        owners[folder].add(keeper_of(str(test), folder, scenario_directory(config, test)))
+    for folder, keepers in owners.items():
+        for file in sorted(folder.glob("*/*.json")):
+            if (
+                file not in used
+                and str(file) not in COMPARED
+                and keeper_in(content_of(str(file))) in keepers - {"", ELSEWHERE}
+            ):
+                yield file
+
+
+def remove_unused(config: pytest.Config, file: Path) -> bool:
+    """Remove a golden file that no test uses, if golden files are updated; return whether it was removed."""
+    if not config.getoption("update_snapshots", default=False) or is_ci(os.environ):
+        return False
+    folder = directory_of(file)
+    PendingStore(state_directory(config, folder, folder), folder).forget([str(file)])
+    return bool(remove_obsolete([str(file)]))
 
 
 class GoldenExtension(JSONSnapshotExtension):
@@ -169,7 +193,7 @@ class GoldenExtension(JSONSnapshotExtension):
             return
         result = judge_text("", str(snapshot_data), json.loads(serialized_data))
         yield from filter(None, [result.note])
-        yield from difference_lines(result.differences, WIDTH)
+        yield from difference_lines(result, WIDTH)
 
     def discover_snapshots(
         self, *, test_location: PyTestLocation, ignore_extensions: list[str] | None = None
@@ -220,6 +244,7 @@ def lock_of(request: pytest.FixtureRequest) -> Lock:
         waiting=None if is_ci(os.environ) else PendingStore(state_directory(config, test, folder), folder),
         used=config.stash.setdefault(UsedFiles, {}),
         replaced=config.stash.setdefault(ReplacedFiles, {}),
+        locked=config.stash.setdefault(LockedFiles, {}),
     )
 
 

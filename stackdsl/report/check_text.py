@@ -9,7 +9,7 @@ from stability.name_order import names_text, natural_key
 from stackdsl.exits import ExitCode
 from stackdsl.report.blocks import GAP, Block, Line, Row, Table, TextStyle, blocks_text, hanging, line, table, titled
 from stackdsl.report.diagnostics import GUTTER, diagnostic_text
-from stackdsl.report.golden_differences import difference_lines
+from stackdsl.report.golden_differences import difference_lines, unclear_lines
 from stackdsl.report.outline import (
     MARKS,
     CaseRow,
@@ -437,7 +437,7 @@ def _differences(result: VariantResult, width: int, review: str) -> Block:
     golden = result.golden
     if golden is None or not golden.differences:
         return []
-    told = difference_lines(golden.differences, width)
+    told = difference_lines(golden, width)
     if golden.status is GoldenStatus.WRITTEN:
         return [line(f"Rewritten {golden.file}", "bold"), *map(line, told)]
     head = _head(Status.DIFFERS, result.name, golden.file, width)
@@ -457,6 +457,7 @@ def _golden_files(report: Report) -> Iterator[str]:
         alone = golden.status not in (GoldenStatus.MISSING, GoldenStatus.NEW) or golden.note
         if golden.status in (*GOLDEN_FAILURES, GoldenStatus.WRITTEN) and alone:
             yield f"{golden.file}: {golden.status}" + (f": {golden.note}" if golden.note else "")
+    yield from unclear_lines(goldens)
     yield from (f"{visible(file)}: removed" for file in report.removed)
     yield from (f"{visible(file)}: obsolete, no variant uses this file" for file in report.obsolete)
     if failing := sum(result.golden_failed and not result.may_be_locked for result in report.results):

@@ -1,14 +1,15 @@
 """Differences from a golden file in words: each brick once for an observation, equal changes together."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from operator import itemgetter
 
 from stability.name_order import MOST_NAMES, names_text, natural_key
 from stackdsl.report.blocks import GAP, hanging
 from stackdsl.report.text import significant
-from stackdsl.results import GoldenDifference
+from stackdsl.results import GoldenDifference, GoldenResult, GoldenStatus
 from stackdsl.trace import BrickState
+from stackdsl.wording import and_text, how_many
 
 MOST_ALIKE = 3  # different changes of one observation that are listed one by one
 MOST_LINES = 100  # of one golden file; a fallen tower has ten thousand differences
@@ -26,24 +27,49 @@ STATES = {  # in words
 PROVEN_OR_NOT = {BrickState.FROZEN.value, BrickState.STANDING.value}  # it stands in both cases
 FELL = BrickState.FALLEN.value
 EXACT = "exact"  # no tolerance
+LOCKED = (GoldenStatus.NEW, GoldenStatus.WRITTEN)
+UNCLEAR = "unclear"  # label of what is not compared
 STATE, STRUCTURE, PLACES = "state", "structure", ("x", "y", "z")  # in differences
 
 
-def difference_lines(differences: Sequence[GoldenDifference], width: int) -> list[str]:
-    """Return the differences as lines of an observation and its changes, at most `MOST_LINES`."""
-    folded = list(folded_differences(differences))
+def unclear_lines(goldens: Iterable[GoldenResult]) -> Iterator[str]:
+    """Yield what golden files that were just written do not lock: of one file by name, of several by number."""
+    locked = (golden for golden in goldens if golden.status in LOCKED and not golden.differences)  # others list it
+    unclear = [golden for golden in locked if golden.unclear.text]
+    if len(unclear) == 1:
+        yield f"{unclear[0].file}: {unclear[0].unclear.text}"
+    elif unclear:
+        states, places = (sum(len(getattr(each.unclear, kind)) for each in unclear) for kind in ("states", "places"))
+        told = [how_many(count, noun) for count, noun in ((states, "state"), (places, "place")) if count]
+        files = names_text([golden.file for golden in unclear])
+        yield f"{and_text(told) or 'observations'} in {len(unclear)} files are unclear and not compared: {files}"
+
+
+def difference_lines(golden: GoldenResult, width: int) -> list[str]:
+    """Return the differences as lines of an observation and its changes, at most `MOST_LINES`, and what is unclear."""
+    folded = list(folded_differences(golden))
     label = max((len(quantity) for quantity, _ in folded), default=0)
-    lines = [text for quantity, told in folded for text in hanging(f"{GAP}{quantity:<{label}}{GAP}{told}", width)]
-    if len(lines) <= MOST_LINES:
-        return lines
-    return [*lines[:MOST_LINES], f"{GAP}and {len(lines) - MOST_LINES} more lines; --format json lists all"]
+    lines, unclear = list[str](), list[str]()
+    for quantity, told in folded:
+        block = unclear if quantity == UNCLEAR else lines
+        block += hanging(f"{GAP}{quantity:<{label}}{GAP}{told}", width)
+    if len(lines) > MOST_LINES:
+        lines[MOST_LINES:] = [f"{GAP}and {len(lines) - MOST_LINES} more lines; --format json lists all"]
+    return [*lines, *unclear]
 
 
-def folded_differences(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
+def folded_differences(golden: GoldenResult) -> Iterator[tuple[str, str]]:
     """Yield each observation with the bricks that changed alike, or with the largest change of many bricks.
 
-    The verdict comes first, then the bricks that fell, other changes of their states, and what moved most.
+    The verdict comes first, then the bricks that fell, other changes of their states, and what moved most. What is
+    unclear comes last: without it, the differences would seem to be all.
     """
+    yield from _folded(golden.differences)
+    if golden.unclear.text:
+        yield UNCLEAR, golden.unclear.text
+
+
+def _folded(differences: Sequence[GoldenDifference]) -> Iterator[tuple[str, str]]:
     alike: defaultdict[tuple[str, str, str], list[GoldenDifference]] = defaultdict(list)
     for each in sorted(differences, key=_rank):
         # All changes of a state are listed one by one, as they are few.

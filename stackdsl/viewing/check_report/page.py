@@ -427,7 +427,7 @@ def _differences(result: VariantResult) -> str:
         return ""
     rows = "".join(
         f"<tr><td>{escape(quantity)}</td><td>{_name(told)}</td></tr>"
-        for quantity, told in folded_differences(result.golden.differences)
+        for quantity, told in folded_differences(result.golden)
     )
     head = "<tr><th>observation</th><th>golden file -&gt; this run</th></tr>"
     review = "stackdsl golden review"

@@ -50,6 +50,37 @@ def test_missing_then_written_then_same_then_different(stackdsl: Stackdsl, tmp_p
     assert (tmp_path / "golden" / "good" / "exact.json").read_bytes() == locked
 
 
+HEAP = """scenario: heap
+build:
+  - column: {levels: 3, step: STEP}
+expect:
+  - collapses: any
+"""
+
+
+def test_what_a_golden_file_does_not_compare_is_told_when_it_is_locked_and_when_it_differs(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    write(tmp_path, GOOD, "scenarios/good.yaml")
+    write(tmp_path, HEAP.replace("STEP", "66 mm"), "scenarios/heap.yaml")
+    left = "2 states, 2 places, the height and the number of standing levels are unclear and not compared"
+    told = f"{left}: states and places of L2.1, L3.1"
+    locked = stackdsl("check", CI="").out
+    assert f"golden/heap/exact.json: {told}\n" in locked
+    assert locked.count("unclear") == 1  # all of the other case is compared
+    write(tmp_path, HEAP.replace("STEP", "66.3 mm"), "scenarios/heap.yaml")
+    assert f"  unclear        {told}\n" in stackdsl("check", CI="").out
+    assert told in stackdsl("check", "--format", "junit", CI="").out
+    assert f"  unclear        {told}\n" in stackdsl("golden", "review", CI="").out
+    assert stackdsl("golden", "accept", CI="").out == f"accepted: golden/heap/exact.json; {told}\n"
+    assert "unclear" not in stackdsl("check", CI="").out
+    for name in ("mound", "pile"):
+        write(tmp_path, HEAP.replace("heap", name).replace("STEP", "66 mm"), f"scenarios/{name}.yaml")
+    files = "golden/mound/exact.json, golden/pile/exact.json"
+    several = f"4 states and 4 places in 2 files are unclear and not compared: {files}\n"
+    assert several in stackdsl("check", CI="").out
+
+
 def test_a_golden_of_no_variant_is_obsolete_when_all_were_checked(stackdsl: Stackdsl, project: Path) -> None:
     write(project, '{"format": 1}', "golden/gone/exact.json")
     result = stackdsl("check")

@@ -63,7 +63,7 @@ def test_a_difference_is_pending_until_it_is_accepted(file: Path, pytester: pyte
     file.write_text(MOVED, encoding="utf-8")
     pytester.runpytest().assert_outcomes(failed=1)
     (pending,) = waiting.all()
-    assert (pending.case, len(pending.differences(waiting))) == (IDENTITY.case, 1)
+    assert (pending.case, len(pending.compared(waiting).differences)) == (IDENTITY.case, 1)
     waiting.accept(pending)
     pytester.runpytest().assert_outcomes(passed=1)
     assert not list(waiting.all())
@@ -254,13 +254,33 @@ def test_a_failing_run_is_accepted_only_with_accept_failing(
     towers('f"tower-{levels}"', "44 mm", "--snapshot-update").assert_outcomes(passed=2)  # nothing is to be accepted
 
 
-def test_golden_files_of_a_scenario_that_has_another_name_now_are_told(
+def test_what_is_not_compared_is_told_where_a_golden_file_is_written_and_where_it_differs(
     towers: Callable[..., pytest.RunResult],
 ) -> None:
-    towers('f"tower-{levels}"', "5 mm", "--snapshot-update").stdout.no_fnmatch_line("obsolete*")
-    told = "obsolete golden file, which no test uses: {0}; remove it with: rm {0}"
-    part = towers('f"stack-{levels}"', "5 mm", "--snapshot-update", "-k", "2")
-    part.stdout.no_fnmatch_line("obsolete*")
-    whole = towers('f"stack-{levels}"', "5 mm", "--snapshot-update")
-    whole.stdout.fnmatch_lines([told.format(f"golden/tower-{levels}/exact.json") for levels in (2, 3)])
-    whole.stdout.no_fnmatch_line(told.format("golden/stack*"))
+    told = "2 states, 2 places, * are unclear and not compared: states and places of L2.1, L3.1"
+    written = towers('f"tower-{levels}"', "66 mm", "--snapshot-update", "--accept-failing")
+    written.stdout.fnmatch_lines([f"golden/tower-3/exact.json: {told}"])
+    written.stdout.no_fnmatch_line("*tower-2/exact.json: *")  # it has come to rest on the ground, where it is compared
+    towers('f"tower-{levels}"', "66.3 mm", "-k", "3").stdout.fnmatch_lines(["E *unclear *", "E *L2.1, L3.1"])
+
+
+def test_golden_files_of_a_scenario_that_has_another_name_now_are_told_and_removed_by_an_update(
+    towers: Callable[..., pytest.RunResult], pytester: pytest.Pytester
+) -> None:
+    def files() -> list[str]:
+        return sorted(file.parent.name for file in Path(pytester.path, "golden").glob("*/*.json"))
+
+    towers('f"tower-{levels}"', "5 mm", "--snapshot-update").stdout.no_fnmatch_line("*golden file, which*")
+    other = Path(pytester.path, "golden", "by-another-test", "exact.json")
+    other.parent.mkdir()
+    theirs = Path(pytester.path, "golden/tower-2/exact.json").read_text().replace("test_towers.py", "test_other.py")
+    other.write_text(theirs)
+    Path(pytester.path, "test_other.py").touch()
+    for part in (("-k", "2"), ("test_towers.py::test_tower[2]",)):
+        towers('f"stack-{levels}"', "5 mm", "--snapshot-update", *part).stdout.no_fnmatch_line("*golden file, which*")
+    told = towers('f"stack-{levels}"', "5 mm", "--snapshot-update").stdout
+    told.fnmatch_lines([f"removed golden file, which no test uses: golden/tower-{n}/exact.json" for n in (2, 3)])
+    assert files() == ["by-another-test", "stack-2", "stack-3"]
+    Path(pytester.path, "golden/stack-2").rename(Path(pytester.path, "golden/left"))
+    told = towers('f"stack-{levels}"', "5 mm").stdout
+    told.no_fnmatch_line("*golden file, which*")  # the test that misses its file has failed
