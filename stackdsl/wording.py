@@ -1,14 +1,19 @@
 """Formats lengths, limits, ground motion and long lists of names, alike in every report."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from math import degrees, isfinite
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from stability.analysis.weakest import Apart, Weakest
 from stability.dynamics.ground_motion import GroundMotion, HandCourse
 from stability.name_order import MOST_NAMES, names_text
 from stability.statics.fall_description import FallSide
+
+if TYPE_CHECKING:
+    from stability.analysis.placement_margin import PlacementLimit
+
 
 MILLIMETRES: Final = 1000.0  # in a metre
 GRAMS: Final = 1000.0  # in a kilogram
@@ -102,9 +107,21 @@ def weakest_text(weakest: Weakest) -> str:
     return f"weakest: {brick}; above {least} g towards {bearing} deg, {gives_way_text(weakest)}"
 
 
-def joint_text(lower: str, upper: str) -> str:
-    """Return the contact that limits the placement error."""
-    return f"limiting contact of the placement error: {upper} on {lower}"
+def joints_text(joints: Sequence["PlacementLimit"]) -> str:
+    """Return the contacts that limit the placement error equally, by direction; empty if there are none.
+
+    For example `limiting contacts of the placement error: L2.1 on L1.1, L3.1 on L2.1, towards +y or -y`.
+    """
+    by_way = defaultdict[str, list[str]](list)
+    for each in joints:
+        ways = sorted(bearing_text(bearing) for bearing in each.bearings)
+        by_way[" or ".join(ways)].append(f"{each.upper} on {each.lower}")
+    told = [f"{and_text(contacts)}, towards {ways}" for ways, contacts in by_way.items()]
+    return (
+        f"limiting contact{'s' * (len(joints) > 1)} of the placement error: {in_short(PARTS.join(told))}"
+        if told
+        else ""
+    )
 
 
 def slides_together(weakest: Weakest) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stability.analysis.acceleration_cut import least_prestress
 from stability.analysis.acceleration_margin import AccelerationMargin, acceleration, tilt
-from stability.analysis.placement_margin import PlacementMargin, placement
+from stability.analysis.placement_margin import PlacementLimit, PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
 from stability.geometry.vectors import add, admit_in_range, listed
 from stability.model import GROUND, BodyId
@@ -124,6 +124,7 @@ __all__ = [
     "AccelerationMargin",
     "FrictionMargin",
     "Margins",
+    "PlacementLimit",
     "PlacementMargin",
     "Weakest",
     "acceleration",
@@ -147,6 +148,7 @@ class Margins(Displayed):
     placement: float  # the placement error in plan of every brick that is certain to be survived [m]
     # the mechanism that opens first at that acceleration; None if the structure is held on all sides
     weakest: Weakest | None
+    limits: tuple[PlacementLimit, ...] = ()  # the contacts that limit `placement` equally
 
 
 @display_of.register
@@ -158,8 +160,15 @@ def _(found: Margins) -> Display:
         ("", f"friction down to {found.friction:.4g}"),
         ("", f"a placement error of {round(1000.0 * found.placement, 6):.4g} mm of every brick"),
     ]
+    if found.acceleration_g == inf:
+        lines[:2] = [("survives", "any horizontal acceleration"), ("", "any tilt below 90 deg")]
+    if found.placement == inf:
+        lines[-1] = ("", "any placement error of every brick")
     if found.weakest is not None:
         lines.append(("weakest", f"{found.weakest.brick}; {found.weakest.gives_way}"))
+    for limit in found.limits:
+        ways = " or ".join(f"{degrees(bearing):.4g} deg" for bearing in limit.bearings)
+        lines.append(("limited by", f"{limit.upper} on {limit.lower}, towards {ways}, for the placement error"))
     return Display("margins", lines)
 
 
@@ -184,8 +193,9 @@ def margins(
     if shaken is None:
         return None
     friction = least_friction(problem, tolerance).coefficient
-    place = placement(problem, tolerance, planes).value
-    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place, weakest_at(problem, shaken))
+    place = placement(problem, tolerance, planes)
+    first = weakest_at(problem, shaken)
+    return Margins(shaken.value, shaken.bearing, tilt(shaken.value), friction, place.value, first, limits=place.limits)
 
 
 # The least additional weight on one brick with which a falling assembly stands.

@@ -1,8 +1,9 @@
 """Finds the largest placement error that all bricks may have at once before a verdict changes."""
 
+from collections import defaultdict
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from math import hypot, inf
+from math import atan2, degrees, hypot, inf, radians
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,6 +13,7 @@ from stability.contact_law import Coulomb, coulomb_coefficients
 from stability.geometry.polygons import Point2, Polygon, hull, inset
 from stability.geometry.rows import Array
 from stability.model import GROUND, BodyId, Vec3
+from stability.name_order import natural_key
 from stability.problem import ZERO, Contact, Problem, Wrench
 from stability.process_settings import one_thread
 from stability.statics.cone_rows import ConeRows
@@ -124,7 +126,18 @@ Sparse: TypeAlias = Any  # by row; scipy's matrices have no types
 
 ACCURACY = 1e-11  # requested accuracy of the solver
 BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
+ALIKE = 1e-5  # share by which a border may have more left than the worst one and still limit equally
+DIGITS = 3  # of a bearing in degrees: with more, rounding would tell one direction twice
 FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
+
+
+@dataclass(frozen=True, slots=True)
+class PlacementLimit:
+    """A contact beyond whose border the load of the upper body gets first, and the directions in which it does."""
+
+    lower: BodyId
+    upper: BodyId
+    bearings: tuple[float, ...]  # from +x towards +y, from 0 to 2 pi, rising [rad]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +146,7 @@ class PlacementAnswer:
 
     displacement: float  # of all loads at once [m], by the solver; inf if nothing limits it
     survives: bool  # whether a displacement of loads by the error itself is survived, by plain arithmetic
-    limit: tuple[BodyId, BodyId] | None  # the limiting contact, lower body first
+    limits: tuple[PlacementLimit, ...]  # the contacts that limit equally, by name
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -370,16 +383,30 @@ def _judged(rule: Recourse, edges: _Edges, frictional: _Frictional, error: float
     patches = x[:count] + rule.answer @ left
     spare = edges.rows @ patches
     decrease = error * (edges.of_loads + edges.of_planes @ _carried(rule, patches, error))
-    worst = int(np.argmin(_share(spare, decrease))) if len(spare) else -1
+    limits = _limits(rule, edges, _share(spare, decrease))
     balanced = np.abs(frictional.sideways @ forces).max(initial=0.0) <= BALANCED
     survives = bool(balanced and (spare - decrease >= -BALANCED).all())
-    limit = rule.patches[edges.patch[worst]] if worst >= 0 else None
     displacement = float(x[-1])
     return PlacementAnswer(
         inf if displacement > 0.5 * FURTHEST else displacement * float(rule.length.max()),
         survives,
-        None if limit is None else (limit.lower, limit.upper),
+        limits,
     )
+
+
+def _limits(rule: Recourse, edges: _Edges, share: Array) -> tuple[PlacementLimit, ...]:
+    """Return the contacts at whose borders the least share of the displacement is left, equal ones included.
+
+    By symmetry several borders limit equally, and rounding would choose one of them.
+    """
+    least = share.min(initial=inf)
+    found = defaultdict[tuple[BodyId, BodyId], set[float]](set)
+    outward = -np.concatenate([patch.inward for patch in rule.patches]) if rule.patches else np.zeros((0, 2))
+    for edge in np.flatnonzero(share <= least * (1.0 + ALIKE)) if least < inf else ():
+        patch, (x, y) = rule.patches[edges.patch[edge]], outward[edge]
+        found[patch.lower, patch.upper].add(round(degrees(atan2(y, x)), DIGITS) % 360.0)
+    ordered = sorted(found, key=lambda pair: (natural_key(pair[1]), natural_key(pair[0])))
+    return tuple(PlacementLimit(*pair, tuple(radians(each) for each in sorted(found[pair]))) for pair in ordered)
 
 
 def _inside(frictional: _Frictional, forces: Array) -> Array:
@@ -447,7 +474,7 @@ class PlacementMargin:
     """Placement error of all bricks at once that is survived."""
 
     value: float  # [m] guaranteed; 0 if nothing is, inf if no error in plan matters
-    limit: tuple[BodyId, BodyId] | None = None  # the limiting contact, lower body first
+    limits: tuple[PlacementLimit, ...] = ()  # the contacts that limit it equally, by name
     reason: str = ""  # why the margin is 0
 
 
@@ -468,8 +495,8 @@ def placement(problem: Problem, tolerance: float = 1e-7, planes: Collection[Body
     widest = max((patch.reach for patch in patches if not patch.moving), default=1.0)
     if whole.displacement == inf and _survives(_answer(problem, patches, widest)):
         return PlacementMargin(inf)
-    value, limit = _crossing(problem, patches, whole, min(whole.displacement, widest), tolerance)
-    return PlacementMargin(value, limit, "" if value > 0.0 else UNSAFE)
+    value, limits = _crossing(problem, patches, whole, min(whole.displacement, widest), tolerance)
+    return PlacementMargin(value, limits, "" if value > 0.0 else UNSAFE)
 
 
 UNSAFE = "the structure depends on contacts at edges, corners or inclined faces, or has no reserve"
@@ -492,25 +519,25 @@ def _survives(answer: PlacementAnswer | None) -> bool:
 
 def _crossing(
     problem: Problem, patches: list[PlanPatch], whole: PlacementAnswer, most: float, tolerance: float
-) -> tuple[float, tuple[BodyId, BodyId] | None]:
-    """Return the largest survived error and its limiting contact: the error equals the displacement that loads survive.
+) -> tuple[float, tuple[PlacementLimit, ...]]:
+    """Return the largest survived error and its limiting contacts: loads survive a displacement of exactly it.
 
     That displacement decreases with the error, mostly linearly: hence the secant method, with bisection where it fails.
     """
-    low, high, limit = 0.0, most, whole.limit
+    low, high, limits = 0.0, most, whole.limits
     over = (min(whole.displacement, 2.0 * most), -inf)  # displacement minus error, at `low` and `high`
     error = 0.5 * most
     for step in range(MOST_STEPS):
         answer = _answer(problem, patches, error)
         excess = -inf if answer is None else min(answer.displacement, 2.0 * most) - error
         if answer is not None and answer.survives:
-            low, over, limit = error, (excess, over[1]), answer.limit
+            low, over, limits = error, (excess, over[1]), answer.limits
         else:
             high, over = error, (over[0], min(excess, 0.0))
         if high - low <= tolerance * high or (low == error and excess <= 0.5 * tolerance * error):
             break
         error = _next(low, high, over, step, tolerance)
-    return low, limit
+    return low, limits
 
 
 def _next(low: float, high: float, over: tuple[float, float], step: int, tolerance: float) -> float:

@@ -1,15 +1,17 @@
 """Reads scenarios in YAML, and takes the one case that a function of the API needs."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, Protocol, TypeAlias
 
+from stackdsl.api.arguments import refuse_other_types
 from stackdsl.api.python_remedies import in_python
 from stackdsl.checking.cases import Case, cases_of, gather
-from stackdsl.diagnostics import Diagnostic
+from stackdsl.diagnostics import Diagnostic, meant_choice
 from stackdsl.importers.expansion import expand_file
 from stackdsl.language.yaml.includes import Library
-from stackdsl.language.yaml.source import parse
+from stackdsl.language.yaml.source import Loaded, Plain, Source, parse
 from stackdsl.report.diagnostics import diagnostic_text
 
 TEXT: Final = "text"  # stands for the file of a text
@@ -35,8 +37,13 @@ class ScenarioError(ValueError):
         super().__init__("\n\n".join(map(diagnostic_text, self.diagnostics)))
 
 
-def load(*paths: Path | str) -> tuple[Case, ...]:
+def load(*paths: Path | str, **variables: str | float) -> tuple[Case, ...]:
     """Return the cases of all scenarios in YAML files, and in folders with YAML files.
+
+    `variables` gives variables of `let` and `matrix` other values, such as `step="14 mm"`, which the names of the cases
+    then have.
+
+    Raises TypeError for a variable that no scenario has.
 
     Raises ScenarioError if a scenario is invalid or a file cannot be read, and LookupError if there is no scenario.
     """
@@ -48,11 +55,14 @@ def load(*paths: Path | str) -> tuple[Case, ...]:
     if not paths:
         raise TypeError("load needs a path, such as load('scenarios/tower.yaml')")
     gathered = gather(map(Path, paths))
-    return _valid(gathered.cases, gathered.diagnostics, " and ".join(map(str, paths)))
+    where = " and ".join(map(str, paths))
+    return _with_values(_valid(gathered.cases, gathered.diagnostics, where), variables, where)
 
 
-def loads(text: str, name: str = TEXT) -> tuple[Case, ...]:
+def loads(text: str, name: str = TEXT, **variables: str | float) -> tuple[Case, ...]:
     """Return the cases of all scenarios in a YAML text; `name` stands for its file in messages.
+
+    `variables` gives variables other values, as in `load`.
 
     Raises ScenarioError if a scenario is invalid, and LookupError if there is no scenario.
     """
@@ -60,7 +70,51 @@ def loads(text: str, name: str = TEXT) -> tuple[Case, ...]:
         raise TypeError(f"expected a YAML text, not {_kind(text)}; `stackdsl.load` reads a file")
     if "\n" not in text and text.endswith((".yaml", ".yml")):
         raise TypeError(f"expected a YAML text, not the path of a file; write stackdsl.load({text!r})")
-    return _valid(*cases_of(expand_file(parse(text, name), Library())), name)
+    cases = _valid(*cases_of(expand_file(parse(text, name), Library())), name)
+    return _with_values(cases, variables, name)
+
+
+def _with_values(cases: tuple[Case, ...], variables: Mapping[str, str | float], where: str) -> tuple[Case, ...]:
+    """Return the cases of the same scenarios with other values of variables."""
+    if not variables:
+        return cases
+    refuse_other_types(str | float | int, "a text with a unit, such as '14 mm', or a number", **variables)
+    scenarios = list({id(case.written): case.written for case in cases}.values())
+    known = sorted({name for written in scenarios for name in _names(written.values)})
+    for name in variables:
+        if name not in known:
+            has = (
+                f"; variables: {', '.join(known)}"
+                if known
+                else "; a variable is a key of `let` or `matrix`, used as ${name}"
+            )
+            meant = meant_choice(name, known)
+            raise TypeError(
+                f"no scenario in {where} has a variable '{name}'{f'; did you mean {meant!r}?' if meant else has}"
+            )
+    found, mistakes = cases_of(Loaded(tuple(_fixed(written, variables) for written in scenarios), ()))
+    return _valid(found, mistakes, where)
+
+
+CHOICES: Final = ("let", "matrix")
+
+
+def _names(values: Mapping[str, Plain]) -> Iterator[str]:
+    """Yield the names of the variables of a scenario that have one value or a row of values."""
+    for key in CHOICES:
+        rows = values.get(key)
+        yield from rows if isinstance(rows, dict) else ()
+
+
+def _fixed(written: Source, variables: Mapping[str, str | float]) -> Source:
+    """Return a scenario whose matrix has one value for each of these variables, so that the names of cases tell it."""
+    own: dict[str, Plain] = {name: [value] for name, value in variables.items() if name in _names(written.values)}
+    rows = {key: value for key in CHOICES if isinstance(value := written.values.get(key), dict)}
+    let = {name: value for name, value in rows.get("let", {}).items() if name not in own}
+    values = {key: value for key, value in written.values.items() if key not in CHOICES}
+    values |= {"matrix": {**rows.get("matrix", {}), **own}} if own or "matrix" in rows else {}
+    values |= {"let": let} if let else {}
+    return replace(written, values=values)
 
 
 def _valid(cases: Sequence[Case], mistakes: Sequence[Diagnostic], where: str) -> tuple[Case, ...]:

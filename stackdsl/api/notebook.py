@@ -1,13 +1,15 @@
 """Displays of results for notebooks, in the words and the order of the reports; a run has its replay as well."""
 
+import shlex
 from collections.abc import Container, Iterable
 from dataclasses import replace
 from functools import partial
 from html import escape
+from pathlib import Path
 from typing import Final, TypeVar
 
 from stability.notebook import Display, Displayed, Printer, bundle, display_of
-from stackdsl.checking.cases import Case
+from stackdsl.checking.cases import SUFFIXES, Case
 from stackdsl.checking.play_case import play_case
 from stackdsl.checking.results import judged
 from stackdsl.judging.judge import stop_condition_of
@@ -102,7 +104,8 @@ def run_display(case: Case, trace: Trace) -> Display:
 def _replay(case: Case, trace: Trace) -> str:
     """Return the replay in a frame that can reach neither the notebook nor a network; else why there is none."""
     if trace.cost.wall_time > LONGEST:
-        return _none(f"the run took {trace.cost.wall_time:.0f} s, and a replay plays it once more")
+        took = f"computing the run took {trace.cost.wall_time:.0f} s, more than {LONGEST:g} s"
+        return _none(f"{took}, and a replay plays it once more", case)
     from stackdsl.viewing.replay.page import replay_page  # noqa: PLC0415 -- only notebooks need pages
     from stackdsl.viewing.run_view import view_of  # noqa: PLC0415 -- likewise
 
@@ -110,10 +113,15 @@ def _replay(case: Case, trace: Trace) -> str:
     again = play_case(case.timeline, case.system, stop_condition_of(case.scenario, case.system), recorder=recorder)
     page = replay_page([view_of(case, again, recorder.recording(), judged(case, again))], case.name, framed=True)
     if len(page) > LARGEST:
-        return _none(f"its replay has {len(page) / 1e6:.0f} MB")
+        return _none(f"it has {len(page) / 1e6:.0f} MB, and a notebook would keep it", case)
     frame = f'width="100%" height="{HEIGHT}" style="border: 1px solid #82827a; border-radius: 8px; margin-top: 8px"'
     return f'<iframe sandbox="allow-scripts" srcdoc="{escape(page)}" title="replay" {frame}></iframe>'
 
 
-def _none(why: str) -> str:
-    return f"<p>No replay is shown: {escape(why)}. <code>stackdsl run FILE --html run.html</code> writes one.</p>"
+def _none(why: str, case: Case) -> str:
+    """Return why there is no replay, and the command that writes one as a page."""
+    in_yaml = Path(case.file).suffix in SUFFIXES
+    file = case.file if in_yaml else "scenario.yaml"
+    command = escape(shlex.join(["stackdsl", "run", file, "-k", case.name, "--html", "run.html"]))
+    first = "" if in_yaml else "<code>Path(&quot;scenario.yaml&quot;).write_text(scenario.to_yaml())</code> and "
+    return f"<p>No replay is shown: {escape(why)}. {first}<code>{command}</code> writes it as a page.</p>"

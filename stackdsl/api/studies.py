@@ -16,6 +16,7 @@ from stackdsl.studies.find_limit import ACCURACY, FINEST, FoundLimit, LimitReque
 from stackdsl.studies.sensitivities import CHECKED, MarginKind, Sensitivities, sensitivities_of
 from stackdsl.studies.survival import CaseMargins
 from stackdsl.trace import VerdictMargins
+from stackdsl.wording import joints_text, weakest_text
 
 __all__ = [
     "CaseMargins",
@@ -130,8 +131,10 @@ def _(found: CaseMargins) -> Display:
         placement=found.placement,
     )
     texts = [*margin_texts(known)] or ["any disturbance"]
-    labels = ["survives", *[""] * (len(texts) - 1)]
-    return Display(found.name, [*zip(labels, texts, strict=True), *notes], f"\u2713 {found.verdict}", True)
+    lines = [*zip(["survives", *[""] * (len(texts) - 1)], texts, strict=True)]
+    lines += [("weakest", weakest_text(found.weakest).removeprefix("weakest: "))] if found.weakest else []
+    lines += [("limit", joints_text(found.joints))] if found.joints else []
+    return Display(found.name, [*lines, *notes], f"\u2713 {found.verdict}", True)
 
 
 @display_of.register

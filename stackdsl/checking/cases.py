@@ -6,7 +6,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import FrozenInstanceError, dataclass, field, replace
 from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -23,7 +23,7 @@ from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.language.repeats import compact
 from stackdsl.language.schema import Scenario
 from stackdsl.language.validation import validate
-from stackdsl.language.variants import Variant, expand
+from stackdsl.language.variants import Variant, expand, variables_of
 from stackdsl.language.yaml.includes import Library, root_of
 from stackdsl.language.yaml.source import MAX_BYTES, Loaded, Source, load, parsed
 from stackdsl.project_file import OWN_FILE, confined, home_of
@@ -127,9 +127,24 @@ class Case:
             """Raise AttributeError, which says which function of `stackdsl` to call."""
             remedies = {each: f"write `{each}(case)` with {each} of stackdsl" for each in FUNCTIONS_OF_A_CASE}
             remedies |= dict.fromkeys(
-                ("with_", "replace", "set"), "give the number a `matrix` in YAML, a case for each value"
+                ("with_", "replace", "set"), "write `load(path, step=...)` for another value of the variable `step`"
             )
             raise unknown_attribute(self, name, remedies)
+
+
+def _refuse_change(case: Case, name: str, value: object) -> NoReturn:
+    """Raise FrozenInstanceError, which says how to get a case with another number."""
+    variables = list(dict.fromkeys(variables_of(case.variant)))
+    example = name if name in variables else next(iter(variables), "step")
+    remedy = f"`load(path, {example}=...)` for a case with another value of the variable '{example}'"
+    remedy += "" if variables else ", which the scenario needs under `let`"
+    if name == "system":
+        remedy = f"`case.on({value!r})`"
+    raise FrozenInstanceError(f"a case cannot be changed, so '{name}' cannot be set; write {remedy}")
+
+
+# For names of no field, a frozen class with slots raises a TypeError about `super` (CPython issue 90562).
+Case.__setattr__ = _refuse_change  # type: ignore[method-assign,assignment]
 
 
 @cache

@@ -27,7 +27,7 @@ from stackdsl.timeline import (
     time_of_arrival,
 )
 from stackdsl.trace import BrickState, Event, EventKind, RunVerdict, Trace
-from stackdsl.wording import apart_text, joint_text, mm, moving_text, shaking_text, touching_text, weakest_text
+from stackdsl.wording import apart_text, joints_text, mm, moving_text, shaking_text, touching_text, weakest_text
 
 NOTICED = 1e-6  # [m] smaller shifts are not reported as motion
 ARRIVALS = {
@@ -66,7 +66,7 @@ def _limit_of_margins(case: Case, trace: Trace) -> str:
         return ""
     if margins.weakest is not None:
         return "; ".join([weakest_text(margins.weakest), *([apart_text(margins.apart)] if margins.apart else [])])
-    return joint_text(*margins.joint) if margins.joint is not None else ""
+    return joints_text(margins.joints)
 
 
 def _see(case: Case, proven: bool) -> str:

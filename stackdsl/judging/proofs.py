@@ -232,7 +232,7 @@ def margins_of_assembly(
         on_stage("margin of placement")
         planes = [plane.id for plane in assembly.planes]
         placed = placement(problem, planes=planes)
-        margins = replace(margins, placement=placed.value, joint=placed.limit)
+        margins = replace(margins, placement=placed.value, joints=placed.limits)
     if "guaranteed" in requested:
         on_stage("guarantee of rest")
         rest = outcome(problem, assembly.forces())

@@ -55,7 +55,7 @@ from stackdsl.wording import (
     aided_text,
     apart_text,
     in_short,
-    joint_text,
+    joints_text,
     mass_text,
     moving_text,
     rounded_up,
@@ -343,8 +343,8 @@ def _margins(proofs: Proofs, extent: Extent, margins: VerdictMargins | None) -> 
         yield f"    {weakest_text(margins.weakest)}"
     if margins.apart is not None and margins.apart.acceleration is not None:
         yield f"    {apart_text(margins.apart)}"
-    if margins.joint is not None:
-        yield f"    {joint_text(*margins.joint)}"
+    if margins.joints:
+        yield f"    {joints_text(margins.joints)}"
     if margins.guaranteed is not None:
         yield f"    rest is {_certainty(margins)}"
 
@@ -357,13 +357,17 @@ def _certainty(margins: VerdictMargins) -> str:
 
 def margin_texts(margins: VerdictMargins) -> Iterator[str]:
     """Yield each known margin: what the structure survives."""
-    if margins.acceleration is not None:
+    if margins.acceleration == inf:  # held on all sides
+        yield "any horizontal acceleration"
+        if margins.tilt is not None:
+            yield "any tilt below 90 deg"
+    elif margins.acceleration is not None:
         worst = (
             f" (worst direction: {round(degrees(margins.bearing)) % 360} deg)" if margins.bearing is not None else ""
         )
         neighbours = f", {aided_text(margins.apart)}" if margins.apart is not None else ""
         yield f"a horizontal acceleration of {survived_text(margins.acceleration)} g{worst}{neighbours}"
-    if margins.tilt is not None:
+    if margins.tilt is not None and margins.acceleration != inf:
         yield f"a tilt of {survived_text(degrees(margins.tilt))} deg"
     if margins.friction is not None:
         yield f"friction down to {rounded_up(float(f'{margins.friction:.6g}'))}"

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
+from stability.analysis.weakest import Weakest
 from stability.name_order import names_text
 from stability.notebook import Displayed
 from stability.statics.fall_description import fall_side
@@ -12,6 +13,10 @@ from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, 
 from stackdsl.studies.find_limit import SearchError
 from stackdsl.trace import VerdictMargins
 from stackdsl.wording import side_text
+
+if TYPE_CHECKING:
+    from stability.analysis.placement_margin import PlacementLimit
+
 
 BEARINGS: Final = 72
 FEWEST_BEARINGS, MOST_BEARINGS = 4, 3600
@@ -48,7 +53,9 @@ class CaseMargins(Displayed):
     bearing: float | None  # of that direction, from +x towards +y [rad]
     tilt: float | None  # of the whole scene, in the worst direction [rad]
     friction: float | None  # least coefficient of the roughest contact, with all others in proportion
-    placement: float | None  # error in the position of every brick [m]
+    placement: float | None  # error in the position of every brick [m]; inf if no brick lies on another one
+    weakest: Weakest | None = None  # what gives way first above `acceleration`, and on a tilt above `tilt`
+    joints: tuple["PlacementLimit", ...] = ()  # the contacts that limit `placement` equally
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
 
 
@@ -60,7 +67,7 @@ def margins_in(case: Case, name: str) -> CaseMargins:
     unaided = None if found.apart is None else found.apart.acceleration or 0.0
     numbers = (found.acceleration, unaided, found.bearing, found.tilt, found.friction, found.placement)
     notes = () if unproven else _notes(case, proofs)
-    return CaseMargins(name, proofs.verdict.stability.value, unproven, *numbers, notes=notes)
+    return CaseMargins(name, proofs.verdict.stability.value, unproven, *numbers, found.weakest, found.joints, notes)
 
 
 def _unproven(proofs: Proofs) -> str:

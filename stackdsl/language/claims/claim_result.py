@@ -98,3 +98,18 @@ def margin_to_collapse(track: BrickTrack) -> tuple[float, str]:
     if track.tilt / COLLAPSE_TILT > lost / limit:
         return degrees(COLLAPSE_TILT - track.tilt), "deg"
     return MILLIMETRES * (limit - lost), "mm"
+
+
+def lost_text(tracks: Sequence[BrickTrack]) -> str:
+    """Return how many bricks fell, and how many were never placed, since the structure had collapsed before."""
+    fallen, missing = (
+        sum(track.state is state for track in tracks) for state in (BrickState.FALLEN, BrickState.UNPLACED)
+    )
+    if not fallen:
+        return never_placed_text(missing, len(tracks))
+    return f"{fallen} of {len(tracks)} bricks fell, and {never_placed_text(missing)}"
+
+
+def never_placed_text(count: int, total: int = 0) -> str:
+    """Return `2 were never placed`, or with a total `2 of 12 bricks were never placed`."""
+    return f"{count}{f' of {total} bricks' * (total > 0)} {'was' if count == 1 else 'were'} never placed"

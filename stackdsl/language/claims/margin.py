@@ -12,7 +12,14 @@ from stability.name_order import names_text
 from stability.problem import Stability
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, claim
-from stackdsl.language.claims.claim_result import SHOWN_PER_SI, ClaimResult, all_of, remaining, within
+from stackdsl.language.claims.claim_result import (
+    SHOWN_PER_SI,
+    ClaimResult,
+    all_of,
+    never_placed_text,
+    remaining,
+    within,
+)
 from stackdsl.language.model_base import AtLeastOneKey
 from stackdsl.language.tolerances import Tolerance
 from stackdsl.trace import BrickState, BrickTrack, Trace, VerdictMargins
@@ -60,12 +67,19 @@ class Margin(AtLeastOneKey, ClaimKind):
 
 def _no_margin(lost: Sequence[BodyId], bricks: Collection[tuple[BodyId, BrickTrack]], trace: Trace) -> str:
     """Return why a structure has no margin, of which some bricks are lost."""
-    states = {trace.tracks[name].state for name in lost}
-    fell = states <= {BrickState.FALLEN, BrickState.UNPLACED}
-    those = f"{len(lost)} of {len(bricks)} bricks {'do' if len(lost) > 1 else 'does'} not stand"
-    if not fell and (trace.statics is None or trace.statics.stability is not Stability.UNSTABLE):
-        those = f"{len(lost)} of {len(bricks)} bricks {'are' if len(lost) > 1 else 'is'} not proven to stand"
-    return f"no margin: {those}: {names_text(lost, among=[name for name, _ in bricks])}"
+    absent = [name for name in lost if trace.tracks[name].state is BrickState.UNPLACED]
+    there = [name for name in lost if name not in absent]
+    states = {trace.tracks[name].state for name in there}
+    proven = states <= {BrickState.FALLEN} or (
+        trace.statics is not None and trace.statics.stability is Stability.UNSTABLE
+    )
+    plural = len(there) > 1
+    does = ("do" if plural else "does") if proven else ("are" if plural else "is")
+    what = f"{does} not stand" if proven else f"{does} not proven to stand"
+    names = names_text(there, among=[name for name, _ in bricks])
+    told = [f"{len(there)} of {len(bricks)} bricks {what}: {names}"] if there else []
+    told += [never_placed_text(len(absent), 0 if there else len(bricks))] if absent else []
+    return f"no margin: {', and '.join(told)}"
 
 
 def _part(key: str, wanted: Tolerance, value: float | None) -> ClaimResult:

@@ -11,7 +11,14 @@ from stability.model import BodyId
 from stability.name_order import names_text
 from stackdsl.language import value_types as t
 from stackdsl.language.claims.claim_kind import ClaimKind, Count, ImpliedOutcome, claim
-from stackdsl.language.claims.claim_result import ClaimResult, in_time, is_over, margin_to_collapse, remaining
+from stackdsl.language.claims.claim_result import (
+    ClaimResult,
+    in_time,
+    is_over,
+    lost_text,
+    margin_to_collapse,
+    remaining,
+)
 from stackdsl.language.model_base import Shorthand
 from stackdsl.language.quantities import InputError
 from stackdsl.language.tolerances import Tolerance
@@ -106,8 +113,7 @@ class Stands(Shorthand, ClaimKind):
                 if (fell := trace.collapse) is not None
                 else ""
             )
-            were = "was" if missing == 1 else "were"
-            measured = f"{cause}{missing} of {len(tracks)} bricks {were} never placed"
+            measured = f"{cause}{lost_text(tracks)}"
             return ClaimResult(measured, -missing, "bricks", passed=False)
         unsettled = [track.brick.id for track in tracks if track.state is BrickState.UNSETTLED]
         if unsettled:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from stability.analysis.acceleration_cut import shaken
 from stability.analysis.acceleration_margin import acceleration, hold_along, tilt
 from stability.analysis.margins import Margins, least_friction, margins
-from stability.analysis.placement_margin import placement
+from stability.analysis.placement_margin import PlacementLimit, placement
 from stability.contact_law import Coulomb
 from stability.model import Vec3
 from stability.problem import Contact, Problem, Tolerances, Wrench
@@ -232,7 +232,14 @@ def test_a_plank_that_hangs_over_may_sit_off_by_half_of_what_its_centre_is_insid
     size = (0.1, 0.1, 0.01)
     margin = placement(upright_boxes([("below", 0.0, 0.0, 0.0, size), ("above", 0.03, 0.0, 0.01, size)]))
     assert margin.value == pytest.approx((0.05 - 0.03) / 2.0, rel=1e-6)
-    assert margin.limit == ("below", "above")
+    assert margin.limits == (PlacementLimit("below", "above", (0.0,)),)
+
+
+def test_all_contacts_that_limit_a_placement_error_equally_are_named_with_their_directions() -> None:
+    for count in (3, 9):
+        limits = placement(column(count)).limits
+        assert [(each.lower, each.upper) for each in limits] == [(f"b{n:03}", f"b{n + 1:03}") for n in range(count - 1)]
+        assert {each.bearings for each in limits} == {(pi / 2.0, 3.0 * pi / 2.0)}
 
 
 def test_bricks_on_the_ground_may_sit_anywhere() -> None:

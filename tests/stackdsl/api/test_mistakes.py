@@ -2,8 +2,11 @@
 
 import copy
 import pickle
+import re
 import sys
 from collections.abc import Callable
+from dataclasses import FrozenInstanceError
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -138,3 +141,38 @@ def test_a_table_has_columns_and_prints() -> None:
     assert str(table).splitlines()[1].split()[:3] == ["L1.1", "1", "frozen"]
     with pytest.raises(LookupError, match="unknown column 'height'; the columns are name, level"):
         table.column("height")
+
+
+VARIABLES = """scenario: leaning
+let: {step: 12 mm}
+matrix: {levels: [3, 9]}
+build:
+  - column: {levels: "${levels}", step: "${step}"}
+"""
+
+
+def test_load_gives_variables_other_values_which_the_names_of_the_cases_have(tmp_path: Path) -> None:
+    file = tmp_path / "leaning.yaml"
+    file.write_text(VARIABLES, encoding="utf-8")
+    assert [case.name for case in load(file, step="14 mm")] == [
+        "leaning[levels=3,step=14mm,exact]",
+        "leaning[levels=9,step=14mm,exact]",
+    ]
+    (case,) = loads(VARIABLES, step="14 mm", levels=9)
+    assert (case.name, str(play(case).verdict)) == ("leaning[levels=9,step=14mm,exact]", "collapses")
+    assert play(case).judge(claims.collapses(at="level 9")).passed
+    with pytest.raises(TypeError, match=r"no scenario in text has a variable 'stpe'; did you mean 'step'\?"):
+        loads(VARIABLES, stpe="14 mm")
+    with pytest.raises(TypeError, match="has a variable 'gap'; variables: levels, step"):
+        loads(VARIABLES, gap="14 mm")
+    with pytest.raises(ScenarioError, match="expected a length"):
+        loads(VARIABLES, step=14)
+
+
+@pytest.mark.parametrize(
+    ("name", "remedy"),
+    [("step", "load(path, step=...)"), ("tilt", "load(path, levels=...)"), ("system", "case.on('tuned')")],
+)
+def test_a_case_cannot_be_changed_and_the_error_says_what_to_write(name: str, remedy: str) -> None:
+    with pytest.raises(FrozenInstanceError, match=re.escape(remedy)):
+        setattr(loads(VARIABLES)[0], name, "tuned")

@@ -91,3 +91,15 @@ def test_a_margin_covers_what_is_left_after_a_brick_was_pulled_out() -> None:
     assert mistakes == []
     (outcome,) = judge(play_case(case.timeline, case.system), case.scenario, case.variant, case.source, case.system)
     assert outcome.passed, outcome.measured
+
+
+def test_bricks_that_fell_and_bricks_that_were_never_placed_are_counted_apart() -> None:
+    #   Of planks with steps of 12 mm, the tenth brings down all but the first; the last two are not placed any more.
+    claims = "expect: [stands: all, margin: {placement: '>= 1 mm'}]"
+    (case,), mistakes = compiled(scene("- column: {levels: 12, step: 12 mm}\n  every: 1 s", claims))
+    assert mistakes == []
+    outcomes = judge(play_case(case.timeline, case.system), case.scenario, case.variant, case.source, case.system)
+    assert [outcome.measured for outcome in outcomes] == [
+        "the structure collapsed at level 10; 9 of 12 bricks fell, and 2 were never placed",
+        "no margin: 9 of 12 bricks do not stand: L2.1 to L10.1 (9 bricks), and 2 were never placed",
+    ]

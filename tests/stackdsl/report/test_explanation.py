@@ -79,7 +79,10 @@ def test_the_weakest_spot_and_the_joint_of_the_least_margin_of_placement_are_tol
     #   11.7 mm up turn about an edge that is 58.8 mm out.
     lines = explained("- column: {levels: 4, step: 28 mm}")
     assert "    weakest: L2.1; above 0.239 g towards 0 deg, L2.1 to L4.1 (3 bricks) tip over L1.1" in lines
-    assert "    limiting contact of the placement error: L2.1 on L1.1" in lines
+    assert "    limiting contact of the placement error: L2.1 on L1.1, towards +x" in lines
+    upright = explained("- column: {levels: 3}")
+    several = "limiting contacts of the placement error: L2.1 on L1.1 and L3.1 on L2.1, towards +y or -y"
+    assert f"    {several}" in upright
 
 
 def test_the_placement_margin_on_the_ground_alone_is_infinite() -> None:
