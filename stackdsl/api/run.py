@@ -205,8 +205,8 @@ class Run(Displayed):
         `state` is a `BrickState`, such as `frozen` (stands, proven), `standing` (stands, not proven) or `fallen`.
         Shift and tilt are the largest over the run. Place, shift and tilt of an `unplaced` brick are None. `full` adds
         shift and tilt at the end, the final orientation as a quaternion x, y, z, w, the time at which the brick left
-        its place, None if it did not, whether it is frozen at the end, and by how much a fallen brick left its place.
-        Columns with a unit end in it: `x_mm`, `tilt_deg`.
+        its place, None if it did not, whether it is frozen at the end, as fallen bricks at rest are, too, and by how
+        much a fallen brick left its place. Columns with a unit end in it: `x_mm`, `tilt_deg`.
         """
         return Table(_row(name, track, full) for name, track in self.trace.tracks.items())
 
