@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from stability.analysis.weakest import Weakest
 from stability.name_order import names_text
-from stability.notebook import Displayed
+from stability.notebook import Displayed, display_of
 from stability.statics.fall_description import fall_side
 from stackdsl.checking.cases import Case
 from stackdsl.judging.proofs import ALL, Proofs, Survival, margins_of_assembly, proofs_of, survival_of
@@ -57,6 +57,10 @@ class CaseMargins(Displayed):
     weakest: Weakest | None = None  # what gives way first above `acceleration`, and on a tilt above `tilt`
     joints: tuple["PlacementLimit", ...] = ()  # the contacts that limit `placement` equally
     notes: tuple[str, ...] = ()  # parts of the case that are not judged
+
+    def __str__(self) -> str:
+        """Return the lines that a notebook shows: an infinite margin, or none, in words."""
+        return display_of(self).text
 
 
 def margins_in(case: Case, name: str) -> CaseMargins:

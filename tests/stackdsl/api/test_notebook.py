@@ -83,12 +83,23 @@ def test_margins_of_a_case_show_themselves_and_are_numbers() -> None:
     assert "0.153 g (worst direction: 0 deg)" in text_of(found)
     assert "a tilt of 8.74 deg" in text_of(found)  # atan(4.8 / 31.2)
     assert "friction down to 0" in text_of(found)
+    assert "  weakest   L2.1; above 0.153 g towards 0 deg, L2.1 to L9.1 (8 bricks) tip over L1.1" in text_of(found)
+    assert "  limit     limiting contact of the placement error: L2.1 on L1.1, towards +x" in text_of(found)
+    assert str(found) == text_of(found)
     # the centre of 8 planks is 54 mm beyond that of the lowest, and half a plank is 58.8 mm
     assert found.placement is not None
     assert 0.0 < found.placement < 0.0588 - 0.054
     fallen = margins_of_case(leaning(12))
     assert (fallen.placement, fallen.acceleration, fallen.verdict) == (None, None, "unstable")
     assert "tip over L1.1" in text_of(fallen)
+
+
+def test_a_run_that_took_long_says_how_to_write_its_replay_as_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("stackdsl.api.notebook.LONGEST", 0.0)
+    html = html_of(leaning(3).play())
+    assert "computing the run took" in html
+    assert "scenario.to_yaml()" in html  # it is in no file yet
+    assert "stackdsl run scenario.yaml -k &#x27;leaning[exact]&#x27; --html run.html" in html
 
 
 def test_each_claim_of_a_run_shows_expected_and_measured() -> None:
@@ -123,6 +134,7 @@ def test_a_verdict_and_margins_of_statics_show_themselves() -> None:
     assert found is not None
     # half the base over the height of the centre: 50 mm / 100 mm
     assert "survives  a horizontal acceleration of 0.5 g" in text_of(found)
+    assert "any placement error of every brick" in text_of(found)  # on the ground it may stand anywhere
     design.add(Brick("<b>high\x1b[31m", Box((0.1, 0.1, 0.2)), 1.0), Pose((0.06, 0.0, 0.3)))
     assert "✗ unstable</span> <b>statics</b>" in html_of(design.verdict())
     assert "&lt;b&gt;high" in html_of(design.verdict())

@@ -80,7 +80,7 @@ def test_margins_come_in_words() -> None:
     assert any("it survives" in line for line in found.lines)
     assert found.weakest is not None
     assert found.weakest["text"] in found.lines
-    assert any("limiting contact of the placement error" in line for line in found.lines)
+    assert any("limiting contacts of the placement error" in line for line in found.lines)
 
 
 def test_a_fall_comes_with_remedies_that_were_tried_and_the_lines_they_change() -> None:
