@@ -9,6 +9,7 @@ from stability.model import BodyId
 
 _NUMBER = re.compile(r"(\d+)")
 _PLACE = re.compile(r"(.*)L\d+\.\d+")  # name of a brick: group, level, place
+_COUNTED = re.compile(r"(.*?\D)(\d+)")  # other name that ends in a number
 MOST_NAMES: Final = 6  # names or ranges written out in one list
 SHORTEST = 3  # names of a range
 NO_NUMBER = "-1"  # stands for a missing last number, so that a name comes before its continuations
@@ -43,8 +44,8 @@ def _range_text(run: Sequence[str], *, alone: bool) -> str:
     """Format a run; its number of bricks is told where a reader cannot count them from the names."""
     if len(run) == 1:
         return run[0]
-    counted = alone or _level(run[0]) != _level(run[-1])
-    return f"{run[0]} to {run[-1]}" + (f" ({len(run)} bricks)" if counted else "")
+    in_turn = all(_next_name(name) == after for name, after in pairwise(run))
+    return f"{run[0]} to {run[-1]}" + (f" ({len(run)} bricks)" if alone or not in_turn else "")
 
 
 def _runs(names: Sequence[str], assembly: Sequence[str]) -> list[list[str]]:
@@ -53,7 +54,7 @@ def _runs(names: Sequence[str], assembly: Sequence[str]) -> list[list[str]]:
     runs: list[list[str]] = []
     for name in names:
         last = runs[-1][-1] if runs else ""
-        if _group(name) is not None and _group(name) == _group(last) and name in (after.get(last), _next_place(last)):
+        if _group(name) is not None and _group(name) == _group(last) and name in (after.get(last), _next_name(last)):
             runs[-1].append(name)
         else:
             runs.append([name])
@@ -61,16 +62,14 @@ def _runs(names: Sequence[str], assembly: Sequence[str]) -> list[list[str]]:
 
 
 def _group(name: str) -> str | None:
-    """Return the group of a brick named by level and place, such as `east.` of `east.L2.1`; None for other names."""
-    place = _PLACE.fullmatch(name)
-    return place[1] if place else None
+    """Return what the names of a range have in common: `east.` of `east.L2.1`, `C` of `C007`; None without a number."""
+    if place := _PLACE.fullmatch(name):
+        return f"{place[1]}L."
+    counted = _COUNTED.fullmatch(name)
+    return counted[1] if counted else None
 
 
-def _level(name: str) -> str:
-    return name.rpartition(".")[0]
-
-
-def _next_place(name: str) -> str:
-    """Return the name of the next brick of a level."""
-    place = int(name.rpartition(".")[2])
-    return f"{_level(name)}.{place + 1}"
+def _next_name(name: str) -> str:
+    """Return the next name of a level, or else of a count: `L2.2` after `L2.1`, `C010` after `C009`."""
+    counted = _COUNTED.fullmatch(name)
+    return f"{counted[1]}{int(counted[2]) + 1:0{len(counted[2])}}" if counted else ""

@@ -101,10 +101,9 @@ def mass_text(mass: float) -> str:
 
 
 def weakest_text(weakest: Weakest) -> str:
-    """Return text such as `weakest: L2.1; above 0.258 g towards 0 deg, L2.1, L3.1 tip over L1.1`."""
-    bearing, least = f"{round(degrees(weakest.bearing), 1) % 360.0:.4g}", survived_text(weakest.acceleration)
-    brick = "no single brick" if slides_together(weakest) else weakest.brick
-    return f"weakest: {brick}; above {least} g towards {bearing} deg, {gives_way_text(weakest)}"
+    """Return text such as `weakest: above 0.258 g towards 0 deg (+x), L2.1, L3.1 tip over L1.1`."""
+    least = survived_text(weakest.acceleration)
+    return f"weakest: above {least} g towards {degrees_text(weakest.bearing)}, {gives_way_text(weakest)}"
 
 
 def joints_text(joints: Sequence["PlacementLimit"]) -> str:
@@ -189,6 +188,12 @@ def side_text(side: FallSide) -> str:
     told = [f"towards {bearing_text(side.bearing)}"] if side.bearing is not None else []
     told += [f"its weight {mm(side.overhang, 3)} beyond the edge"] if side.overhang is not None else []
     return ", ".join(told)
+
+
+def degrees_text(bearing: float) -> str:
+    """Format a bearing [rad], with the axis along which it points: `270 deg (-y)`."""
+    angle, name = f"{round(degrees(bearing), 1) % 360.0:g} deg", bearing_text(bearing)
+    return angle if name.endswith("deg") else f"{angle} ({name})"
 
 
 def bearing_text(bearing: float) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import atan2, ceil, cos, floor, hypot, inf, log10, pi, sin
+from math import atan2, ceil, copysign, cos, floor, hypot, inf, log10, pi, sin
 from typing import TypeAlias
 
 from stability.analysis.building_order import least_props
@@ -224,9 +224,12 @@ BEARINGS = 16
 STEPS = (0.002, 0.01, 0.03, 0.07, 0.15, 0.3, 0.5, 0.75, 1.0)  # times the longest side of the brick
 CLOSE = 1e-6  # relative width of the bracket between a failing and a sufficient shift
 TURN = 0.02  # [rad] between two limits that give the direction of the border
+LONGER = 1.1  # times the limit at a bearing: the limit beside it is at most this
 TURNS = 3
+NEAR = 1e-3  # share of a shift by which another one must be shorter to be taken
+QUARTERS = (0.0, 0.5 * pi, pi, 1.5 * pi)  # bearings of the axes
+NEARLY = 1.2  # times the least shift: a shift along an axis that is at most this long is taken instead
 DIGITS = 4  # of a shift as shown to users, if the rounded shift stands
-ANGLE_DIGITS = 6  # of its bearing in radians
 MOST_AT_ONCE = 12  # shifts of bricks together
 SIDES = 24  # bearings of the ring
 RING = 0.97  # of the shift: this length is shown to be too short along the ring
@@ -311,12 +314,20 @@ class Shifting:
                     fails[bearing] = length
             if halved:
                 low, high, bearing = self._turned(min(halved, key=lambda each: each[1]), holds)
-                length_shown, round_bearing = rounded_up(high), round(bearing, ANGLE_DIGITS)
-                shift = bearing_shift(length_shown, round_bearing)
-                if length_shown > self._lengths[brick] or not holds(length_shown, round_bearing):
-                    shift = bearing_shift(high, bearing)
+                # Along a side it is longer, but one number tells where to move the brick.
+                sides = [quarter for quarter in QUARTERS if holds(NEARLY * high, quarter)]
+                along = [self._halved(0.0, NEARLY * high, quarter, holds) for quarter in sides]
                 ring = sum(holds(RING * high, 2.0 * pi * turn / SIDES) is False for turn in range(SIDES))
-                return BrickShift(brick, shift, low, ring)
+                if along:
+                    low, high, bearing = min(along, key=lambda each: each[1])
+                else:
+                    low, high, bearing = self._shortened(low, high, bearing, holds)
+                shift = bearing_shift(high, bearing)
+                longer = _longer(shift)
+                held = hypot(*longer) <= self._lengths[brick] and self.stands(
+                    {**others, brick: (ox + longer[0], oy + longer[1])}, upto
+                )
+                return BrickShift(brick, longer if held else shift, low, ring)
         return None
 
     @staticmethod
@@ -324,12 +335,15 @@ class Shifting:
         fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
     ) -> tuple[float, float, float]:
         """Return a failing and a sufficient shift along a bearing, close to each other, and the bearing."""
-        while held - fails > 0.5 * CLOSE * held:
-            middle = 0.5 * (fails + held)
+        low = fails  # the least shift known to be too short, by a fall or by another body in the way
+        while held - low > 0.5 * CLOSE * held:
+            middle = 0.5 * (low + held)
             answer = holds(middle, bearing)
-            if answer is None:
-                break
-            fails, held = (fails, middle) if answer else (middle, held)
+            if answer:
+                held = middle
+            else:
+                low = middle
+                fails = middle if answer is False else fails
         return fails, held, bearing
 
     def _turned(
@@ -338,10 +352,10 @@ class Shifting:
         """Return the same for a better bearing, if there is one nearby."""
         for _ in range(TURNS):
             _, length, bearing = best
-            beside = bearing + TURN
-            if not holds(2.0 * length, beside):
+            beside = next((turn for turn in (bearing + TURN, bearing - TURN) if holds(LONGER * length, turn)), None)
+            if beside is None:
                 break
-            other = self._halved(0.0, 2.0 * length, beside, holds)
+            other = self._halved(0.0, LONGER * length, beside, holds)
             turned = _foot(bearing_shift(length, bearing), bearing_shift(*other[1:]))
             if not holds(length, turned):
                 best = min(best, other, key=lambda each: each[1])
@@ -351,6 +365,26 @@ class Shifting:
                 break
             best = tried
         return best
+
+    def _shortened(
+        self, fails: float, held: float, bearing: float, holds: Callable[[float, float], bool | None]
+    ) -> tuple[float, float, float]:
+        """Return the same for a shift whose parts along the axes are as short as each alone can be.
+
+        Over a corner, two limits meet, and the shortest shift is at right angles to neither.
+        """
+
+        def at(shift: Shift) -> bool | None:
+            return holds(hypot(*shift), atan2(shift[1], shift[0]))
+
+        x, y = bearing_shift(held, bearing)
+        shorter_x = self._halved(0.0, 1.0, 0.0, lambda share, _: at((share * x, y)))[1]
+        shorter_y = self._halved(0.0, 1.0, 0.0, lambda share, _: at((x, share * y)))[1]
+        best = min(((shorter_x * x, y), (x, shorter_y * y)), key=lambda each: hypot(*each))
+        length, turned = hypot(*best), atan2(best[1], best[0])
+        if length > held * (1.0 - NEAR) or not holds(length, turned):
+            return fails, held, bearing
+        return self._halved(0.0, length, turned, holds)
 
     def candidates(self, turn: int, verdict: Verdict) -> list[BodyId]:
         """Return the bricks whose shift could change a fall at a stage: moving ones, neighbours, bricks above."""
@@ -419,5 +453,6 @@ def rounded_up(length: float) -> float:
 
 
 def _longer(shift: Shift) -> Shift:
-    length = hypot(*shift)
-    return (shift[0] * rounded_up(length) / length, shift[1] * rounded_up(length) / length) if length > 0.0 else shift
+    """Return a shift whose parts along the axes are the next longer numbers with few digits."""
+    x, y = (copysign(rounded_up(abs(part)), part) if abs(part) > EXACT * hypot(*shift) else 0.0 for part in shift)
+    return x, y

@@ -14,7 +14,7 @@ from stability.problem import Motion, Placed, Problem, Stability, Tolerances, Ve
 from stability.statics.assembly import Assembly
 from stability.statics.conic_program import ConicProgram, Solver, clarabel_solve, solve
 from stability.statics.equilibrium import proven_motion
-from stability.statics.fall_description import described
+from stability.statics.fall_description import described_from
 from stability.statics.wrench_matrix import Sparse, WrenchMatrix, wrench_matrix
 
 # From rest, bricks start with the motion nearest to free fall among all motions that no contact resists, with distances
@@ -105,7 +105,8 @@ def as_it_begins(assembly: Assembly, verdict: Verdict) -> Verdict:
         return verdict
     moving = tuple(sorted(motion.velocity))
     same = moving == tuple(sorted(verdict.moving))
-    return replace(verdict, motion=motion, moving=moving, reason=verdict.reason if same else described(problem, motion))
+    reason = verdict.reason if same else described_from(problem, motion, verdict)
+    return replace(verdict, motion=motion, moving=moving, reason=reason)
 
 
 def _around(assembly: Assembly, bricks: tuple[BodyId, ...]) -> set[BodyId]:

@@ -1,6 +1,6 @@
 """Describes a fall: the bricks that tip, slide or drop, the bodies that they tip over, and the direction."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import atan2, dist, hypot
 
@@ -15,6 +15,10 @@ from stability.problem import ZERO, Contact, Motion, Placed, Problem, Stability,
 
 STUCK = 1e-2  # of the speed of a group: a point that is slower relative to another body is a pivot of the group
 TURNING = 1e-3  # of the speed of a group: its spin may add this much without the motion counting as a rotation
+STEEP = 0.5**0.5  # z of a unit normal at 45 deg: a body below a contact with a larger one is under the other
+UPRIGHT = 1e-3  # z of the normal of a vertical face, at most
+MOST_PARTS = 3  # of a fall that are all described
+MOST_BLOCKS = 3  # groups of several bricks that move alike and are written out
 ROUNDED = 1e-5  # of the fastest brick: slower bricks are numerical noise of the solver, and count as standing
 
 
@@ -39,11 +43,52 @@ class _Slip:
         return -self.law.shortfall(self.separating, self.sliding) <= STUCK * speed and self.sliding > self.separating
 
 
-def described(problem: Problem, motion: Motion) -> str:
-    """Return moving bricks and motion, such as "L5.1, L5.2 tip over L4.1" or "plank slides on ground"."""
+def described(problem: Problem, motion: Motion, cause: Collection[BodyId] = ()) -> str:
+    """Return moving bricks and motion, such as "L5.1, L5.2 tip over L4.1" or "plank slides on ground".
+
+    Groups with bricks of `cause` come first, then the others from the lowest on.
+    """
+    return "; ".join(_parts(problem, motion, cause))
+
+
+def described_from(problem: Problem, motion: Motion, proven: Verdict) -> str:
+    """Describe the whole motion that begins with a proven fall: all its parts if they are few, else that fall first."""
+    parts = _parts(problem, motion, proven.moving)
+    if len(parts) <= MOST_PARTS:
+        return "; ".join(parts)
+    others = [name for name in really_moving(problem, motion) if name not in proven.moving]
+    more = f"{len(others)} more brick{'s start' if len(others) > 1 else ' starts'} to move"
+    return f"{proven.reason}; {more}: {_named(problem, others)}" if others else proven.reason
+
+
+def _parts(problem: Problem, motion: Motion, cause: Collection[BodyId]) -> list[str]:
     motion = Motion({name: motion.velocity[name] for name in really_moving(problem, motion)})
-    groups = _groups(problem, motion)
-    return "; ".join(_of_group(problem, motion, group) for group in groups)
+    alike: dict[_Way, list[list[BodyId]]] = {}
+    for group in sorted(_groups(problem, motion), key=lambda group: not {*cause} & {*group}):
+        alike.setdefault(_way_of(problem, motion, group), []).append(group)
+    return [_told(problem, way, groups) for way, groups in alike.items()]
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """The way in which a group begins to move."""
+
+    verb: str
+    rest: str  # after the verb; `{it}` stands for the group
+
+
+def _told(problem: Problem, way: _Way, groups: Sequence[Sequence[BodyId]]) -> str:
+    """Describe groups that move alike, but not as one body: "C1, C2 each tip over ground"."""
+    several = len(groups) > 1 or len(groups[0]) > 1
+    ending = f"{way.verb if several else f'{way.verb}s'}{way.rest.format(it='them' if several else 'it')}"
+    if len(groups) == 1 or way.verb == "slide":
+        return f"{_named(problem, [name for group in groups for name in group])} {ending}"
+    if all(len(group) == 1 for group in groups):
+        return f"{_named(problem, [group[0] for group in groups])} each {ending}"
+    blocks = [f"[{_named(problem, group)}]" if len(group) > 1 else group[0] for group in groups]
+    left_out = len(blocks) - MOST_BLOCKS
+    shown = [*blocks[:MOST_BLOCKS], f"{left_out} more groups"] if left_out > 1 else blocks
+    return f"{', '.join(shown[:-1])} and {shown[-1]} each {ending}"
 
 
 def really_moving(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
@@ -80,16 +125,42 @@ def _lowest(problem: Problem, group: Sequence[BodyId]) -> float:
     return min(problem.bricks[name].pose.position_W[2] for name in group)
 
 
-def _of_group(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> str:
+def _way_of(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> _Way:
     about, along = _still_against(problem, motion, group)
+    sinks = sum(motion.velocity[name][0][2] for name in group) < 0.0
+    if (about or along) and sinks and not _turns(problem, motion, group) and _is_only_beside(problem, group):
+        return _Way("slide", f" down along {_named(problem, about | along)}: nothing is under {{it}}")
     if about and _turns(problem, motion, group):
-        also = f" and {_verb('slide', group)} on {_named(problem, along)}" if along else ""
-        return f"{_named(problem, group)} {_verb('tip', group)} over {_named(problem, about)}{also}"
+        also = f" and {'slide' if len(group) > 1 else 'slides'} on {_named(problem, along)}" if along else ""
+        return _Way("tip", f" over {_named(problem, about)}{also}")
     if along or about:
-        return f"{_named(problem, group)} {_verb('slide', group)} on {_named(problem, along | about)}"
-    has_something_under_it = any(other == contact.lower for contact, other in _border(problem, group))
-    why = "nothing holds" if has_something_under_it else "nothing is under"
-    return f"{_named(problem, group)} {_verb('fall', group)}: {why} {'them' if len(group) > 1 else 'it'}"
+        return _Way("slide", f" on {_named(problem, along | about)}")
+    under = dict(_slips_under(problem, motion, group))
+    if not under:
+        return _Way("fall", ": nothing is under {it}")
+    # Of all motions that prove a fall, the solver may find one that also lifts a sliding brick a little.
+    below = [other for other, slips in under.items() if any(slip.sliding > slip.separating for slip in slips)]
+    if below:
+        return _Way("slide", f" on {_named(problem, [name for name in below if name not in motion.velocity] or below)}")
+    gives_way = [name for name in under if name in motion.velocity]
+    if sinks and gives_way:
+        return _Way("fall", f" with {_named(problem, gives_way)}")
+    return _Way("lift", f" off {_named(problem, [*under])}")
+
+
+def _is_only_beside(problem: Problem, group: Sequence[BodyId]) -> bool:
+    """Return whether a group touches other bodies with vertical faces only, or from below."""
+    return all(
+        contact.lower in group or all(abs(normal[2]) <= UPRIGHT for normal in contact.normals_W)
+        for contact, _ in _border(problem, group)
+    )
+
+
+def _slips_under(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> Iterator[tuple[BodyId, list[_Slip]]]:
+    """Yield the bodies under a group, with the motion of the group relative to each."""
+    for contact, other in _border(problem, group):
+        if other == contact.lower and all(normal[2] > STEEP for normal in contact.normals_W):
+            yield other, list(_slips(problem, motion, contact))
 
 
 def sliding_supports(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
@@ -105,10 +176,6 @@ def sliding_supports(problem: Problem, motion: Motion) -> tuple[BodyId, ...]:
             return ()
         supports |= along
     return () if supports & problem.bricks.keys() else tuple(in_order(supports))
-
-
-def _verb(stem: str, group: Sequence[BodyId]) -> str:
-    return stem if len(group) > 1 else f"{stem}s"
 
 
 def _still_against(problem: Problem, motion: Motion, group: Sequence[BodyId]) -> tuple[set[BodyId], set[BodyId]]:

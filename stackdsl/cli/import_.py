@@ -3,7 +3,7 @@
 import re
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final, get_args
@@ -22,14 +22,14 @@ from stackdsl.exits import ExitCode
 from stackdsl.importers.expansion import path_beside
 from stackdsl.importers.formats import MAX_IMPORTED, scenario_text, slug
 from stackdsl.importers.imported_friction import missing_rule
-from stackdsl.importers.load import ImportedBox, ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
-from stackdsl.importers.overhang import overhang_warnings
+from stackdsl.importers.load import ImportedLoad, ImportedSurfaces, UnreadableLoadError, digits
+from stackdsl.importers.overhang import overhang_warnings, permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, moved_lines, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import DECKS, LOAD_FORMATS, DefaultUnits, Import
 from stackdsl.language.quantities import InputError
 from stackdsl.language.yaml.includes import root_of
-from stackdsl.language.yaml.source import KeyPath, Source, parse
+from stackdsl.language.yaml.source import Area, KeyPath, Source, parse
 from stackdsl.report.diagnostics import diagnostic_text
 from stackdsl.shown_text import visible
 from stackdsl.user_files import read_user_file
@@ -37,20 +37,23 @@ from stackdsl.user_files import read_user_file
 # Diagnostics of `stackdsl check` for an imported scenario, with places in the file of the load.
 
 
-def faults(text: str, file: str, boxes: Sequence[ImportedBox]) -> list[Diagnostic]:
+def faults(text: str, file: str, load: ImportedLoad, asked: Import) -> list[Diagnostic]:
     """Return the mistakes of a scenario that builds these boxes, such as overlapping boxes.
 
     `file` is the place of mistakes that belong to no box.
     """
     loaded = parse(text, file)
-    _, mistakes = cases_of(replace(loaded, sources=tuple(_placed(source, boxes) for source in loaded.sources)))
+    sources = tuple(_placed(source, load, asked) for source in loaded.sources)
+    _, mistakes = cases_of(replace(loaded, sources=sources))
     return mistakes
 
 
-def _placed(source: Source, boxes: Sequence[ImportedBox]) -> Source:
-    """Return a scenario whose bricks have the places of the boxes in their file."""
-    places: dict[KeyPath, Span] = {("build", 0, "bricks", number): box.span for number, box in enumerate(boxes)}
-    return replace(source, value_spans={**source.value_spans, **places})
+def _placed(source: Source, load: ImportedLoad, asked: Import) -> Source:
+    """Return a scenario whose bricks have the places of the boxes in their file, and their deck."""
+    places: dict[KeyPath, Span] = {("build", 0, "bricks", number): box.span for number, box in enumerate(load.boxes)}
+    area = permitted_area(load, asked)
+    decks: dict[KeyPath, Area] = {("build", 0): area} if area is not None else {}
+    return replace(source, value_spans={**source.value_spans, **places}, decks=decks)
 
 
 # `stackdsl import`: converts the boxes in a file of another program to a scenario.
@@ -138,10 +141,10 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
         with counted(100, f"importing {shown}: percent") as known:
             read = load_supervised(data, shown, asked, beside, lambda: known(0))
             found = _settled(_with_rule(read, Rule(rule) if rule else None), asked, _share(known, READ, SETTLED))
-            notes = [*_notes(shown, asked, found), *(f"warning: {odd}" for odd in overhang_warnings(found.load, asked))]
+            notes = [*_notes(shown, asked, found), *_warnings(found, asked)]
             called = slug(name or "-".join(filter(None, [file.name.split(".")[0], load])))
             text = scenario_text(called, notes, found.load, friction, _share(known, SETTLED, WRITTEN))
-            mistakes = faults(text, f"{called}.yaml", found.load.boxes)
+            mistakes = faults(text, f"{called}.yaml", found.load, asked)
     except UnreadableLoadError as error:
         for mistake in error.diagnostics:
             tell(diagnostic_text(replace(mistake, hint=_as_options(mistake.hint))))
@@ -160,6 +163,11 @@ def import_command(  # noqa: PLR0913, PLR0917 -- one parameter an option
     if any(mistake.code == TOO_LARGE for mistake in mistakes):
         tell(f"a scenario of any size can read the file itself: build: [{{import: {{file: {shown}, ...}}}}]")
     write(text)
+
+
+def _warnings(found: SettledLoad, asked: Import) -> Iterator[str]:
+    for odd in overhang_warnings(found.load, asked):
+        yield f"warning: {replace(odd, hint=_as_options(odd.hint))}"
 
 
 # Percent of the time of an import after each step, measured with a table of 20,000 boxes.

@@ -115,7 +115,8 @@ class CommandsOnCall(click.Group):
         if name not in COMMANDS and not name.startswith("-") and not ctx.resilient_parsing:
             from stackdsl.diagnostics import did_you_mean  # noqa: PLC0415 -- only mistakes need it
 
-            raise click.UsageError(f"unknown command '{name}'; {did_you_mean(name, list(COMMANDS))}", ctx)
+            remedy = did_you_mean(name, list(COMMANDS)) or "`stackdsl --help` lists the commands"
+            raise click.UsageError(f"unknown command '{name}'; {remedy}", ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

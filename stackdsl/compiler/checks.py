@@ -17,6 +17,7 @@ from stackdsl.compiler.schedule import ResolvedScenario
 from stackdsl.diagnostics import Diagnostic, Span, capped, did_you_mean
 from stackdsl.language.claims.claim import Claim, Expectation
 from stackdsl.language.claims.claim_kind import ClaimKind
+from stackdsl.language.room_on_deck import Room, room_text
 from stackdsl.language.schema import Scenario
 from stackdsl.language.value_types import NameReference, named_in
 from stackdsl.language.yaml.source import KeyPath, Source
@@ -260,7 +261,7 @@ def misfits(built: ResolvedScenario, scenario: Scenario, source: Source) -> Iter
         return
     is_crowded = sum(fit.overlaps for fit in results) > MOST_INSIDE  # then supports may be missing from the index
     for brick, fit in zip(bricks, results, strict=True):
-        mistake = _misfit(fit, brick, bricks, built, scenario) if fit.overlaps or not is_crowded else None
+        mistake = _misfit(fit, brick, built, scenario, source) if fit.overlaps or not is_crowded else None
         if mistake is not None and (mistake[0], brick.written.path) not in reported:
             reported.add((mistake[0], brick.written.path))
             yield Diagnostic(mistake[0], source.span_of(brick.written.path), *mistake[1:])
@@ -298,10 +299,11 @@ ON_AXIS: Final = 0.9999  # cosine of a direction that counts as that of an axis
 
 
 def _misfit(
-    fit: Fit, brick: ResolvedBrick, bricks: Sequence[ResolvedBrick], built: ResolvedScenario, scenario: Scenario
+    fit: Fit, brick: ResolvedBrick, built: ResolvedScenario, scenario: Scenario, source: Source
 ) -> tuple[str, str, str] | None:
     of_layout = brick.written.of_layout
     if fit.overlaps:
+        bricks = built.in_order
         other = bricks[fit.overlaps_box].written if fit.overlaps_box is not None else None
         name = f"brick '{bricks[fit.overlaps_box].name}'" if fit.overlaps_box is not None else ""
         plane = built.planes[fit.overlaps_plane].id if fit.overlaps_plane is not None else ""
@@ -309,6 +311,8 @@ def _misfit(
         towards = next((f" towards {name}" for name, axis in AXES.items() if dot(axis, fit.way_out_W) > ON_AXIS), "")
         hint = f"move it by at least {mm(fit.depth)}{towards}"
         if not of_layout:
+            if other is not None and (on_deck := _on_deck(brick, other, bricks, source)):
+                return "SD201", message, on_deck
             aside = _apart(brick.written, other) if other is not None and towards == " towards +z" else ""
             return "SD201", message, f"move it aside, by {aside}, or {hint.removeprefix('move it ')}" if aside else hint
         if other is None or brick.written.step >= len(scenario.build):
@@ -323,6 +327,17 @@ def _misfit(
             hint = "change the dimensions or the `origin` of the layout so that every brick has a support"
         return "SD202", f"brick '{brick.name}' has no support{above}", hint
     return None
+
+
+def _on_deck(brick: ResolvedBrick, other: WrittenBrick, bricks: Sequence[ResolvedBrick], source: Source) -> str:
+    """Return the moves with which an imported box fits on its deck; empty without a deck, or if it lies too low."""
+    step = brick.written.path[:2]
+    if step not in source.decks or other.path[:2] != step:
+        return ""
+    load = [each for each in bricks if each.written.path[:2] == step]
+    room = Room([bounds_W(each.written.shape, each.written.pose) for each in load], source.decks[step])
+    number = load.index(brick)
+    return room_text(room, number, [f"'{each.name}'" for each in load]) if room.is_crowded(number) else ""
 
 
 def _apart(brick: WrittenBrick, other: WrittenBrick) -> str:

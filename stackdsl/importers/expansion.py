@@ -10,7 +10,7 @@ from stackdsl.diagnostics import Diagnostic, Span, reading_order
 from stackdsl.importers.formats import MAX_IMPORTED
 from stackdsl.importers.imported_friction import friction_conflict
 from stackdsl.importers.load import UnreadableLoadError, written_box
-from stackdsl.importers.overhang import overhang_warnings
+from stackdsl.importers.overhang import overhang_warnings, permitted_area
 from stackdsl.importers.settling import SettledLoad, first_unsettleable, settled
 from stackdsl.importers.supervised_reading import load_supervised
 from stackdsl.language.imports import Import
@@ -76,7 +76,7 @@ def _expanded(source: Source, library: Library) -> Source:
     build = source.values["build"]
     assert isinstance(build, list)
     steps, parts, places = list(build), dict.fromkeys(source.parts), PlaceBuilder()
-    warnings = list(source.warnings)
+    warnings, decks = list(source.warnings), dict(source.decks)
     expanding = dict(_import_steps(source))
     places.keep(source, dict.fromkeys(expanding))
     for path, step in expanding.items():
@@ -88,6 +88,8 @@ def _expanded(source: Source, library: Library) -> Source:
         places.note_all(source, others, path, path)
         where = f"imported from {source.key_span_of((*path, IMPORT))}"
         load = settled_load.load
+        if (area := permitted_area(load, options)) is not None:
+            decks[path] = area
         warnings += [
             replace(warning, span=replace(warning.span, where=where)) for warning in overhang_warnings(load, options)
         ]
@@ -106,6 +108,7 @@ def _expanded(source: Source, library: Library) -> Source:
         key_spans=places.key_spans,
         parts=tuple(parts),
         warnings=tuple(warnings),
+        decks=decks,
     )
 
 

@@ -8,27 +8,35 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from math import cos, radians, sin
-from typing import Final
 
 from stability.model import Vec3
 from stackdsl.diagnostics import ScenarioWarning
-from stackdsl.importers.load import Deck, Exact3, ImportedBox, ImportedLoad, digits
+from stackdsl.importers.load import Deck, Exact3, ImportedBox, ImportedLoad
 from stackdsl.importers.settling import RIGHT_ANGLE
 from stackdsl.language.imports import Import
+from stackdsl.language.room_on_deck import Bounds, Room, millimetres, room_text
+from stackdsl.language.yaml.source import Area
 
-SIDES: Final = ("-x", "+x", "-y", "+y")
-OPPOSITE: Final = {"-x": "+x", "+x": "-x", "-y": "+y", "+y": "-y"}
-ROUNDED: Final = Fraction(1, 10**9)  # [m] rounding error of turned corners
-MILLIMETRES: Final = 1000
+SIDES = ("-x", "+x", "-y", "+y")
+ROUNDED = Fraction(1, 10**9)  # [m] rounding error of turned corners
 
 
 @dataclass(frozen=True, slots=True)
 class Overhang:
-    """The largest distance by which a box reaches beyond the deck."""
+    """The distances by which a box reaches beyond the deck."""
 
     box: ImportedBox
-    side: str  # such as `+x`
-    amount: Fraction  # [m]
+    beyond: tuple[tuple[str, Fraction], ...]  # each side, such as `+x`, and the distance there [m]; the largest first
+
+    @property
+    def side(self) -> str:
+        """Return the side with the largest overhang."""
+        return self.beyond[0][0]
+
+    @property
+    def amount(self) -> Fraction:
+        """Return the largest overhang [m]."""
+        return self.beyond[0][1]
 
 
 def deck_of(load: ImportedLoad, options: Import) -> Deck | None:
@@ -49,32 +57,49 @@ def overhangs(load: ImportedLoad, options: Import) -> list[Overhang]:
     deck = deck_of(load, options)
     if deck is None:
         return []
-    allowed = Fraction(repr(options.deck.overhang)) if options.deck is not None else Fraction(0)
-    largest = (Overhang(box, *max(_side_overhangs(box, deck), key=lambda each: each[1])) for box in load.boxes)
-    return [overhang for overhang in largest if overhang.amount > allowed + load.precision + ROUNDED]
+    allowed = _allowed(options) + load.precision + ROUNDED
+    beyond = ((box, [each for each in _side_overhangs(box, deck) if each[1] > allowed]) for box in load.boxes)
+    return [Overhang(box, tuple(sorted(sides, key=lambda each: -each[1]))) for box, sides in beyond if sides]
+
+
+def permitted_area(load: ImportedLoad, options: Import) -> Area | None:
+    """Return the lowest and highest corner of the deck with its permitted overhang [m]; None without a deck."""
+    deck, allowed = deck_of(load, options), _allowed(options)
+    if deck is None:
+        return None
+    low = tuple(corner - allowed for corner in deck.corner)
+    high = tuple(corner + size + allowed for corner, size in zip(deck.corner, deck.size, strict=True))
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
 
 
 def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioWarning]:
     """Yield one warning if any box overhangs, at the position of the box that overhangs most."""
-    deck, overhanging = deck_of(load, options), overhangs(load, options)
-    if deck is None or not overhanging:
+    deck, area, overhanging = deck_of(load, options), permitted_area(load, options), overhangs(load, options)
+    if deck is None or area is None or not overhanging:
         return
     worst = max(overhanging, key=lambda overhang: overhang.amount)
     name = f"'{worst.box.name}'" if worst.box.name else "this box"
-    amount = f"{_mm(worst.amount)} mm"
+    sides = " and ".join(f"{millimetres(float(amount))} mm towards {side}" for side, amount in worst.beyond)
     others = len(overhanging) - 1
     more = f", and {others} other box{'es' * (others > 1)} by at most this amount" if others else ""
-    size = " x ".join(map(_mm, deck.size))
+    size = " x ".join(millimetres(float(side)) for side in deck.size)
+    number = next(number for number, box in enumerate(load.boxes) if box is worst.box)
+    names = [f"'{box.name}'" if box.name else f"the box of line {box.span.line}" for box in load.boxes]
     yield ScenarioWarning(
         worst.box.span,
-        f"{name} overhangs the deck of {size} mm by {amount} towards {worst.side}{more}; the verdict assumes that the "
-        "deck continues there",
-        f"move the box {amount} towards {OPPOSITE[worst.side]}, or permit the overhang: `deck: {{overhang: {amount}}}`",
+        f"{name} overhangs the deck of {size} mm by {sides}{more}; the verdict assumes that the deck continues there",
+        f"{room_text(Room([*map(_float_bounds, load.boxes)], area), number, names)}, or permit the overhang: "
+        f"`deck: {{overhang: {millimetres(float(worst.amount))} mm}}`",
     )
 
 
-def _mm(length: Fraction) -> str:
-    return digits(round(MILLIMETRES * length, 3))
+def _allowed(options: Import) -> Fraction:
+    return Fraction(repr(options.deck.overhang)) if options.deck is not None else Fraction(0)
+
+
+def _float_bounds(box: ImportedBox) -> Bounds:
+    (a, b, c), (d, e, f) = _bounds(box)
+    return (float(a), float(b), float(c)), (float(d), float(e), float(f))
 
 
 def _side_overhangs(box: ImportedBox, deck: Deck) -> Iterator[tuple[str, Fraction]]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import groupby
-from math import atan2, degrees, hypot, inf
+from math import degrees, hypot, inf
 from typing import TYPE_CHECKING, Any, Final
 
 from stability.analysis.acceleration_margin import tilt
@@ -28,7 +28,7 @@ from stackdsl.wording import (
     aided_text,
     all_bricks_text,
     apart_text,
-    bearing_text,
+    degrees_text,
     gives_way_text,
     how_many,
     in_short,
@@ -560,17 +560,21 @@ def survival_lines(name: str, survival: Survival) -> Iterator[str]:
     yield ""
     if survival.tips is not None:
         tips = survival.tips
-        where = f"{survived_text(tips.acceleration)} g towards {_towards(tips.bearing)}"
+        where = f"{survived_text(tips.acceleration)} g towards {degrees_text(tips.bearing)}"
         where += ", without friction between neighbours"
         yield f"  If no brick slides on the one below, tipping begins above {where}: {_tipping(tips, survival)}."
         yield "  If bricks slide, parts may tip at less: set the friction of mats in the file, and ask again."
     yield "  Bearings count from +x towards +y."
 
 
+EACH = " each"  # after bricks or groups that tip alike, but not as one body
+
+
 def _tipping(tips: Weakest, survival: Survival) -> str:
     """Describe the mechanism that opens if nothing slides; if the whole structure tips, by the number of bricks."""
     first, (bricks, tip, rest) = survival.weakest, tips.gives_way.partition(" tip ")
     whole = first is not None and slides_together(first) and tips.bricks == first.bricks and PARTS not in rest
+    whole = whole and not bricks.endswith(EACH)
     return f"{all_bricks_text(tips)}{tip}{rest}" if whole and tip and PARTS not in bricks else in_short(tips.gives_way)
 
 
@@ -578,7 +582,7 @@ def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
     """Yield bearings, survived accelerations and failure: the weakest bearing first, then the others by failure."""
     if survival.weakest is not None:
         first = survival.weakest
-        yield _towards(first.bearing), f"{survived_text(first.acceleration)} g", in_short(gives_way_text(first))
+        yield degrees_text(first.bearing), f"{survived_text(first.acceleration)} g", in_short(gives_way_text(first))
     ways: dict[str, list[list[BearingSurvival]]] = {}
     for run in _alike(survival.along):
         ways.setdefault(in_short(run[0].gives_way), []).append(run)
@@ -590,8 +594,11 @@ def _survival_rows(survival: Survival) -> Iterator[tuple[str, str, str]]:
         if min(survived) == inf:
             yield f"{spans} deg", "any", "nothing"
             continue
-        same = survival.weakest is not None and way == in_short(survival.weakest.gives_way)
-        yield f"{spans} deg", f"{_range(survived)} g", "the same" if same else way
+        worst = survival.weakest
+        if worst is not None and way == in_short(worst.gives_way):
+            yield f"{spans} deg", f"{_range(survived)} g", f"as towards {degrees_text(worst.bearing)}"
+        else:
+            yield f"{spans} deg", f"{_range(survived)} g", way
 
 
 def _alike(along: Sequence[BearingSurvival]) -> list[list[BearingSurvival]]:
@@ -610,12 +617,6 @@ def _span(rows: Sequence[BearingSurvival]) -> str:
 def _range(values: Sequence[float]) -> str:
     least, most = survived_text(min(values)), "any" if max(values) == inf else survived_text(max(values))
     return least if least == most else f"{least} to {most}"
-
-
-def _towards(bearing: float) -> str:
-    """Format a bearing [rad], with the axis along which it points: `270 deg (-y)`."""
-    angle, name = f"{round(degrees(bearing), 1) % 360.0:g} deg", bearing_text(bearing)
-    return angle if name.endswith("deg") else f"{angle} ({name})"
 
 
 def survival_table(survivals: Sequence[tuple[str, Survival]]) -> StudyTable:
@@ -726,7 +727,7 @@ def _once(each: "SweptCase") -> str:
 # Suggested changes as text and rows.
 
 
-ALONG = {0: "+x", 90: "+y", 180: "-x", -180: "-x", -90: "-y"}  # [deg]
+NO_SHIFT = 1e-9  # share of a shift: a smaller part along an axis is rounding
 
 
 def suggestion_row(suggestion: Suggestion) -> dict[str, Any]:
@@ -769,10 +770,13 @@ def suggestion_text(suggestion: Suggestion) -> str:
 
 
 def _shift(shift: tuple[float, float]) -> str:
-    """Return a shift rounded up, so that it suffices."""
-    bearing = round(degrees(atan2(shift[1], shift[0])), 2)
-    towards = ALONG.get(int(bearing)) if bearing == int(bearing) else None
-    return f"{rounded_up(1e3 * hypot(*shift), FIGURES)} mm towards {towards or f'{bearing:g} deg'}"
+    """Return a shift along the axes, rounded up, so that it suffices."""
+    parts = zip(shift, (("+x", "-x"), ("+y", "-y")), strict=True)
+    least = NO_SHIFT * hypot(*shift)
+    told = [
+        f"{rounded_up(1e3 * abs(part), FIGURES)} mm towards {to[part < 0.0]}" for part, to in parts if abs(part) > least
+    ]
+    return " and ".join(told)
 
 
 # Pulls and building orders as text; the rows of their tables are the same for CSV and JSON.

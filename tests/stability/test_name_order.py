@@ -40,6 +40,18 @@ def test_names_of_two_groups_or_without_a_level_are_not_joined() -> None:
     assert names_text(mixed, among=mixed) == "a.L1.1 to a.L1.3, b.L1.4, mid, top"
 
 
+def test_names_that_count_up_are_ranges_too() -> None:
+    cartons = [f"C{number:03}" for number in range(1, 41)]
+    assert names_text(cartons, among=cartons) == "C001 to C040 (40 bricks)"
+    assert names_text([*cartons[:4], cartons[9]], among=cartons) == "C001 to C004, C010"
+    assert names_text(["C009", "C010", "C011", "D1"]) == "C009 to C011, D1"
+
+
+def test_a_range_tells_how_many_names_it_has_where_some_numbers_are_missing() -> None:
+    sold = ["C1", "C2", "C5", "C6", "D1"]
+    assert names_text(sold, among=sold) == "C1 to C6 (4 bricks), D1"
+
+
 def test_a_long_list_tells_how_many_names_it_leaves_out() -> None:
     odd = JENGA[::2]
     assert names_text(odd, among=JENGA) == "L1.1, L1.3, L2.2, L3.1, L3.3, L4.2 and 9 more"

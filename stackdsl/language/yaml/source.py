@@ -58,6 +58,7 @@ __all__ = [
 ]
 
 KeyPath: TypeAlias = tuple[str | int, ...]
+Area: TypeAlias = tuple[tuple[float, float], tuple[float, float]]  # its lowest and highest corner in plan [m]
 Plain: TypeAlias = Scalar | list["Plain"] | dict[str, "Plain"]
 
 MAX_BYTES: Final = 1 << 20  # far more than in files written by hand; parsing takes seconds at most
@@ -80,6 +81,8 @@ class Source:
     parts: tuple[str, ...] = ()  # the other files that it uses
     warnings: tuple[ScenarioWarning, ...] = ()  # about these files; they do not stop a run
     files: Mapping[str, str] = field(default_factory=dict)  # texts of mesh files by path
+    # of imported loads, by the path of the step; with their permitted overhang
+    decks: Mapping[KeyPath, Area] = field(default_factory=dict)
 
     def span_of(self, path: KeyPath) -> Span:
         """Return the place of the value at `path`, or else of the closest ancestor that exists."""

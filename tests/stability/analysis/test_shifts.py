@@ -8,7 +8,10 @@ import pytest
 
 from benchmarks.random_piles import mended, piles
 from stability.analysis.repair import CLOSE, SIDES, Piling, Shifting, propping
+from stability.geometry.box import Box
+from stability.model import Brick, Pose
 from stability.problem import Placed
+from stackdsl.report.studies import suggestion_text
 from tests.planks import ACROSS, FLOOR, GRAVITY, LENGTH, WIDTH, WOOD, lying, plank
 
 
@@ -25,6 +28,38 @@ def test_a_plank_goes_back_by_what_its_centre_is_beyond_the_edge() -> None:
     assert found.length >= 0.07 - LENGTH / 2.0 >= found.too_little * (1.0 - 1e-9)
     assert found.too_little > found.length * (1.0 - 1e-3 - CLOSE)
     assert found.shorter == SIDES  # 3 % less is not enough in any direction
+
+
+def aslant(x: float, y: float, *neighbours: Placed) -> Piling:
+    """A square brick on one of the same size, beyond it by x and y from the limit of +x and +y."""
+    box = Box((0.2, 0.2, 0.1))
+    at = [(0.0, 0.0, 0.05), (0.1 + x, 0.1 + y, 0.15)]
+    pile = [Placed(Brick(name, box, 1.0), Pose(place)) for name, place in zip(("low", "high"), at, strict=True)]
+    return Piling((FLOOR,), WOOD, GRAVITY, [[pile[0], *neighbours], [pile[1]]])
+
+
+def test_a_shift_goes_along_one_side_where_that_is_nearly_the_shortest() -> None:
+    #   Beyond the edge by 20 mm in x; in y it stands, with 1 mm to spare.
+    found = Shifting(aslant(0.02, -0.001)).least("high", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-0.02, 0.0), abs=1e-5)
+
+
+def test_a_shift_off_a_corner_is_told_along_both_sides() -> None:
+    found = Shifting(aslant(0.03, 0.02)).least("high", {})
+    assert found is not None
+    assert found.shift == pytest.approx((-0.03, -0.02), rel=2e-3)
+    assert suggestion_text(found).startswith("move high by 30")
+    assert " mm towards -x and 20" in suggestion_text(found)
+
+
+def test_a_brick_that_must_go_round_another_goes_no_further_than_it_must() -> None:
+    #   Three edges of the lower brick are free; on the fourth side a post ends 40 mm short of the limit.
+    post = Placed(Brick("post", Box((0.1, 0.4, 0.3)), 9.0), Pose((-0.16, 0.0, 0.15)))
+    free, blocked = (Shifting(aslant(0.02, -0.05, *posts)).least("high", {}) for posts in ((), (post,)))
+    assert free is not None
+    assert blocked is not None
+    assert blocked.length == pytest.approx(free.length, rel=1e-3)
 
 
 def test_a_shift_moves_the_bricks_on_top_too() -> None:
@@ -65,7 +100,8 @@ def test_a_shift_mends_a_fall_after_a_pull() -> None:
     assert (fall[0], fall[1].moving) == (2, ("on",))
     found = Shifting(piling).least("on", {})
     assert found is not None
-    assert found.shift == pytest.approx((-(0.03 - WIDTH / 2.0), 0.0), abs=1e-5)
+    assert found.too_little == pytest.approx(0.03 - WIDTH / 2.0, rel=1e-4)
+    assert found.shift == pytest.approx((-0.01831, 0.0), abs=1e-9)  # the next longer of four digits
 
 
 def test_a_removed_brick_blocks_no_shift() -> None:

@@ -56,7 +56,7 @@ def test_a_plank_starts_to_tip_with_the_brick_that_tips_over_it() -> None:
     assert found.motion is not None
     by_name = {placed.brick.id: placed for placed in bricks}
     assert turn_of(found.motion, by_name, (LENGTH / 2.0, 0.0, THICKNESS)) > 0.0
-    assert found.reason == "p2, p3, p4 tip over p1"
+    assert found.reason == "p2 to p4 (3 bricks) tip over p1"
 
 
 def test_the_smallest_falling_part_is_smaller_than_the_moving_one() -> None:

@@ -36,7 +36,7 @@ def test_survive_finds_tipping_along_y_and_sliding_along_x(stackdsl: Stackdsl, t
     assert lines[0] == f"tall survives 0.4 g in every direction, a tilt of {degrees(atan(0.4)):.3g} deg"
     rows = [re.split(r" {2,}", line.strip()) for line in lines[3:6]]
     assert rows[0] == ["90 deg (+y)", "0.4 g", "carton tips over ground"]
-    assert [row[2] for row in rows[1:]] == ["the same", "carton slides on ground"]
+    assert [row[2] for row in rows[1:]] == ["as towards 90 deg (+y)", "carton slides on ground"]
     assert rows[2][1] == "0.496 to 0.5 g"  # to within 1 %
 
 
@@ -106,7 +106,7 @@ def test_a_load_that_slides_as_a_whole_names_its_support_and_what_would_tip(stac
     assert int(tips[2]) in {90, 270}
     assert tips[3] == "both bricks tip over ground"
     failed = stackdsl("check", "pair.yaml", "--no-golden").out
-    assert "weakest: no single brick; above 0.2 g" in failed
+    assert "weakest: above 0.2 g" in failed
     assert "both bricks slide on ground (coefficient of friction 0.2)" in failed
 
 

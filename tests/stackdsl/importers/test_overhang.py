@@ -41,7 +41,7 @@ def test_the_deck_that_an_order_says_it_has_is_asked_of() -> None:
     assert told(order(400.0)) == []
     (warning,) = told(order(490.0))
     assert "'box-1' overhangs the deck of 800 x 1200 mm by 90 mm towards +x" in warning
-    assert warning.endswith("move the box 90 mm towards -x, or permit the overhang: `deck: {overhang: 90 mm}`")
+    assert warning.endswith("move 'box-1' 90 mm towards -x, or permit the overhang: `deck: {overhang: 90 mm}`")
     assert warning.startswith("a.json:1:")
 
 
@@ -62,6 +62,63 @@ def test_the_deck_of_the_scenario_overrides_that_of_the_file() -> None:
 )
 def test_an_overhang_names_its_side(x: float, y: float, side: str, amount: float) -> None:
     assert sides(f"c,400,300,200,5,{x},{y},0", "EUR") == [("c", side, amount)]
+
+
+def test_a_box_over_a_corner_is_told_with_both_sides() -> None:
+    (warning,) = told_of_rows("c,400,300,200,5,830,540,0")
+    assert "by 40 mm towards +y and 30 mm towards +x;" in warning
+    assert (
+        "; move 'c' 30 mm towards -x and 40 mm towards -y, or permit the overhang: `deck: {overhang: 40 mm}`" in warning
+    )
+
+
+def told_of_rows(rows: str, **asked: Any) -> list[str]:  # noqa: ANN401 -- as in YAML
+    whole = Import.model_validate({**ASKED, "deck": "EUR", **asked})
+    return [str(each) for each in overhang_warnings(read_load(f"{HEAD}\n{rows}".encode(), "a.csv", whole), whole)]
+
+
+ROW_AT_THE_EDGE = "a,300,400,200,5,300,0,0\nb,300,400,200,5,850,0,0\nc,300,400,200,5,1000,0,0"
+
+
+def test_the_error_of_an_overlap_and_the_warning_of_an_overhang_ask_for_the_same_moves(
+    stackdsl: Stackdsl, tmp_path: Path
+) -> None:
+    #   c is 150 mm inside b: 150 mm towards +x would part them, and push c further over the edge.
+    moves = "move 'b' 250 mm towards -x; move 'c' 100 mm towards -x"
+    write(tmp_path, f"{HEAD}\n{ROW_AT_THE_EDGE}\n", "a.csv")
+    write(tmp_path, "scenario: s\nbuild:\n  - import: {file: a.csv, point: corner, deck: EUR}\n", "a.yaml")
+    (warning,) = told_of_rows(ROW_AT_THE_EDGE)
+    assert f"; {moves}, or permit" in warning
+    checked, imported = stackdsl("check", "a.yaml"), stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR")
+    for told_there in (checked.out + checked.err, imported.err):
+        assert "SD201 brick 'c' is 150 mm inside brick 'b'" in told_there
+        assert f"= {moves}\n" in told_there
+    assert f"; {moves}, or permit the overhang: --overhang '100 mm'" in imported.err
+
+
+def test_the_moves_of_a_row_mend_both(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    mended = ROW_AT_THE_EDGE.replace("b,300,400,200,5,850", "b,300,400,200,5,600").replace("1000,0,0", "900,0,0")
+    assert told_of_rows(mended) == []
+    write(tmp_path, f"{HEAD}\n{mended}\n", "a.csv")
+    assert (
+        stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err == "3 boxes in a.csv, written to 1 mm\n"
+    )
+
+
+def test_a_row_that_is_longer_than_the_deck_has_no_room() -> None:
+    rows = "\n".join(f"{name},300,800,200,5,{x},0,0" for name, x in zip("abcde", (0, 300, 600, 900, 1100), strict=True))
+    (warning,) = told_of_rows(rows)
+    assert "; there is no room for it on the deck beside the other boxes of its layer: take a box out of" in warning
+    (warning,) = told_of_rows("a,1300,800,200,5,0,0,0")
+    assert "; turn it, or give the right `deck`, since it is larger than the deck, or" in warning
+
+
+def test_a_box_that_is_too_low_still_goes_up(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, f"{HEAD}\na,300,400,200,5,0,0,0\nb,300,400,200,5,0,0,195\n", "a.csv")
+    assert (
+        "= move it aside, by 300 mm towards +x, or by at least 5 mm towards +z"
+        in stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err
+    )
 
 
 def test_cartons_further_up_count_as_well_and_the_worst_is_told() -> None:

@@ -78,7 +78,7 @@ def test_the_weakest_spot_and_the_joint_of_the_least_margin_of_placement_are_tol
     #   The lowest joint of a leaning column carries the most, furthest out: three planks whose centre is 56 mm out and
     #   11.7 mm up turn about an edge that is 58.8 mm out.
     lines = explained("- column: {levels: 4, step: 28 mm}")
-    assert "    weakest: L2.1; above 0.239 g towards 0 deg, L2.1 to L4.1 (3 bricks) tip over L1.1" in lines
+    assert "    weakest: above 0.239 g towards 0 deg (+x), L2.1 to L4.1 (3 bricks) tip over L1.1" in lines
     assert "    limiting contact of the placement error: L2.1 on L1.1, towards +x" in lines
     upright = explained("- column: {levels: 3}")
     several = "limiting contacts of the placement error: L2.1 on L1.1 and L3.1 on L2.1, towards +y or -y"
