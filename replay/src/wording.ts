@@ -32,8 +32,8 @@ export function newtons(most: number): { unit: string; text(force: number): stri
   return { unit, text: (force) => `${threeDigits(force * factor)} ${unit}` };
 }
 
-// Names of bricks as in all reports (stability/name_order.py): runs of bricks named by level and place are ranges, which stand for
-// all bricks that are there from the first to the last.
+// Names of bricks as in all reports (stability/name_order.py): runs of bricks named by level and place, or by a number, are ranges,
+// which stand for all bricks that are there from the first to the last.
 export function names(run: Run, bricks: number[], time: number): string {
   const { name } = run.told.bricks;
   const order = ranks.get(run) ?? name.map((_, brick) => brick).sort((one, other) => inOrder(name[one], name[other]));
@@ -65,18 +65,21 @@ function inOrder(one: string, other: string): number {
 
 // A run; its number of bricks is told where a reader cannot count them from the names.
 function rangeText(of: string[], alone: boolean): string {
-  const [first, last] = [of[0], of[of.length - 1]];
-  if (first === last) return first;
-  return `${first} to ${last}${alone || levelOf(first) !== levelOf(last) ? ` (${howMany(of.length, "brick")})` : ""}`;
+  if (of.length === 1) return of[0];
+  const inTurn = of.slice(1).every((name, before) => name === nextName(of[before]));
+  return `${of[0]} to ${of[of.length - 1]}${alone || !inTurn ? ` (${howMany(of.length, "brick")})` : ""}`;
 }
 
-// The group of a brick named by level and place, such as `east.` of `east.L2.1`.
+// What the names of a range have in common: `east.L.` of `east.L2.1`, `C` of `C007`.
 function groupOf(name: string): string | undefined {
-  return /^(.*)L\d+\.\d+$/.exec(name)?.[1];
+  const place = /^(.*)L\d+\.\d+$/.exec(name);
+  return place ? `${place[1]}L.` : /^(.*?\D)\d+$/.exec(name)?.[1];
 }
 
-function levelOf(name: string): string {
-  return name.slice(0, name.lastIndexOf("."));
+// The next name of a level, or else of a count: `L2.2` after `L2.1`, `C010` after `C009`.
+function nextName(name: string): string {
+  const [, stem, number] = /^(.*?\D)(\d+)$/.exec(name) ?? ["", "", ""];
+  return `${stem}${String(Number(number) + 1).padStart(number.length, "0")}`;
 }
 
 // True for a brick that is thrown or dropped rather than set down.

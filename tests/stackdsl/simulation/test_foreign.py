@@ -432,7 +432,7 @@ def test_a_replay_labels_a_fall_that_statics_predict_and_the_engine_does_not_sho
     told = beside("run", "scene.yaml", "--system", "example", "--html", "tips.html")
     assert told.code == 0, told.text
     opened(undrawn, tmp_path / "tips.html")
-    fall = "L2.1 tips over L1.1; L3.1 slides on L2.1"
+    fall = "L3.1 slides on L2.1; L2.1 tips over L1.1"
     wait_for(
         lambda: f"no brick fell on example. Statics predict a fall at 0.000 s: {fall}" in text_of(undrawn, "header")
     )
