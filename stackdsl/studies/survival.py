@@ -41,7 +41,7 @@ def survive_in(
     return replace(survival, name=name, notes=_notes(case, proofs))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class CaseMargins(Displayed):
     """The disturbances that a structure survives, in SI units; each is None if it is not proven to stand."""
 
@@ -61,6 +61,11 @@ class CaseMargins(Displayed):
     def __str__(self) -> str:
         """Return the lines that a notebook shows: an infinite margin, or none, in words."""
         return display_of(self).text
+
+    def __repr__(self) -> str:
+        """Return the same on one line, which pytest shows where an assertion fails."""
+        told = display_of(self)
+        return f"<{told.word} {told.title}: {'; '.join(text for _, text in told.lines)}>"
 
 
 def margins_in(case: Case, name: str) -> CaseMargins:

@@ -86,6 +86,7 @@ def test_margins_of_a_case_show_themselves_and_are_numbers() -> None:
     assert "  weakest   L2.1; above 0.153 g towards 0 deg, L2.1 to L9.1 (8 bricks) tip over L1.1" in text_of(found)
     assert "  limit     limiting contact of the placement error: L2.1 on L1.1, towards +x" in text_of(found)
     assert str(found) == text_of(found)
+    assert repr(found).startswith("<\u2713 stable leaning[exact]: a horizontal acceleration of 0.153 g ")
     # the centre of 8 planks is 54 mm beyond that of the lowest, and half a plank is 58.8 mm
     assert found.placement is not None
     assert 0.0 < found.placement < 0.0588 - 0.054
