@@ -311,6 +311,8 @@ def _misfit(
         towards = next((f" towards {name}" for name, axis in AXES.items() if dot(axis, fit.way_out_W) > ON_AXIS), "")
         hint = f"move it by at least {mm(fit.depth)}{towards}"
         if not of_layout:
+            if other is not None and _bounds((brick.written,)) == _bounds((other,)):
+                return "SD201", f"{message}, at the same place", "delete one of them if it is there twice, or move it"
             if other is not None and (on_deck := _on_deck(brick, other, bricks, source)):
                 return "SD201", message, on_deck
             aside = _apart(brick.written, other) if other is not None and towards == " towards +z" else ""

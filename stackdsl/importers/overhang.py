@@ -83,6 +83,15 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
     others = len(overhanging) - 1
     more = f", and {others} other box{'es' * (others > 1)} by at most this amount" if others else ""
     size = " x ".join(millimetres(float(side)) for side in deck.size)
+    if _is_beside(worst.box, deck):
+        yield ScenarioWarning(
+            worst.box.span,
+            f"{name} lies beside the deck of {size} mm, and reaches {sides} beyond it{more}; the verdict assumes that "
+            "the deck continues there",
+            "import each pallet of a table by itself; if the deck is elsewhere, give its corner in the scenario: "
+            "`deck: {at: [x, y]}`",
+        )
+        return
     number = next(number for number, box in enumerate(load.boxes) if box is worst.box)
     names = [f"'{box.name}'" if box.name else f"the box of line {box.span.line}" for box in load.boxes]
     yield ScenarioWarning(
@@ -91,6 +100,12 @@ def overhang_warnings(load: ImportedLoad, options: Import) -> Iterator[ScenarioW
         f"{room_text(Room([*map(_float_bounds, load.boxes)], area), number, names)}, or permit the overhang: "
         f"`deck: {{overhang: {millimetres(float(worst.amount))} mm}}`",
     )
+
+
+def _is_beside(box: ImportedBox, deck: Deck) -> bool:
+    """Return whether no part of a box is above the deck."""
+    low, high = _bounds(box)
+    return any(low[axis] >= deck.corner[axis] + deck.size[axis] or high[axis] <= deck.corner[axis] for axis in (0, 1))
 
 
 def _allowed(options: Import) -> Fraction:

@@ -113,6 +113,20 @@ def test_a_row_that_is_longer_than_the_deck_has_no_room() -> None:
     assert "; turn it, or give the right `deck`, since it is larger than the deck, or" in warning
 
 
+def test_a_second_pallet_in_a_table_is_no_overhang_to_push_back() -> None:
+    (warning,) = told_of_rows("a,300,400,200,5,0,0,0\nb,300,400,200,5,2000,0,0")
+    assert "'b' lies beside the deck of 1200 x 800 mm, and reaches 1100 mm towards +x beyond it" in warning
+    assert "; import each pallet of a table by itself; if" in warning
+    assert "move" not in warning
+
+
+def test_a_row_that_is_there_twice_is_to_be_deleted(stackdsl: Stackdsl, tmp_path: Path) -> None:
+    write(tmp_path, f"{HEAD}\na,300,400,200,5,0,0,0\nb,300,400,200,5,0,0,0\n", "a.csv")
+    told_of = stackdsl("import", "a.csv", "--point", "corner", "--deck", "EUR").err
+    assert "brick 'b' is 200 mm inside brick 'a', at the same place" in told_of
+    assert "= delete one of them if it is there twice, or move it" in told_of
+
+
 def test_a_box_that_is_too_low_still_goes_up(stackdsl: Stackdsl, tmp_path: Path) -> None:
     write(tmp_path, f"{HEAD}\na,300,400,200,5,0,0,0\nb,300,400,200,5,0,0,195\n", "a.csv")
     assert (
