@@ -80,14 +80,17 @@ class Event:
     margin: float | None = None  # least tipping margin of the stack after it [m]; None if the model has none
     riding: tuple[BodyId, ...] = field(default=(), compare=False)  # bricks that now move with others as one rigid body
     flying: tuple[BodyId, ...] = field(default=(), compare=False)  # placed bricks that are thrown or dropped
+    # Frozen bricks that had fallen, or were thrown or dropped: they lie at rest, but do not stand in their places.
+    lying: tuple[BodyId, ...] = field(default=(), compare=False)
 
     @property
     def parts(self) -> "tuple[Event, ...]":
-        """Return the placement of bricks at rest and that of flying ones as two events; any other event as it is."""
-        resting = tuple(brick for brick in self.bricks if brick not in self.flying)
-        if not self.flying or not resting:
+        """Return the event as two: of bricks in their places, and of those that fly or lie; as it is without both."""
+        away = self.flying or self.lying
+        resting = tuple(brick for brick in self.bricks if brick not in away)
+        if not away or not resting:
             return (self,)
-        return replace(self, bricks=resting, flying=()), replace(self, bricks=self.flying)
+        return replace(self, bricks=resting, flying=(), lying=()), replace(self, bricks=away)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +110,7 @@ class BrickState(StrEnum):
     FROZEN = "frozen"  # stands, held fixed by the stability extension
     STANDING = "standing"  # stands, simulated by the engine
     DISPLACED = "displaced"  # stands, upright and at its height, but shifted by a hit
-    FALLEN = "fallen"  # left its place
+    FALLEN = "fallen"  # moved, sank or tilted beyond the limits above
     THROWN = "thrown"  # thrown or dropped by an impact; not part of the structure
     UNSETTLED = "unsettled"  # dropped, or proven to fall, and still moving
     REMOVED = "removed"  # pulled out
@@ -175,6 +178,7 @@ class Collapse:
     gave_way: BodyId | None = None  # the brick whose support test failed, if the model names it
     step: str = ""  # of the build, such as `step 5`, if several steps build that level
     broke: int | None = None  # level of the brick that gave way, if the last action placed no brick
+    by: str = field(default="", compare=False)  # motion of `brick` until `time`, such as `sunk 4.1 mm`
     # If the build was finished before: bricks that fell by the end of the run, and the size of the structure.
     fallen: tuple[BodyId, ...] = field(default=(), compare=False)
     bricks: int = field(default=0, compare=False)

@@ -115,7 +115,7 @@ export function answerOf(run: Run, brief = false): Answer {
   if (facts.get("After") && !brief) lead.push(["After", facts.get("After")!]);
   if (!why && fall && !fall.predicted) lead.push(["Falls", falls]);
   const rest: [string, string][] = told.facts.filter(([name]) => name !== "Why" && (brief || name !== "After"));
-  if (!why && !fall && weakest) lead.push(["Weakest", weakest.text.replace(/^weakest: /, "")]);
+  if (!why && !fall && weakest) lead.push([run.asBuilt()[1] < run.told.end ? "Weakest as built" : "Weakest", weakest.text.replace(/^weakest: /, "")]);
   if (!fall && room) rest.push(["Least room", `${bricks.name[room.brick]}, with its centre of mass ${room.depth} mm inside the support`]);
   if (description) rest.unshift(["About", description]);
   const nearest = told.claims.length === 1 ? told.claims[0] : undefined;

@@ -10,7 +10,7 @@ const STATES: [State, string, string][] = [
   [State.Proven, "stands", "--wood"],
   [State.Awake, "moves", "--moves"],
   [State.Riding, "rides on another", "--rides"],
-  [State.Fallen, "has left its place", "--left"],
+  [State.Fallen, "has fallen", "--left"],
   [State.Thrown, "thrown or dropped", "--thrown"],
 ];
 const NOTHING = "nothing is known";

@@ -66,7 +66,8 @@ export class Inspector {
     const left: string[] = [];
     if (room !== null) left.push(`Its centre of mass is ${threeDigits(room)} mm inside the area that carries it.`);
     if (run.told.room?.brick === brick && !run.told.fall) left.push("No brick that stands at the end has less room.");
-    if (weakest === name) left.push(`It gives way first: ${run.told.weakest!.text.replace(/^weakest: /, "")}.`);
+    const [since, until] = run.asBuilt();
+    if (weakest === name && time >= since && time <= until) left.push(`It gives way first: ${run.told.weakest!.text.replace(/^weakest: /, "")}.`);
     if (left.length) parts.push(section("Room left", part("p", { text: left.join(" ") })));
     const differs = marks?.get(name);
     if (differs) parts.push(section("Differs from the golden file", ...differs.map((text) => part("p", { text }))));

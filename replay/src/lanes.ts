@@ -105,22 +105,34 @@ function handText(run: Run, event: Told): string {
 function claimMarks(run: Run, who: string): Mark[] {
   const { told, end, events } = run.told;
   const fell = events.find((event) => event.kind === "collapsed");
-  const failed = told.status === "failed";
-  if (!fell && !failed) return [];
-  const text = !fell || failedToStand(run) ? "claim fails" : failed ? "falls, claim fails" : "falls";
-  return [{ time: fell?.time ?? end, kind: "collapsed", icon: failed ? "failed" : "how-it-falls", text: who + text, bad: failed }];
+  const marks: Mark[] = [];
+  const stands = fell && failedToStand(run); // this claim fails with the fall, and others at the end
+  if (fell) marks.push({ time: fell.time, kind: "collapsed", icon: stands ? "failed" : "how-it-falls", text: `${who}falls${stands ? ", claim fails" : ""}`, bad: stands !== undefined });
+  const failed = told.claims.filter((claim) => !claim.passed && claim !== stands).length;
+  const fails = failed > 1 ? `${failed} claims fail` : "claim fails";
+  if (told.status === "failed" && (failed || !stands)) marks.push({ time: end, kind: "collapsed", icon: "failed", text: who + fails, bad: true });
+  return marks;
 }
 
 function moves(run: Run): Span[] {
-  const { events } = run.told;
+  const { events, bricks } = run.told;
+  const own = run.moving.filter((brick) => !bricks.thrown[brick]);
+  const thrown = run.moving.filter((brick) => bricks.thrown[brick]);
   const starts = events.filter((event) => event.kind === "woken");
-  return run.motions().map(([begin, end]): Span => {
+  const structure = run.motions(own).map(([begin, end]): Span => {
     const during = starts.filter((event) => event.time >= begin - 0.01 && event.time <= end);
     const hit = events.find((event) => event.kind === "hit" && event.time >= begin - 0.01 && event.time <= end);
     const first = hit ?? during[0];
-    const count = new Set(during.flatMap((event) => event.bricks)).size;
+    const count = run.movers(own, begin, end).length;
     return { begin, end, kind: "moves", texts: [first && 2 * first.bricks.length > count ? eventText(run, first) : "", count ? `${howMany(count, "brick")} move` : "", count ? String(count) : ""] };
   });
+  // What flies to the structure, or rolls away from it, while nothing of it moves.
+  const others = run.motions(thrown).flatMap(([begin, end]) => without({ begin, end, kind: "moves", texts: [] }, structure));
+  const told = others.map((span): Span => {
+    const who = run.movers(thrown, span.begin, span.end);
+    return { ...span, texts: [`only ${names(run, who, span.begin)} ${who.length === 1 ? "moves" : "move"}`, names(run, who, span.begin), ""] };
+  });
+  return [...structure, ...told].sort((one, other) => one.begin - other.begin);
 }
 
 // When all that is there is proven to stand, or else judged to be stable by the system.
@@ -133,7 +145,7 @@ function proofs(run: Run): Span[] {
     return parts.map(([begin, end]) => {
       const there = run.told.bricks.name.filter((_, brick) => run.isThere(brick, begin + SAME)).length;
       const whole = proof.bricks.length >= there;
-      const texts = whole ? ["all bricks proven to stand", "all proven", ""] : [`${proof.bricks.length} of ${there} proven to stand`, "some proven", ""];
+      const texts = whole ? provenTexts(run, proof.bricks, begin) : [`${proof.bricks.length} of ${there} proven to stand`, "some proven", ""];
       return { whole, span: { begin, end, kind: "proven", texts } as Span };
     });
   });
@@ -172,9 +184,16 @@ function frozen(run: Run): Span[] {
     const next = place + 1 < events.length ? events[place + 1].time : end;
     since = event.time;
     if (awake > 0 || !there.size || next <= since + SAME) return;
-    spans.push(judged ? { begin: since, end: next, kind: "judged", texts: ["judged stable, not proven", "judged", ""] } : { begin: since, end: next, kind: "proven", texts: ["all bricks proven to stand", "all proven", ""] });
+    spans.push(judged ? { begin: since, end: next, kind: "judged", texts: ["judged stable, not proven", "judged", ""] } : { begin: since, end: next, kind: "proven", texts: provenTexts(run, [...there], since) });
   });
   return spans;
+}
+
+// What bricks that all are at rest by proof do: those that fell, or were thrown, lie somewhere.
+function provenTexts(run: Run, bricks: number[], time: number): string[] {
+  const lie = bricks.filter((brick) => run.isAway(brick, time)).length;
+  const stand = bricks.length - lie;
+  return lie ? [`${stand} proven to stand, ${lie} ${lie === 1 ? "lies" : "lie"} at rest`, `${stand} stand, ${lie} ${lie === 1 ? "lies" : "lie"}`, ""] : ["all bricks proven to stand", "all proven", ""];
 }
 
 function both(run: Run): Span[] {

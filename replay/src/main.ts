@@ -82,7 +82,12 @@ function build(player: Player): Heard {
   });
   const levels = part("label", { class: "button levels" }, part("span"), level);
   const weakestOf = (): string | undefined => viewer.stages[0]?.run.told.weakest?.brick;
-  const pickWeakest = (): void => player.pickNamed(weakestOf());
+  const pickWeakest = (): void => {
+    const run = viewer.stages[0]?.run;
+    const [since, until] = run?.asBuilt() ?? [0, 0];
+    if (run?.told.weakest && (player.time < since || player.time > until)) player.play(false), player.seek(until); // it is not the weakest of what is there now
+    player.pickNamed(weakestOf());
+  };
   const roomOf = (): string | undefined => {
     const told = viewer.stages[0]?.run.told;
     return told?.room ? told.bricks.name[told.room.brick] : undefined;

@@ -1,11 +1,13 @@
 // What is played, and how: time, speed, colours, and what is looked at.
 import { Vector3 } from "three";
 import { MODES, type Mode, OF_PROOFS } from "./colours";
+import { TOGETHER } from "./lanes";
 import { NEED_PROOF, type Overlay, type Which } from "./overlays";
 import { failed, goldenOf, type Run } from "./run";
 import { Stage } from "./stage";
 import { Timeline } from "./timeline";
 import { type From, Viewer } from "./viewer";
+import { isThrown } from "./wording";
 
 export const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8];
 const LATE = 1 / 35; // [s] between frames
@@ -120,12 +122,19 @@ export class Player {
     requestAnimationFrame(frame);
   }
 
-  // Just before it begins to fall, or its end.
+  // Of a run that failed, just before it begins to fall, or its end. Any other opens as it stands before what is thrown at it, or
+  // what makes it fall; if it stands, at its end.
   private beginning(): number {
-    const { told } = this.viewer.stages[0].run;
-    if (told.fall && !told.events.some((event) => event.kind === "collapsed")) return told.fall.time;
-    const fell = told.events.find((event) => event.kind === "collapsed");
-    return fell ? Math.max(0, Math.min(fell.time, told.fall?.time ?? Infinity) - 0.001) : told.end;
+    const { run } = this.viewer.stages[0];
+    const { events, fall, end } = run.told;
+    const fell = events.find((event) => event.kind === "collapsed");
+    if (fall && !fell) return fall.time;
+    const just = (time: number): number => Math.max(0, time - 0.001);
+    if (failed(run)) return fell ? just(Math.min(fell.time, fall?.time ?? Infinity)) : end;
+    const thrown = events.find((event) => isThrown(run, event));
+    const done = events.filter((event) => event.kind in TOGETHER && fell && event.time <= fell.time);
+    const cause = thrown ?? done[done.length - 1];
+    return cause ? just(cause.time) : end;
   }
 
   seek(time: number): void {

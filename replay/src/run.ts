@@ -1,9 +1,11 @@
 // One run: where every brick is at any time, and what is known of it then.
 import { Quaternion, Vector3 } from "three";
-import type { Payload, Proof } from "./payload";
+import type { Payload, Proof, Told } from "./payload";
 import { COLUMNS, unpackedFloats, unpackedPoses } from "./unpack";
 
 const SLOWEST = 1e-3; // [m/s] what is slower does not move, as people see it
+const SAME = 1e-6; // [s] of times that are told with so many digits
+const DISTURBS = new Set(["woken", "hit", "pushed", "shaken", "taken", "collapsed"]);
 const PAUSE = 0.02; // [s] a shorter rest between two motions is none
 
 export const enum State {
@@ -95,6 +97,21 @@ export class Run {
     pose.orientation.normalize();
   }
 
+  // Whether a brick was thrown or dropped, or has fallen: at rest it lies, and does not stand.
+  isAway(brick: number, time: number): boolean {
+    const left = this.told.bricks.left[brick];
+    return Boolean(this.told.bricks.thrown[brick]) || (left !== null && time >= left - SAME);
+  }
+
+  // From when to when the structure is as its weakest spot was computed: complete, and not yet hit or moved.
+  asBuilt(): [number, number] {
+    const { events, bricks, end } = this.told;
+    const builds = (event: Told): boolean => event.kind === "removed" || (event.kind === "placed" && event.bricks.some((brick) => !bricks.thrown[brick]));
+    const since = Math.max(0, ...events.filter(builds).map((event) => event.time));
+    const disturbed = events.find((event) => DISTURBS.has(event.kind) && event.time > since + SAME);
+    return [since, disturbed ? disturbed.time - SAME : end];
+  }
+
   stateAt(brick: number, time: number): State {
     if (!this.isThere(brick, time)) return State.Absent;
     const left = this.told.bricks.left[brick];
@@ -121,22 +138,31 @@ export class Run {
     return this.proofs.find(({ proof }) => time >= proof.begin && time < (proof.end ?? Infinity));
   }
 
-  // When any brick moves at all, as spans of time.
-  motions(): [number, number][] {
+  // When a brick moves at all, as spans of time.
+  private motionsOf(brick: number): [number, number][] {
     const { rows, begins } = this;
     const spans: [number, number][] = [];
-    for (const brick of this.moving) {
-      const long = this.halves[this.told.bricks.shape[brick]].length();
-      for (let row = begins[brick]; row + 1 < begins[brick + 1]; row++) {
-        const [at, next] = [row * COLUMNS, (row + 1) * COLUMNS];
-        let [way, same] = [0, 0];
-        for (let axis = 1; axis <= 3; axis++) way += (rows[next + axis] - rows[at + axis]) ** 2;
-        for (let part = 4; part <= 7; part++) same += rows[next + part] * rows[at + part];
-        const moved = Math.sqrt(way) + 2 * Math.acos(Math.min(1, Math.abs(same))) * long;
-        if (this.isFrozen(brick, (rows[at] + rows[next]) / 2)) continue; // it is drawn to slide to where it moves next
-        if (moved > SLOWEST * Math.max(rows[next] - rows[at], 1e-9)) spans.push([rows[at], rows[next]]);
-      }
+    const long = this.halves[this.told.bricks.shape[brick]].length();
+    for (let row = begins[brick]; row + 1 < begins[brick + 1]; row++) {
+      const [at, next] = [row * COLUMNS, (row + 1) * COLUMNS];
+      let [way, same] = [0, 0];
+      for (let axis = 1; axis <= 3; axis++) way += (rows[next + axis] - rows[at + axis]) ** 2;
+      for (let part = 4; part <= 7; part++) same += rows[next + part] * rows[at + part];
+      const moved = Math.sqrt(way) + 2 * Math.acos(Math.min(1, Math.abs(same))) * long;
+      if (this.isFrozen(brick, (rows[at] + rows[next]) / 2)) continue; // it is drawn to slide to where it moves next
+      if (moved > SLOWEST * Math.max(rows[next] - rows[at], 1e-9)) spans.push([rows[at], rows[next]]);
     }
+    return spans;
+  }
+
+  // Which of some bricks move in a span of time.
+  movers(among: number[], begin: number, end: number): number[] {
+    return among.filter((brick) => this.motionsOf(brick).some(([from, to]) => from < end && to > begin));
+  }
+
+  // When any of some bricks moves at all, as spans of time.
+  motions(among = this.moving): [number, number][] {
+    const spans = among.flatMap((brick) => this.motionsOf(brick));
     const joined: [number, number][] = [];
     for (const [begin, end] of spans.sort(([one], [other]) => one - other)) {
       const last = joined[joined.length - 1];

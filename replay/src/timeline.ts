@@ -198,7 +198,7 @@ export class Timeline {
     const text = part("span", { class: after ? "after" : "", text: inside || after });
     if (inside && behind > before) text.style.marginLeft = `${wide - behind}px`;
     const found = part("span", { class: `span ${span.kind}` }, text);
-    found.title = `${seconds(span.begin)} to ${seconds(span.end)}: ${span.texts[0] || span.kind}`;
+    found.title = `${seconds(span.begin)} to ${seconds(span.end)}: ${span.texts.find(Boolean) ?? span.kind}`;
     found.style.left = `${left}px`;
     found.style.width = `${wide}px`;
     return found;

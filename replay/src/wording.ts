@@ -7,7 +7,7 @@ export const WORDS: Record<State, string> = {
   [State.Awake]: "moves",
   [State.Riding]: "rides on another",
   [State.Proven]: "stands",
-  [State.Fallen]: "has left its place",
+  [State.Fallen]: "has fallen",
   [State.Thrown]: "thrown or dropped",
 };
 const MOST = 6; // names or ranges that are written out
@@ -110,26 +110,20 @@ export function eventText(run: Run, event: Told): string {
     case "woken":
       return wokenText(event.reason, who, one);
     case "frozen":
-      if (hasFallen(run, event)) return `${who} ${one ? "comes" : "come"} to rest`;
+      if (event.bricks.every((brick) => run.isAway(brick, event.time))) return `${who} ${one ? "lies" : "lie"} at rest`;
       return `${who} ${one ? "stands" : "stand"}${event.reason ? ", proven" : ", judged stable"}`;
     case "collapsed":
-      return `${who} ${one ? "has left its place" : "have left their places"}${failedToStand(run) ? ": the claim fails" : ""}`;
+      return `${event.reason.split(";")[0]}${failedToStand(run) ? ": the claim fails" : ""}`;
     default:
       return `${event.kind} ${who}`;
   }
 }
 
-// True for bricks that all were thrown or have fallen before: at rest on the ground they do not stand.
-function hasFallen(run: Run, event: Told): boolean {
-  const fell = run.told.events.filter((other) => other.kind === "collapsed" && other.time <= event.time).flatMap((other) => other.bricks);
-  return event.bricks.every((brick) => run.told.bricks.thrown[brick] || fell.includes(brick));
-}
-
 // That bricks begin to move, and why: the reason often names another brick, such as the one of them that is hit.
 function wokenText(reason: string, who: string, one: boolean): string {
   const moves = `${who} ${one ? "moves" : "move"}`;
-  // Bricks wake ahead of a hit, and do not move yet.
-  if (reason.includes(" is about to hit ")) return `${reason.split(/: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
+  // Bricks wake ahead of a hit, which may miss them, and do not move yet.
+  if (reason.includes(" would hit ")) return `${reason.split(/: |; /)[0]}; ${who} ${one ? "is" : "are"} simulated`;
   if (!reason || reason.includes("; ")) return moves;
   return reason.startsWith(`${who} `) ? reason : `${moves}: ${reason}`;
 }

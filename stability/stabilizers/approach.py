@@ -41,7 +41,7 @@ class Hit:
     normal_W: Vec3  # unit, from the hitting brick towards the hit one
 
 
-IMMINENT = "is about to hit"  # in the reason of an update: its bricks wake before the hit
+IMMINENT = "would hit"  # in the reason of an update: its bricks wake before the hit, which may still miss them
 
 
 def about_to_hit(by: BodyId, brick: BodyId) -> str:

@@ -204,17 +204,27 @@ class Run(Displayed):
 
         `state` is a `BrickState`, such as `frozen` (stands, proven), `standing` (stands, not proven) or `fallen`.
         Shift and tilt are the largest over the run. Place, shift and tilt of an `unplaced` brick are None. `full` adds
-        shift and tilt at the end, the final orientation as a quaternion x, y, z, w, the time at which the brick left
-        its place, None if it did not, whether it is frozen at the end, as fallen bricks at rest are, too, and by how
-        much a fallen brick left its place. Columns with a unit end in it: `x_mm`, `tilt_deg`.
+        shift and tilt at the end, the final orientation as a quaternion x, y, z, w, the time at which the brick
+        counted as fallen, None if it did not, whether it is held fixed at the end, where it stands or lies, and by how
+        much a fallen brick sank, moved or tilted. Columns with a unit end in it: `x_mm`, `tilt_deg`.
         """
         return Table(_row(name, track, full) for name, track in self.trace.tracks.items())
 
     def events(self) -> Table:
-        """Return one row per event: time, kind of event, bricks, reason."""
+        """Return one row per event: time, kind of event, bricks, reason.
+
+        `frozen` bricks are at rest: they stand by the proof that `reason` names, or, where it is `lies at rest`, they
+        had fallen, or were thrown or dropped.
+        """
         return Table(
-            {"time_s": event.time, "event": event.kind.value, "bricks": " ".join(event.bricks), "reason": event.reason}
-            for event in self.trace.events
+            {
+                "time_s": event.time,
+                "event": event.kind.value,
+                "bricks": " ".join(event.bricks),
+                "reason": "lies at rest" if event.lying else event.reason,
+            }
+            for whole in self.trace.events
+            for event in whole.parts
         )
 
     def to_pandas(self) -> "pd.DataFrame":

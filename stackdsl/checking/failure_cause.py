@@ -85,8 +85,9 @@ def _cause(trace: Trace, verdict: Verdict | None, woken: Event | None) -> str:
         stands = trace.statics.stability is Stability.STABLE
         displaced = sum(track.state is BrickState.DISPLACED for track in trace.tracks.values())
         if stands and displaced:
-            causes = [event for event in trace.events if event.kind is EventKind.WOKEN and event.reason]
-            cause = f": {_hit_text(trace, causes[-1])}" if causes else ""
+            hits = [event for event in trace.events if event.kind is EventKind.HIT]
+            causes = hits or [event for event in trace.events if event.kind is EventKind.WOKEN and event.reason][-1:]
+            cause = f": {'; '.join(event.reason for event in causes)}" if causes else ""
             return f"none of the bricks fell, and {displaced} of them shifted{cause}"
         standing = f"statics prove that it stands{touching_text(trace.statics.touching_within)}"
         return standing if stands else trace.statics.reason
@@ -160,7 +161,7 @@ def _action_text(together: Sequence[Action], timeline: Timeline) -> str:
 
 def _first(trace: Trace) -> str:
     if trace.collapse is not None:
-        return f"{trace.collapse.brick} left its place at {trace.collapse.time:.3f} s"
+        return f"{trace.collapse.brick} had {trace.collapse.by} at {trace.collapse.time:.3f} s"
     worst = max(trace.tracks.values(), key=lambda track: track.shift, default=None)
     if worst is None or worst.shift < NOTICED:
         return ""

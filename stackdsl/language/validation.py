@@ -304,6 +304,14 @@ BRAKES: Final = (
 )
 
 
+HITS: Final = frozenset({"hit", "hits", "strikes", "touches", "contact", "arrives"})
+EFFECTS: Final = (
+    "no claim is about a hit itself: `stackdsl run` prints when, where and how fast each hit is; claim what it does, "
+    "such as `falls: {count: <= 4}`, `displaced: {bricks: <= 6, by: '> 5 mm'}`, `drift: {is: '> 5 mm', bricks: [a]}` "
+    "or `untouched: {levels: 3}`"
+)
+
+
 SHIFT_OF_ONE: Final = (
     "`displaced` counts bricks; for the shift of one brick write `drift: {{is: <= 1 mm, bricks: [{}]}}`"
 )
@@ -317,6 +325,8 @@ def _known_key(key: str, written: object, path: KeyPath) -> str:
         return ROUND_BODIES
     if key in BRAKING and (path in ((), ("world",)) or path[:1] == ("expect",)):
         return BRAKES
+    if key in HITS and path[:1] == ("expect",):
+        return EFFECTS
     if key == "brick" and path[-1:] == ("displaced",):
         return SHIFT_OF_ONE.format(shown(written).strip("'"))
     siblings = keys_at(path)

@@ -147,8 +147,9 @@ class ScenarioItem(pytest.Item):
                 review="" if is_ci(os.environ) else REVIEW,
                 wall_time=perf_counter() - start,
             )
-            told = dict(failure_lines(result)) if result.unexpected else {}
-            summary = ", ".join(f"{label} {told[label]}" for label in ("expected", "measured") if label in told)
+            lines = list(failure_lines(result)) if result.unexpected else []
+            claims = ("expected", "measured", "also")
+            summary = ", ".join(f"{label} {text}" for label, text in lines if label in claims)
             missing = result.golden is not None and result.golden.status is GoldenStatus.MISSING
             raise MissedError(
                 report_text(report), summary or ("has no golden file" if missing else "differs from its golden file")

@@ -212,7 +212,10 @@ def _several_failures(group: Group, failed: Sequence[CaseRow], width: int) -> Bl
     count = sum(len(row.results) for row in failed)
     total = sum(len(row.results) for row in group.rows)
     first = dict(failure_lines(failed[0].first))
-    told = list(hanging(f"  {'expected':<{LABEL}}{first.get('expected', '')}", width)) if "expected" in first else []
+    told: list[str] = []
+    claims = [f"{outcome.name}: {outcome.expected}" for outcome in failed[0].first.outcomes if not outcome.passed]
+    for number, claim in enumerate(claims or filter(None, [first.get("expected")])):
+        told += hanging(f"  {'expected' if number == 0 else '':<{LABEL}}{claim}", width)
     for number, row in enumerate(failed[:MOST_ROWS]):
         systems = ", ".join(result.system for result in row.results)
         values = " ".join(f"{name}={text}" for name, text in row.first.parameters) or row.first.case

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
-from stackdsl.report.text import margin_text, significant, unchecked_text
+from stackdsl.report.text import margin_text, outcome_text, significant, unchecked_text
 from stackdsl.report.warnings import wrong_edges_text, wrong_friction_text
 from stackdsl.results import UNCHECKED, ClaimOutcome, Report, RunStatus, VariantResult
 from stackdsl.simulation.known_systems import KNOWN
@@ -137,11 +137,12 @@ def _mistake(result: VariantResult) -> str:
 
 
 def failure_lines(result: VariantResult) -> Iterator[tuple[str, str]]:
-    """Yield the lines of a failure: expected, measured, why, after, first to move."""
+    """Yield the lines of a failure: expected, measured, other failed claims, why, after, first to move."""
     failed = [outcome for outcome in result.outcomes if not outcome.passed]
     if failed:
-        yield "expected", "; ".join(f"{outcome.name}: {outcome.expected}" for outcome in failed)
-        yield "measured", "; ".join(dict.fromkeys(f"{outcome.measured}{margin_text(outcome)}" for outcome in failed))
+        yield "expected", f"{failed[0].name}: {failed[0].expected}"
+        yield "measured", f"{failed[0].measured}{margin_text(failed[0])}"
+        yield from (("also", outcome_text(outcome)) for outcome in failed[1:])
     elif result.status is not RunStatus.DONE:
         yield from _stop_lines(result)
     elif result.unchecked:

@@ -111,7 +111,7 @@ WORDS = {
     EventKind.COLLAPSED: "fallen",
 }  # in place of their names
 IN_FLIGHT = "in flight"  # of bricks that are thrown or dropped
-SIMULATED = "simulated"  # of bricks that are about to be hit, and do not move yet
+SIMULATED = "simulated"  # of bricks that a hit may move, and do not move yet
 MOST_HITS = 2  # hits told of one event
 
 
@@ -122,7 +122,6 @@ class EventLines:
         self._all_names = all_names
         self._placed: Event | None = None
         self._assembly: set[BodyId] = set()  # bricks that are placed and not removed
-        self._fallen: set[BodyId] = set()
 
     def after(self, event: Event) -> Iterator[str]:
         """Yield the lines that are complete with one more event."""
@@ -130,8 +129,6 @@ class EventLines:
             self._assembly |= set(event.bricks)
         elif event.kind is EventKind.REMOVED:
             self._assembly -= set(event.bricks)
-        elif event.kind is EventKind.COLLAPSED:
-            self._fallen |= set(event.bricks)
         placed, self._placed = self._placed, None
         if placed is not None and _is_proof_of(event, placed):
             yield from self._placed_lines(placed, f", proven to stand: {event.reason}")
@@ -141,7 +138,7 @@ class EventLines:
         if event.kind is EventKind.PLACED and not event.reason:
             self._placed = event
         else:
-            yield self._line(event)
+            yield from map(self._line, event.parts)
 
     def rest(self) -> Iterator[str]:
         """Yield the lines of the last event, if it was held back."""
@@ -157,12 +154,13 @@ class EventLines:
         bricks = event.bricks if event.kind is EventKind.PLACED else in_order(event.bricks)
         named = ", ".join(bricks) if self._all_names else names_text(bricks, least=1, among=self._assembly)
         reason = _few_hits(event.reason) if not self._all_names else event.reason
-        if event.kind is EventKind.FROZEN and self._fallen.issuperset(bricks):
-            reason = ""  # what lies on the ground is at rest, but does not stand
+        if event.lying:
+            reason = ""  # it does not stand
         imminent = event.kind is EventKind.WOKEN and IMMINENT in reason
         word = SIMULATED if imminent else IN_FLIGHT if event.flying else WORDS.get(event.kind, event.kind.value)
         # The reason of a proof does not begin with a name, even if a brick is called `load`.
-        begins = event.kind in (EventKind.WOKEN, EventKind.HIT) and not imminent and reason.startswith(f"{named} ")
+        told_of = (EventKind.WOKEN, EventKind.HIT, EventKind.COLLAPSED)
+        begins = event.kind in told_of and not imminent and reason.startswith(f"{named} ")
         link = ", proven to stand: " if event.kind is EventKind.FROZEN else ": "
         told = reason if begins else f"{named}{link}{reason}" if reason else named
         return f"{event.time:9.3f} s  {word:<9}  {told}{more}"

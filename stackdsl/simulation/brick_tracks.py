@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import dist, inf
+from math import degrees, dist, inf
 from typing import Protocol
 
 from stability.geometry.placed_shape import apart
@@ -48,6 +48,7 @@ class TrackedBrick:
     slow_since: float | None = None
     not_moving: RestLimits = NOT_MOVING
     left_at: float | None = None  # [s]
+    left_by: str = ""  # motion until then, in words
     removed: bool = False
     in_hand: bool = False
 
@@ -89,7 +90,17 @@ class TrackedBrick:
             if self.sunk is not None:
                 self.sunk = max(self.sunk, self.rest.position_W[2] - state.pose.position_W[2])
             if self.left_at is None and self.left_its_place:
-                self.left_at = time
+                self.left_at, self.left_by = time, self._motion()
+
+    def _motion(self) -> str:
+        """Return the motion that counts as a fall, in words, as in `it has sunk 4.1 mm`."""
+        way, word = (self.shift, "moved") if self.sunk is None else (self.sunk, "sunk")
+        return f"{word} {mm(way, 3)}" if way > self.collapse_shift else f"tilted {degrees(self.tilt):.3g} deg"
+
+    @property
+    def lies(self) -> bool:
+        """Whether it lies somewhere once it is at rest, as it fell, or was thrown or dropped."""
+        return self.left_at is not None or self.placement.hits
 
     def _wait_for_rest(self, time: float, state: BodyState) -> None:
         if not self.not_moving.slow(state):
@@ -381,12 +392,13 @@ class EventLog:
         self.events.append(event)
         self.on_event(event)
 
-    def add_update(self, now: float, update: Update) -> None:
+    def add_update(self, now: float, update: Update, watch: BrickTracker) -> None:
         """Add events for the bricks that the extension froze and woke in one pass."""
         stays = tuple(brick for brick in update.frozen if brick not in update.woken)
         if stays:
             self._proofs[update.proof] += len(stays)
-            self.add(Event(now, EventKind.FROZEN, stays, update.proof))
+            lying = tuple(brick for brick in stays if watch.bricks[brick].lies)
+            self.add(Event(now, EventKind.FROZEN, stays, update.proof, lying=lying))
         if update.woken:
             self.add(Event(now, EventKind.WOKEN, update.woken, update.reason, riding=update.riding))
 

@@ -350,10 +350,11 @@ class _Run:
 
     def _collapsed(self, now: float, first: BodyId) -> None:
         last, gave_way = self.watch.last_built(), self.islands.of(first).stabilizer.gave_way
-        self.collapse = Collapse(now, last.level, first, gave_way, last.step, self._broke(gave_way))
+        by = self.watch.bricks[first].left_by
+        self.collapse = Collapse(now, last.level, first, gave_way, last.step, self._broke(gave_way), by)
         self.built = self._is_built()
-        level = "" if self.built else f"{level_text(last.level, last.step)} under construction"
-        self.log.add(Event(now, EventKind.COLLAPSED, (first,), level))
+        level = "" if self.built else f"; {level_text(last.level, last.step)} under construction"
+        self.log.add(Event(now, EventKind.COLLAPSED, (first,), f"{first} has {by}{level}"))
 
     def _broke(self, gave_way: BodyId | None) -> int | None:
         """Return the level that gave way, unless the last action was part of the build."""

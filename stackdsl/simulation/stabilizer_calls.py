@@ -229,7 +229,7 @@ class StabilizerDriver:
             self._apply(update)
 
     def _apply(self, update: Update) -> None:
-        self.log.add_update(self.world.time(), update)
+        self.log.add_update(self.world.time(), update, self.measures.watch)
         if update.failed:
             self._let_fall()
         elif update.woken and self.ease_in.matters(update, self.moving()):

@@ -555,7 +555,7 @@ class State(StrEnum):
     STANDS = "stands"
     MOVES = "moves"
     RIDES = "rides on another"
-    LEFT = "has left its place"
+    LEFT = "has fallen"
     THROWN = "thrown or dropped"
 
     @property

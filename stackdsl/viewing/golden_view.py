@@ -135,7 +135,7 @@ def _events(content: Json, collapse: Json, fell: float) -> Iterator[Event]:
                 if kind is EventKind.PLACED and held:
                     yield Event(time, EventKind.FROZEN, held)
     if collapse and fell < inf:
-        yield Event(fell, EventKind.COLLAPSED, (), f"level {collapse['level']}")
+        yield Event(fell, EventKind.COLLAPSED, (), f"a brick has fallen at level {collapse['level']}")
 
 
 def _recorded(

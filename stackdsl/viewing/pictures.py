@@ -307,7 +307,6 @@ PHRASES: Final = (  # by importance
 MOST_PHRASES = 2  # below one panel
 AT_ONCE = 1e-9  # [s]
 DONE: Final = {  # to bricks
-    EventKind.COLLAPSED: "has left its place",
     EventKind.REMOVED: "pulled out",
     EventKind.PUSHED: "pushed",
     EventKind.TAKEN: "taken by a hand",
@@ -319,7 +318,7 @@ STATE_WORDS: Final = {  # of one brick, and of several
     State.STANDS: ("stands", "stand"),
     State.MOVES: ("moves", "move"),
     State.RIDES: ("rides on another", "ride on others"),
-    State.LEFT: ("has left its place", "have left their place"),
+    State.LEFT: ("has fallen", "have fallen"),
     State.THROWN: ("thrown or dropped", "thrown or dropped"),
 }
 
@@ -346,12 +345,11 @@ def _phrases(run: RunView, after: float, until: float) -> str:
             of_kind = bricks.setdefault(event.kind, [])
             of_kind += event.bricks
             named = names_text(in_order(of_kind), among=assembly)
-            if event.kind is EventKind.HIT:
-                phrases[event.kind] = event.reason
-            elif event.kind is EventKind.WOKEN and IMMINENT in event.reason:
-                phrases.setdefault(EventKind.HIT, event.reason.partition(", ")[0].partition(":")[0])
+            if event.kind in (EventKind.HIT, EventKind.COLLAPSED):
+                phrases[event.kind] = event.reason.partition(";")[0]
             elif event.kind is EventKind.WOKEN:
-                phrases.setdefault(event.kind, _woken(event, named))
+                if IMMINENT not in event.reason:  # else they are simulated ahead of a hit, which may miss them
+                    phrases.setdefault(event.kind, _woken(event, named))
             elif event.kind is EventKind.SHAKEN:
                 phrases[event.kind] = "the ground shakes"
             else:

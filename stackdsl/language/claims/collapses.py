@@ -19,10 +19,10 @@ from stackdsl.wording import broke_text, level_text
 
 @claim("collapses", "the structure collapses")
 class Collapses(Shorthand, ClaimKind):
-    """A brick that came to rest leaves its place later."""
+    """A brick that came to rest falls later: it moves, sinks or tilts too far."""
 
     at: t.LevelTolerance | None = Field(None, description="level under construction at the time of the collapse")
-    brick: t.BodyName | None = Field(None, description="first brick that leaves its place")
+    brick: t.BodyName | None = Field(None, description="first brick that falls")
     time: t.DurationTolerance | None = Field(None, description="time of the collapse")
 
     share: t.ShareOfSamples | None = Field(None, description="share of the samples in which the structure collapses")

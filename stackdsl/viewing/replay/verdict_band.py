@@ -16,7 +16,7 @@ from stackdsl.work import limit
 Json: TypeAlias = Mapping[str, Any]
 
 SHOWN: Final = {Status.PASSED: "passed", Status.FAILED: "failed", Status.EXPECTED_FAILURE: "differs"}  # others: open
-IN_HEADLINE: Final = ("expected", "measured")
+IN_TABLE: Final = ("expected", "measured", "also")  # of the claims
 TO_FALL: Final = ("collapses", "falls", "pivots")  # claims that no remedy against a fall helps
 
 
@@ -65,8 +65,8 @@ def _short(outcome: ClaimOutcome) -> str:
 
 
 def _facts(result: VariantResult) -> Iterator[tuple[str, str]]:
-    """Yield what explains the verdict, in the order of all reports; the headline has the first two."""
-    yield from ((name.capitalize(), text) for name, text in failure_lines(result) if name not in IN_HEADLINE)
+    """Yield what explains the verdict, in the order of all reports; the table of claims has the others."""
+    yield from ((name.capitalize(), text) for name, text in failure_lines(result) if name not in IN_TABLE)
     disagreeing = [truth for truth in result.truths if not truth.passed]
     yield "Reference disagrees", "; ".join(outcome_text(truth) for truth in disagreeing)
     if result.early_end is not None:

@@ -49,7 +49,7 @@ def test_a_run_that_fails_shows_expected_measured_and_why() -> None:
     run = leaning(12).play()
     lines = text_of(run).splitlines()
     assert lines[0] == "✗ failed  leaning[exact]"
-    assert [line.split()[0] for line in lines[1:]] == ["expected", "measured", "why", "after", "first"]
+    assert [line.split()[0] for line in lines[1:]] == ["expected", "measured", "also", "why", "after", "first"]
     html = html_of(run)
     assert "L2.1 to L10.1 (9 bricks) tip over L1.1" in html
     assert ".band h1, .band .image" in html  # the replay hides its headline, since the notebook has it above

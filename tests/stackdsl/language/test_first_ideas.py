@@ -49,6 +49,7 @@ __all__ = ["stackdsl_in_folder"]  # the fixture `stackdsl`
             "build: [{bricks: [{name: ball, at: [0 m, 0 m, 1 m], sphere: {radius: 5 mm}}]}]",
             "round bodies are not modelled; give a kind of `brick_types` the corners of a solid with many faces",
         ),
+        ("build: [{column: {levels: 2}}]\nexpect: [{hits: {brick: L1.1}}]", "`stackdsl run` prints when, where and"),
     ],
 )
 def test_a_shorter_form_or_a_round_body_is_told_with_what_to_write(written: str, told: str) -> None:

@@ -200,8 +200,9 @@ def test_an_asserted_result_is_told_whole_and_in_the_summary(
     result.assert_outcomes(failed=5)
     why = "E  *why       L2.1, L3.1 tip over L1.1, towards +x, its weight 7.2 mm beyond the edge"
     block = [
-        "E  *expected  stands: all; height: 23.4 mm*",
-        "E  *measured  1 of 3 bricks fell: L3.1; *",
+        "E  *expected  stands: all",
+        "E  *measured  1 of 3 bricks fell: L3.1",
+        "E  *also *height: expected 23.4 mm*",
         why,
         "E  *first     L3.1*",
     ]

@@ -15,7 +15,7 @@ WHY = FailureCause(
     bearing=3.141592653589793,
     overhang=0.0012,
     before="impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
-    first="L2.1 left its place at 12.167 s",
+    first="L2.1 had sunk 4.1 mm at 12.167 s",
     see="stackdsl explain slant.yaml -k 'slant[exact]'",
 )
 
@@ -24,13 +24,13 @@ def test_a_failure_tells_cause_action_first_and_how_to_see_it() -> None:
     assert list(why_lines(WHY)) == [
         "  why       L2.1 and L3.1 tip over L1.1, towards -x, its weight 1.2 mm beyond the edge",
         "  after     impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
-        "  first     L2.1 left its place at 12.167 s",
+        "  first     L2.1 had sunk 4.1 mm at 12.167 s",
         "  see it    stackdsl explain slant.yaml -k 'slant[exact]'",
     ]
 
 
 def test_an_unknown_cause_has_no_line() -> None:
-    assert list(why_lines(FailureCause(first="a left its place at 1 s"))) == ["  first     a left its place at 1 s"]
+    assert list(why_lines(FailureCause(first="a had sunk 5 mm at 1 s"))) == ["  first     a had sunk 5 mm at 1 s"]
 
 
 def test_a_side_along_no_axis_is_told_in_degrees() -> None:
@@ -42,7 +42,7 @@ def test_a_side_along_no_axis_is_told_in_degrees() -> None:
 def test_the_cause_stands_once_below_all_failures_of_a_run() -> None:
     twice = replace(FAILED, why=WHY, outcomes=(*FAILED.outcomes, *FAILED.outcomes))
     labels = [line.split()[0] for line in report_text(Report((twice,))).splitlines() if line.startswith("  ")]
-    assert labels == ["expected", "measured", "why", "after", "first", "see"]
+    assert labels == ["expected", "measured", "also", "why", "after", "first", "see"]
 
 
 def test_programs_are_told_numbers_and_every_name() -> None:
@@ -53,7 +53,7 @@ def test_programs_are_told_numbers_and_every_name() -> None:
         "bearing_rad": 3.141592653589793,
         "overhang_m": 0.0012,
         "action_before": "impact 7, remove at slant.yaml:9:5: L8.1 pulled out at 12 s",
-        "moved_first": "L2.1 left its place at 12.167 s",
+        "moved_first": "L2.1 had sunk 4.1 mm at 12.167 s",
         "see": "stackdsl explain slant.yaml -k 'slant[exact]'",
     }
 

@@ -7,6 +7,7 @@ import pytest
 from stability.geometry.box import Box
 from stability.model import BodyState, Brick, Pose, Vec3
 from stackdsl.language.claims.stands import Stands
+from stackdsl.report.text import EventLines
 from stackdsl.simulation.brick_tracks import BrickTracker
 from stackdsl.simulation.runner import play
 from stackdsl.simulation.systems import SYSTEMS
@@ -53,6 +54,20 @@ def test_after_a_hit_only_what_sank_or_tilts_has_left_its_place(
         watch = watched(moves, radians(tilt), hit)
         assert watch.bricks["plank"].state(frozen=False) is expected
         assert watch.first_to_leave() == ("plank" if expected is BrickState.FALLEN else None)
+
+
+@pytest.mark.parametrize(
+    ("moves", "tilt", "hit", "told"),
+    [
+        ((0.012, 0.0, 0.0), 0.0, False, "moved 12 mm"),
+        ((0.02, 0.0, -0.0045), 0.0, True, "sunk 4.5 mm"),
+        ((0.02, 0.0, 0.0), 16.0, True, "tilted 16 deg"),
+    ],
+)
+def test_a_fall_is_told_by_the_motion_that_makes_it_one(moves: Vec3, tilt: float, hit: bool, told: str) -> None:
+    watch = watched(moves, radians(tilt), hit)
+    watch.see(3.0, {"plank": BodyState(Pose((0.0, 0.0, 0.0039)))})  # where it lies later is not what is told
+    assert watch.bricks["plank"].left_by == told
 
 
 def test_a_brick_that_rocks_beyond_the_limit_and_stands_again_tells_by_how_much_it_fell() -> None:
@@ -185,10 +200,28 @@ def test_a_ball_hits_when_it_has_crossed_its_distance_and_not_when_bricks_wake(
     assert len(woken) == (density > 100.0)  # friction stops the soft ball, so no brick moves
     for first in woken:
         assert first.time < contact.time
-        assert first.reason.startswith("ball is about to hit ")
+        assert first.reason.startswith("ball would hit ")
     assert contact.reason.startswith("ball hits ")
     assert contact.reason.endswith(f" at {speed:g} m/s")
     assert "L4.2" in contact.reason
+
+
+def test_what_a_hit_brings_down_lies_at_rest_and_only_the_others_are_proven_to_stand() -> None:
+    hit = BALL.format(bearing=90.0, speed=8.0)
+    trace = played(WALL.format(heading=0.0), f"{{at: 0.5 s, {hit}}}", "exact", SCENE.format(density=2000.0))
+    fallen = {name for name, track in trace.tracks.items() if track.left_at is not None}
+    assert trace.collapse is not None
+    assert trace.collapse.by.startswith(("sunk ", "tilted "))
+    lines = EventLines(all_names=True)
+    told = [line for event in trace.events for line in lines.after(event)]
+    assert any(f"fallen     {trace.collapse.brick} has {trace.collapse.by}" in line for line in told)
+    resting = [line.split("at rest")[1].strip() for line in told if "at rest" in line]
+    for line in resting:
+        names, proof, _ = line.partition(", proven to stand")
+        lie = fallen | {"ball"}
+        assert set(names.split(", ")) <= lie or (proof and not lie.intersection(names.split(", ")))
+    assert any("ball" in line for line in resting)
+    assert any("proven" in line for line in resting)
 
 
 # A flat face 50 mm wide and 20 mm high arrives at the middle of a plank 7.8 mm high. It covers this plank, and bricks

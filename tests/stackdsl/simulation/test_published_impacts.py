@@ -108,7 +108,7 @@ def test_a_faster_one_wakes_the_hit_brick_and_all_above_it_at_once(tower: Tower)
     updates = [tower.throw_at_level(3, 2.14), *tower.watch(0.05)]
     above = {f"L{level}.{number}" for level in range(4, LEVELS + 1) for number in (1, 2)}
     assert woken(updates) == {"L3.1"} | above
-    assert reasons(updates) == ["shot is about to hit L3.1: kinetic energy 27.4 mJ, potential energy 27.1 mJ"]
+    assert reasons(updates) == ["shot would hit L3.1: kinetic energy 27.4 mJ, potential energy 27.1 mJ"]
     # Its momentum is not lost: the brick was woken before the hit.
     assert tower.world.states(["L3.1"])["L3.1"].pose.position_W[1] > -OUT + 0.001
 
@@ -158,7 +158,7 @@ def test_read_so_that_all_that_moves_hits_it_wakes_what_it_slides_against(tower:
     tower.world.push("L13.1", (0.0, MASS * 2.0, 0.0), tower.places()["L13.1"])
     updates = tower.watch(0.1)
     assert woken(updates) == {"L13.2"}
-    assert reasons(updates)[0].startswith("L13.1 is about to hit L13.2: ")
+    assert reasons(updates)[0].startswith("L13.1 would hit L13.2: ")
 
 
 def test_a_stranger_that_slides_the_same_way_does(tower: Tower) -> None:
@@ -176,6 +176,6 @@ def test_of_two_bricks_hit_at_once_each_is_tested_by_itself(tower: Tower) -> Non
     # Each of the two is held by 0.457 mJ; m g 30 mm is 3.52 mJ, less what the last two steps bring.
     (reason,) = reasons(updates)
     assert woken(updates) == {"L13.1", "L13.2"}
-    assert "shot is about to hit L13.1" in reason
-    assert "shot is about to hit L13.2" in reason
+    assert "shot would hit L13.1" in reason
+    assert "shot would hit L13.2" in reason
     assert len(tower.stability.stack) == 2 * LEVELS + 1

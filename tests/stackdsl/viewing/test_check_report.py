@@ -58,7 +58,7 @@ def test_failures_come_first_in_the_report_page() -> None:
 
 
 def test_a_failure_shows_its_cause_and_the_line_of_its_claim() -> None:
-    why = FailureCause("L2.1 tips over L1.1", before="L2.1 set down at 1 s", first="L2.1 left its place at 1.2 s")
+    why = FailureCause("L2.1 tips over L1.1", before="L2.1 set down at 1 s", first="L2.1 had sunk 4.1 mm at 1.2 s")
     bad = replace(result("bad", -1.0), why=why)
     page = index_page(Report((bad,)), {}, {}, {"a.yaml": "\n".join(f"line {n}" for n in range(1, 10))})
     told = re.findall(r"<dt>(\w+)</dt><dd>([^<]*)</dd>", page)

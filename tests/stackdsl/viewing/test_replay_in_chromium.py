@@ -273,6 +273,89 @@ def test_the_weakest_brick_and_the_one_with_least_room_are_told_apart(undrawn: "
     assert complaints(undrawn) == []
 
 
+STRUCK = """
+    scenario: struck
+    brick_types:
+      block: {size: [200 mm, 100 mm, 60 mm], mass: 2.4 kg}
+      box: {size: [150 mm, 150 mm, 150 mm], mass: 6 kg}
+    brick: block
+    friction: 0.6
+    build:
+      - wall: {levels: 8, bricks: 4}
+    impacts:
+      - after: built + 1 s
+        throw: {brick: box, name: box, at: L6.2, from: {bearing: 90 deg, distance: 2 m}, speed: 9 m/s}
+    systems: [exact]
+    expect: [EXPECTED]
+"""
+LANES = """Object.fromEntries([...document.querySelectorAll('.lane')].map(lane => [
+  lane.querySelector('.name').textContent,
+  [...lane.querySelectorAll('.span, .mark')].map(part => part.title || part.textContent)]))"""
+
+
+@pytest.fixture(scope="module")
+def struck() -> RunView:
+    (found,) = views_of(STRUCK.replace("EXPECTED", "collapses: any, falls: {count: '>= 4'}, drift: '> 1 mm'"))
+    return found
+
+
+def shown(page: "Chrome", run: RunView, tmp_path: Path) -> "Chrome":
+    file = tmp_path / "run.html"
+    file.write_text(replay_page([run], run.name), encoding="utf-8")
+    opened(page, file)
+    return page
+
+
+def test_a_passed_run_opens_before_the_throw_and_a_failed_one_just_before_it_falls(
+    undrawn: "Chrome", struck: RunView, tmp_path: Path
+) -> None:
+    page = shown(undrawn, struck, tmp_path)
+    wait_for(lambda: "Passed" in text_of(page, ".band"))
+    assert asked(page, "replay.time()") == pytest.approx(1.0, abs=2e-3)
+    (failed,) = views_of(STRUCK.replace("EXPECTED", "falls: {count: 0}, leaves: {levels: 8}"))
+    page = shown(page, failed, tmp_path)
+    wait_for(lambda: "Failed" in text_of(page, ".band"))
+    assert failed.trace.collapse is not None
+    assert asked(page, "replay.time()") == pytest.approx(failed.trace.collapse.time, abs=2e-3)
+    wait_for(lambda: asked(page, LANES)["Claims"])
+    fell, fail = asked(page, LANES)["Claims"]
+    assert "falls" in fell
+    assert "fail" not in fell
+    assert "2 claims fail" in fail  # at the end, where bricks are counted
+
+
+def test_what_fell_lies_and_only_the_others_stand_after_a_hit(
+    undrawn: "Chrome", struck: RunView, tmp_path: Path
+) -> None:
+    page = shown(undrawn, struck, tmp_path)
+    wait_for(lambda: asked(page, LANES)["Proof"])
+    lanes, fallen = asked(page, LANES), sum(t.left_at is not None for t in struck.trace.tracks.values())
+    contact = next(event.time for event in struck.trace.events if event.kind is EventKind.HIT)
+    flight, wreck = lanes["Moves"][:2]
+    assert flight.endswith("only box moves")
+    assert float(wreck.split()[0]) == pytest.approx(contact, abs=0.02)  # no brick of the wall moves before
+    assert re.search(r"\d+ bricks? move", wreck)
+    assert lanes["Proof"][0].endswith("all bricks proven to stand")
+    assert lanes["Proof"][-1].endswith(f"{36 - fallen} proven to stand, {fallen + 1} lie at rest")
+    rests = [part for event in struck.trace.events for part in event.parts if part.kind is EventKind.FROZEN]
+    asked(page, f"replay.seek({next(rest.time for rest in rests if 'box' in rest.bricks)})")
+    wait_for(lambda: "box lies at rest" in text_of(page, ".events"))
+    assert "box stands" not in text_of(page, ".events")
+
+
+def test_the_weakest_spot_is_that_of_the_wall_before_it_is_hit(
+    undrawn: "Chrome", struck: RunView, tmp_path: Path
+) -> None:
+    page = shown(undrawn, struck, tmp_path)
+    wait_for(lambda: "Weakest as built" in text_of(page, ".lead"))
+    asked(page, f"replay.seek({struck.trace.cost.simulated_time})")
+    press(page, "Weakest")
+    wait_for(lambda: "It gives way first" in text_of(page, ".inspector"))
+    assert asked(page, "replay.time()") < 1.3  # it goes to where the wall is whole
+    asked(page, f"replay.seek({struck.trace.cost.simulated_time})")
+    wait_for(lambda: "It gives way first" not in text_of(page, ".inspector"))
+
+
 # The page around the picture: what it says, and that all of it can be read at every width, in light and in dark.
 
 
@@ -353,7 +436,7 @@ def test_events_name_bricks_as_the_terminal_does(undrawn: "Chrome", fallen: RunV
         (tmp_path / "replay.html").write_text(replay_page([view], "replay"), encoding="utf-8")
         opened(undrawn, tmp_path / "replay.html")
         assembly = set[str]()
-        for event in view.trace.events:
+        for event in (part for whole in view.trace.events for part in whole.parts):
             assembly |= set(event.bricks)
             asked(undrawn, f"replay.seek({event.time})")
             assert names_text(in_order(event.bricks), among=assembly) in text_of(undrawn, ".events")

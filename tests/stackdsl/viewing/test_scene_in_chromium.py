@@ -301,5 +301,5 @@ def test_a_throw_is_seen_from_the_side_and_told_with_the_brick_that_is_hit(
     on_screen, way = (np.linalg.norm(np.subtract(*each)) for each in zip(*ends, strict=True))
     assert on_screen / way / asked(page, "replay.perMetre()") > 0.75
     assert re.search(
-        r"shot is thrown.*shot is about to hit L3\.1[^;]* at [\d.]+ m/s; L.* simulated", text_of(page, ".events")
+        r"shot is thrown.*shot would hit L3\.1[^;]* at [\d.]+ m/s; L.* simulated", text_of(page, ".events")
     )
