@@ -24,6 +24,7 @@ from stability.statics.assembly import Assembly
 from stability.statics.equilibrium import balance
 from stackdsl.simulation.known_systems import system_named
 from stackdsl.simulation.runner import play
+from stackdsl.simulation.systems import System
 from stackdsl.timeline import FixedWorld, Placement, Timeline
 from tests.stability.statics.random_solids import random_assembly
 
@@ -51,6 +52,7 @@ class Played:
     case: Case
     stands: bool
     seconds: float  # of the processor
+    gain: float  # of energy, as a share
 
 
 def cases(seeds: Sequence[int]) -> Iterator[Case | None]:
@@ -78,19 +80,20 @@ def shaken(problem: Problem) -> Iterator[Problem]:
         yield replace(problem, loads=loads)
 
 
-def played(case: Case, system: str) -> Played:
+def played(case: Case, system: System) -> Played:
     """Place all solids at once, and play."""
     world = FixedWorld(9.81, case.friction, (Plane(GROUND, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.friction),))
     placements = tuple(Placement(0.0, each.brick, 1, each.pose) for each in case.bricks)
     started = process_time()
-    trace = play(Timeline(world, placements, WATCHED), system_named(system))
+    trace = play(Timeline(world, placements, WATCHED), system)
     seconds = process_time() - started
     places = {each.brick.id: each for each in case.bricks}
     moved = any(
         dist(track.final.position_W, places[name].pose.position_W) > MOVED * places[name].brick.shape.bounding_radius
         for name, track in trace.tracks.items()
     )
-    return Played(case, trace.collapse is None and not moved, seconds)
+    gain = trace.energy.gain if trace.energy is not None else 0.0
+    return Played(case, trace.collapse is None and not moved, seconds, gain)
 
 
 def summed_up(results: Sequence[Played]) -> Row:
@@ -117,7 +120,8 @@ def main() -> None:
     rows: dict[str, Row] = {}
     table = Table("system", "assemblies", "stand", "falls though stable", "stands though unstable", "seeds", "ms")
     for system in (name for name in SYSTEMS if system_named(name).engine.package.installed):
-        steps = track((played(case, system) for case in clear), system, len(clear), console=console, transient=True)
+        runs = (played(case, system_named(system)) for case in clear)
+        steps = track(runs, system, len(clear), console=console, transient=True)
         rows[system] = row = summed_up(list(steps))
         table.add_row(system, *(f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()))
     Console(width=140).print(table)

@@ -12,6 +12,7 @@ _SLIPS = (
     "slope, tuned, step x 1",
 )
 _HITS = tuple(f"level {level}, {speed} m per s" for level, speed in product((3, 13), (1, 2, 4)))
+_MOVERS = ("exact", "unrepaired", "bare", "cone", "mujoco", "rigid")
 
 MOVING_TABLES: Mapping[str, Table] = {
     "rigid-engine": Table(
@@ -32,6 +33,55 @@ MOVING_TABLES: Mapping[str, Table] = {
             Column("`rigid`, ms of processor for 1 ms", "{engine_ms:sig2}"),
             Column("PyBullet without corrections, ms", "{pybullet_ms:sig2}"),
             Column("ratio", "{ratio:sig2}"),
+        ),
+    ),
+    "movers": Table(
+        "movers",
+        "movers",
+        (
+            Column("what moves the bricks", "{mover}"),
+            Column("errors over 3 %", "{over_3_percent} of {judged}"),
+            Column("median error", "{median_percent:sig2} %"),
+            Column("scenes that gain over 0.1 % of energy, largest gain", "{gained}, {gain_percent:.2f} %"),
+            Column("processor time of a step, ms", "{step_ms:sig2}"),
+            Column("as a multiple of a bare step", "{times_bare:sig2}"),
+            Column("steps of the engine, s", "{engine_s:sig2}"),
+            Column("whole runs, s", "{s:sig2}"),
+            Column("lines of code", "{lines:,}"),
+        ),
+    ),
+    "movers-kinds": Table(
+        "movers",
+        "kinds",
+        (
+            Column("largest error, processor time", "{row} ({scenes})"),
+            *(Column(f"`{name}`", f"{{{name}_worst}}, {{{name}_s:sig2}} s") for name in _MOVERS),
+        ),
+    ),
+    "movers-scenes": Table(
+        "movers",
+        "scenes",
+        (
+            Column("scene", "{row}"),
+            Column("reference", "{source}"),
+            Column("value", "{reference:sig3}"),
+            Column("`rigid`, `mujoco` at small steps", "{fine_rigid:sig3}, {fine_mujoco:sig3}"),
+            *(Column(f"`{name}`", f"{{{name}_error}}, {{{name}_s:sig2}} s") for name in _MOVERS),
+        ),
+    ),
+    "movers-hits": Table(
+        "movers",
+        "scenes",
+        (
+            Column("shift of the hit plank, m", "{row}"),
+            Column("impact law", "{reference:sig3}"),
+            *(Column(f"`{name}` at small steps", f"{{fine_{name}:sig3}}") for name in ("rigid", "mujoco")),
+            *(Column(f"`{name}`", f"{{{name}_value:sig3}}") for name in ("exact", "rigid", "mujoco")),
+        ),
+        (
+            *(f"hits onto long sides: level {hit} m/s" for hit in ("3, 1", "3, 2", "3, 4", "13, 1", "13, 2.5")),
+            "hits onto ends: level, 4 m/s",
+            *(f"broadside and turned hits: {hit} m/s" for hit in ("90 deg, 1", "90 deg, 3", "60 deg, 2", "45 deg, 1")),
         ),
     ),
     "wall-hits": Table(
