@@ -1,4 +1,4 @@
-"""Compares what could move the bricks that `exact` releases, on forty scenes: error, energy, processor time, lines.
+"""Compares what could move the bricks that `exact` releases, on 42 scenes: error, energy, processor time, lines.
 
 Each scene has a reference that is written apart from the engines: a closed form, `benchmarks.rigid_steps`, or Moreau's
 impact law (`benchmarks.moreau`). A hit is also played with every brick awake at small steps, on `rigid` and `mujoco`.
@@ -565,8 +565,8 @@ def compared(scene: Scene, movers: Mapping[str, System]) -> dict[str, Any]:
         "kind": scene.kind,
         "awake": scene.awake,
         "source": known.source,
-        "reference": known.value,
-        "sensitive": known.sensitive,
+        "reference": float(known.value),
+        "sensitive": bool(known.sensitive),
         **{f"fine_{name}": known.others.get(name) for name in CONVERGED},
     }
     for name, system in movers.items():
@@ -578,10 +578,10 @@ def compared(scene: Scene, movers: Mapping[str, System]) -> dict[str, Any]:
                 found = None
         percent, text = _error(found, known)
         row |= {
-            f"{name}_value": None if found is None else found.value,
+            f"{name}_value": None if found is None else float(found.value),
             f"{name}_percent": percent,
             f"{name}_error": text,
-            f"{name}_gain_percent": None if found is None or found.gain is None else 100.0 * found.gain,
+            f"{name}_gain_percent": None if found is None or found.gain is None else float(100.0 * found.gain),
             f"{name}_s": process_time() - began,
             f"{name}_engine_s": spent[0],
             f"{name}_steps": int(spent[1]),
@@ -595,7 +595,7 @@ def _error(found: Measured | None, known: Known) -> tuple[float | None, str | No
         return None, REFUSED if found is None else STUCK
     if known.value == 0.0 or known.sensitive:
         return None, "sensitive" if known.sensitive else None  # in a heap only energy counts
-    percent = 100.0 * (found.value / known.value - 1.0)
+    percent = float(100.0 * (found.value / known.value - 1.0))
     return percent, f"{percent:+.1f} %"
 
 
