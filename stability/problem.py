@@ -84,6 +84,15 @@ class Motion:
     velocity: Mapping[BodyId, tuple[Vec3, Vec3]]  # of the centre of mass [m/s], and angular [rad/s]; of any scale
 
 
+@dataclass(frozen=True, slots=True)
+class PlacementLimit:
+    """A contact beyond whose border the load of the upper body gets first, and the directions in which it does."""
+
+    lower: BodyId
+    upper: BodyId
+    bearings: tuple[float, ...]  # from +x towards +y, from 0 to 2 pi, rising [rad]
+
+
 class Stability(StrEnum):
     """Proven stability of an assembly."""
 

@@ -4,21 +4,17 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import atan2, degrees, dist, hypot, inf
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from stability.analysis.weakest import Apart, Weakest
 from stability.engines.protocol import WrongFriction
 from stability.geometry.vectors import lean_between
 from stability.model import BodyId, Brick, Pose
 from stability.name_order import MOST_NAMES, in_order, names_text
-from stability.problem import Motion, Verdict
+from stability.problem import Motion, PlacementLimit, Verdict
 from stability.statics.assembly import Assembly
 from stackdsl.timeline import Action, FixedWorld, Removal
 from stackdsl.wording import broke_text, how_many, level_text, mm
-
-if TYPE_CHECKING:
-    from stability.analysis.placement_margin import PlacementLimit
-
 
 # Margins of a proof.
 
@@ -34,7 +30,7 @@ class VerdictMargins:
     friction: float | None = None  # least Coulomb coefficient of the roughest contact, with all others in proportion
     roughest: float | None = None  # actual coefficient of that contact
     placement: float | None = None  # error in the position of every brick under which it still stands [m]
-    joints: tuple["PlacementLimit", ...] = ()  # the contacts that limit `placement` equally
+    joints: tuple[PlacementLimit, ...] = ()  # the contacts that limit `placement` equally
     guaranteed: bool | None = None  # whether rest is the only possible outcome
     certainty: str = ""  # reason for `guaranteed`; empty where normal forces alone balance everything
     squeezed: bool | None = None  # whether the margins rely on contacts whose pressure statics does not determine

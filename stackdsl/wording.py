@@ -12,7 +12,7 @@ from stability.name_order import MOST_NAMES, names_text
 from stability.statics.fall_description import FallSide
 
 if TYPE_CHECKING:
-    from stability.analysis.placement_margin import PlacementLimit
+    from stability.problem import PlacementLimit
 
 
 MILLIMETRES: Final = 1000.0  # in a metre

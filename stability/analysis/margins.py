@@ -8,12 +8,23 @@ import numpy as np
 
 from stability.analysis.acceleration_cut import least_prestress
 from stability.analysis.acceleration_margin import AccelerationMargin, acceleration, tilt
-from stability.analysis.placement_margin import PlacementLimit, PlacementMargin, placement
+from stability.analysis.placement_margin import PlacementMargin, placement
 from stability.analysis.weakest import Weakest, weakest, weakest_at
 from stability.geometry.vectors import add, admit_in_range, listed
 from stability.model import GROUND, BodyId
 from stability.notebook import Display, Displayed, display_of
-from stability.problem import ZERO, ConeForces, Contact, Forces, Motion, Problem, Tolerances, Wrench, rounded
+from stability.problem import (
+    ZERO,
+    ConeForces,
+    Contact,
+    Forces,
+    Motion,
+    PlacementLimit,
+    Problem,
+    Tolerances,
+    Wrench,
+    rounded,
+)
 from stability.process_settings import one_thread
 from stability.statics.assembly import STRONGEST, WEAKEST, admit_name, admit_problem
 from stability.statics.conic_program import clarabel_solve, solve

@@ -14,7 +14,7 @@ from stability.geometry.polygons import Point2, Polygon, hull, inset
 from stability.geometry.rows import Array
 from stability.model import GROUND, BodyId, Vec3
 from stability.name_order import natural_key
-from stability.problem import ZERO, Contact, Problem, Wrench
+from stability.problem import ZERO, Contact, PlacementLimit, Problem, Wrench
 from stability.process_settings import one_thread
 from stability.statics.cone_rows import ConeRows
 from stability.statics.conic_program import clarabel_solve
@@ -129,15 +129,6 @@ BALANCED = 1e-9  # accepted residual as a share of the load capacity: rounding
 ALIKE = 1e-5  # share by which a border may have more left than the worst one and still limit equally
 DIGITS = 3  # of a bearing in degrees: with more, rounding would tell one direction twice
 FURTHEST = 1e3  # half diagonals; loads that can be displaced so far can be displaced without limit
-
-
-@dataclass(frozen=True, slots=True)
-class PlacementLimit:
-    """A contact beyond whose border the load of the upper body gets first, and the directions in which it does."""
-
-    lower: BodyId
-    upper: BodyId
-    bearings: tuple[float, ...]  # from +x towards +y, from 0 to 2 pi, rising [rad]
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from stackdsl.trace import VerdictMargins
 from stackdsl.wording import side_text
 
 if TYPE_CHECKING:
-    from stability.analysis.placement_margin import PlacementLimit
+    from stability.problem import PlacementLimit
 
 
 BEARINGS: Final = 72

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from stability.analysis.acceleration_cut import shaken
 from stability.analysis.acceleration_margin import acceleration, hold_along, tilt
 from stability.analysis.margins import Margins, least_friction, margins
-from stability.analysis.placement_margin import PlacementLimit, placement
+from stability.analysis.placement_margin import placement
 from stability.contact_law import Coulomb
 from stability.model import Vec3
-from stability.problem import Contact, Problem, Tolerances, Wrench
+from stability.problem import Contact, PlacementLimit, Problem, Tolerances, Wrench
 from stability.statics.equilibrium import balance
 from tests.stability.analysis.margin_scenes import (
     LENGTH,

@@ -83,7 +83,7 @@ def test_margins_of_a_case_show_themselves_and_are_numbers() -> None:
     assert "0.153 g (worst direction: 0 deg)" in text_of(found)
     assert "a tilt of 8.74 deg" in text_of(found)  # atan(4.8 / 31.2)
     assert "friction down to 0" in text_of(found)
-    assert "  weakest   L2.1; above 0.153 g towards 0 deg, L2.1 to L9.1 (8 bricks) tip over L1.1" in text_of(found)
+    assert "  weakest   above 0.153 g towards 0 deg (+x), L2.1 to L9.1 (8 bricks) tip over L1.1" in text_of(found)
     assert "  limit     limiting contact of the placement error: L2.1 on L1.1, towards +x" in text_of(found)
     assert str(found) == text_of(found)
     assert repr(found).startswith("<\u2713 stable leaning[exact]: a horizontal acceleration of 0.153 g ")

@@ -47,7 +47,7 @@ def test_of_bricks_in_one_place_each_is_held_against_one_other_only(monkeypatch:
     bricks = "\n".join(f"    - {{name: b{number}, at: [0 mm, 0 mm, 3.9 mm]}}" for number in range(count))
     mistakes = mistakes_of(f"- bricks:\n{bricks}")
     assert [mistake.message for mistake in mistakes] == [
-        f"brick 'b{n}' is 7.8 mm inside brick 'b0'" for n in range(1, count)
+        f"brick 'b{n}' is 7.8 mm inside brick 'b0', at the same place" for n in range(1, count)
     ]
     assert asked <= 2 * 2 * count  # whoever was there first is held against all; and all is looked at twice
 
